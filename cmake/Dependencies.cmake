@@ -50,6 +50,20 @@ if(TRAMMEL_PHONE_PICTURES)
   pkg_check_modules(webp REQUIRED IMPORTED_TARGET libwebp)
   pkg_check_modules(heif REQUIRED IMPORTED_TARGET libheif)
 endif()
+set(TRAMMEL_STEP_PACKAGES "")
+if(TRAMMEL_STEP AND TRAMMEL_PART_ALIGNMENT)
+  # By name: its CMake files want every library of it, Tk's among them.
+  find_path(OCCT_INCLUDE_DIR STEPControl_Reader.hxx PATH_SUFFIXES opencascade REQUIRED)
+  add_library(occt INTERFACE IMPORTED)
+  target_include_directories(occt SYSTEM INTERFACE ${OCCT_INCLUDE_DIR})
+  foreach(library TKSTEP TKSTEPBase TKSTEPAttr TKXSBase TKMesh TKTopAlgo TKBRep TKG3d TKMath TKernel)
+    find_library(OCCT_${library}_LIBRARY ${library} REQUIRED)
+    target_link_libraries(occt INTERFACE ${OCCT_${library}_LIBRARY})
+  endforeach()
+  file(STRINGS ${OCCT_INCLUDE_DIR}/Standard_Version.hxx occt_version REGEX "define OCC_VERSION_(MAJOR|MINOR) ")
+  string(REGEX REPLACE "[^0-9]*([0-9]+)[^0-9]+([0-9]+).*" "\\1.\\2" occt_version "${occt_version}")
+  set(TRAMMEL_STEP_PACKAGES "libocct-data-exchange-${occt_version}")
+endif()
 
 # Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the modules in
 # use are linked by name instead. imgcodecs, which drags 134 libraries, only judges image/ in tests.

@@ -82,6 +82,7 @@ INNER = {
         "camera": {"net", "module"},
         "video": {"net", "module", "camera"},
         "page": {"net", "module"},
+        "cad": {"net", "module"},
         "scanner": {"net", "module", "page"},
         "moonraker": {"net"},
         "linuxcnc": {"net"},

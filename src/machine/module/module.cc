@@ -51,6 +51,8 @@ const ModuleName kWebpModule = {"trammel-webp", "reading a WebP photo", "trammel
                                 "libwebp7"};
 const ModuleName kHeifModule = {"trammel-heif", "reading a HEIC photo", "trammel-photos",
                                 "libheif1"};
+const ModuleName kStepModule = {"trammel-step", "reading STEP", "trammel-step",
+                                TRAMMEL_STEP_PACKAGES};
 
 std::vector<fs::path> ModuleFolders() {
   std::error_code error;

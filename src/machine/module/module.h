@@ -24,6 +24,7 @@ extern const ModuleName kAravisModule;   ///< aravis_module.h
 extern const ModuleName kPdfModule;      ///< page/pdf_module.h
 extern const ModuleName kWebpModule;     ///< phone_picture.h
 extern const ModuleName kHeifModule;     ///< phone_picture.h
+extern const ModuleName kStepModule;     ///< cad/step_module.h
 
 /// lib/trammel beside the folder of the program that runs, and of that folder's parent (a build
 /// tree).

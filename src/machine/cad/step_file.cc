@@ -1,0 +1,166 @@
+#include "machine/cad/step_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "files/whole_file.h"
+#include "machine/cad/part21.h"
+#include "machine/cad/step_module.h"
+#include "machine/net/child_limits.h"
+#include "machine/net/child_process.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr double kBytesPerMb = 1e6;
+
+/// What Open CASCADE may take for a file. A plate with 800 bores, of 3 MB, took 0.3 GB and 45 s.
+struct Allowance {
+  explicit Allowance(std::size_t file_bytes)
+      : bytes((std::uint64_t{1} << 30U) + 25 * std::uint64_t{file_bytes}),
+        seconds(120 + static_cast<int>(3 * file_bytes / std::size_t{1'000'000})) {}
+
+  std::uint64_t bytes;
+  int seconds;  // of computing
+};
+
+/// Puts the solid together from what the child tells, which is believed within bounds.
+class Taken {
+ public:
+  // False where the message cannot be.
+  bool Take(const ChildMessage& message) {
+    const std::string text(message.bytes.begin(), message.bytes.end());
+    constexpr std::size_t kMostNotices = 100;
+    switch (message.kind) {
+      case kStepHead:
+        return TakeHead(message);
+      case kStepUnit:
+        solid_.unit = text;
+        return true;
+      case kStepNotice:
+        solid_.notices.push_back(text);
+        return solid_.notices.size() <= kMostNotices;
+      case kStepVertices:
+        return Append(message, solid_.vertices_mm, head_.vertices);
+      case kStepTriangles:
+        return Append(message, solid_.triangles, head_.triangles);
+      case kStepLifts:
+        return Append(message, solid_.lifts, head_.triangles);
+      default:
+        return false;
+    }
+  }
+
+  [[nodiscard]] bool IsWhole() const {
+    if (solid_.unit.empty() || solid_.vertices_mm.size() != head_.vertices ||
+        solid_.triangles.size() != head_.triangles || solid_.lifts.size() != head_.triangles) {
+      return false;
+    }
+    for (const auto& triangle : solid_.triangles) {
+      for (const std::uint32_t vertex : triangle) {
+        if (vertex >= solid_.vertices_mm.size()) return false;
+      }
+    }
+    for (const StepLift& lift : solid_.lifts) {
+      for (const float mm : lift.middle_mm) {
+        if (!std::isfinite(mm)) return false;
+      }
+      if (!std::isfinite(lift.left_mm)) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] StepSolid Take() { return std::move(solid_); }
+
+ private:
+  bool TakeHead(const ChildMessage& message) {
+    constexpr std::uint64_t kMost = 20'000'000;
+    if (message.bytes.size() != sizeof head_ || head_.triangles != 0) return false;
+    std::memcpy(&head_, message.bytes.data(), sizeof head_);
+    solid_.faces = head_.faces;
+    solid_.chord_error_mm = head_.chord_error_mm;
+    return head_.vertices <= kMost && head_.triangles <= kMost;
+  }
+
+  template <class T>
+  static bool Append(const ChildMessage& message, std::vector<T>& to, std::uint64_t most) {
+    const std::size_t count = message.bytes.size() / sizeof(T);
+    if (count * sizeof(T) != message.bytes.size() || count > most - to.size()) return false;
+    const std::size_t before = to.size();
+    to.resize(before + count);
+    std::memcpy(static_cast<void*>(to.data() + before), message.bytes.data(), message.bytes.size());
+    return true;
+  }
+
+  StepHead head_;
+  StepSolid solid_;
+};
+
+Result<StepSolid> TakeSolid(ChildProcess& child, const Allowance& allowance) {
+  const double silence_s = 3.0 * allowance.seconds;  // a machine may be busy
+  Taken taken;
+  ChildMessage message;
+  while (child.Receive(message, silence_s, {}) == Heard::kMessage) {
+    if (message.kind == kStepFault) {
+      return Fail(std::string(message.bytes.begin(), message.bytes.end()));
+    }
+    if (message.kind == kStepEnds) {
+      if (!taken.IsWhole()) break;
+      return taken.Take();
+    }
+    if (!taken.Take(message)) break;
+  }
+  return Fail(fmt::format(
+      "Open CASCADE ended without a word over it ({}): it is damaged, or takes more than {} s or "
+      "{} MB; export it anew as AP214, or an STL",
+      child.End(), allowance.seconds, allowance.bytes >> 20U));
+}
+
+Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
+  constexpr double kPatience_s = 1;
+  if (text.starts_with("PK") || text.starts_with("\x1f\x8b")) {
+    return Fail("it is packed; unpack it first");
+  }
+  if (auto whole = CheckPart21(text); !whole) return tl::unexpected(whole.error());
+  const auto module = FindStepModule();
+  if (!module) {
+    return Fail(fmt::format("{}; or export an STL", module.error().message));
+  }
+  const Allowance allowance(text.size());
+  auto child = ChildProcess::Start(
+      [&](const ChildSender& sender) {
+        LimitThisProcess(allowance.bytes, allowance.seconds);
+        const auto sent = (*module)->send_solid(text, options, sender);
+        sender.Send(sent ? kStepEnds : kStepFault,
+                    sent ? std::string_view() : sent.error().message);
+      },
+      kPatience_s);
+  if (!child) return tl::unexpected(child.error());
+  return TakeSolid(*child, allowance);
+}
+
+}  // namespace
+
+Result<StepSolid> ReadStepFile(const std::filesystem::path& path, const StepReadOptions& options) {
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+  if (!unknown && size > kMostStepBytes) {
+    return Fail(fmt::format(
+        "{}: {:.0f} MB; {:.0f} MB are read at most: export the part alone, "
+        "without what it is assembled with, or an STL",
+        path.string(), static_cast<double>(size) / kBytesPerMb, kMostStepBytes / kBytesPerMb));
+  }
+  const auto text = files::ReadNamedFile(path, kMostStepBytes);
+  if (!text) return tl::unexpected(text.error());
+  auto solid = Read(*text, options);
+  if (!solid) {
+    return tl::unexpected(
+        Error{solid.error().kind, fmt::format("{}: {}", path.string(), solid.error().message)});
+  }
+  return solid;
+}
+
+}  // namespace trammel::machine

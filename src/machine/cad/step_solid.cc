@@ -1,0 +1,460 @@
+#include "machine/cad/step_solid.h"
+
+#include <fmt/format.h>
+
+#include <BRepBndLib.hxx>
+#include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
+#include <IFSelect_ReturnStatus.hxx>
+#include <Interface_Check.hxx>
+#include <Interface_EntityIterator.hxx>
+#include <Interface_Graph.hxx>
+#include <Interface_Protocol.hxx>
+#include <Interface_Static.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Message_Printer.hxx>
+#include <STEPConstruct_UnitContext.hxx>
+#include <STEPControl_Reader.hxx>
+#include <Standard_Failure.hxx>
+#include <StepBasic_ConversionBasedUnitAndLengthUnit.hxx>
+#include <StepBasic_MeasureWithUnit.hxx>
+#include <StepBasic_SiUnitAndLengthUnit.hxx>
+#include <StepBasic_Unit.hxx>
+#include <StepData_StepModel.hxx>
+#include <StepGeom_GeomRepContextAndGlobUnitAssCtxAndGlobUncertaintyAssCtx.hxx>
+#include <StepGeom_GeometricRepresentationContextAndGlobalUnitAssignedContext.hxx>
+#include <StepRepr_GlobalUnitAssignedContext.hxx>
+#include <StepRepr_RepresentationItem.hxx>
+#include <StepRepr_RepresentationRelationship.hxx>
+#include <StepShape_ContextDependentShapeRepresentation.hxx>
+#include <StepShape_ShapeDefinitionRepresentation.hxx>
+#include <StepShape_ShapeRepresentation.hxx>
+#include <StepShape_SolidModel.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <TopExp.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopTools_ListOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Vertex.hxx>
+#include <XSControl_TransferReader.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <istream>
+#include <optional>
+#include <streambuf>
+#include <utility>
+
+namespace trammel::machine {
+namespace {
+
+// Bytes that are in memory, as a stream.
+class BytesBuffer final : public std::streambuf {
+ public:
+  explicit BytesBuffer(std::string_view bytes) {
+    char* const begin = const_cast<char*>(bytes.data());  // a get area, which nothing writes to
+    setg(begin, begin, begin + bytes.size());
+  }
+};
+
+std::string TextOf(const Handle(TCollection_HAsciiString) & text) {
+  return text.IsNull() ? std::string() : std::string(text->ToCString());
+}
+
+/// A length unit by its own name, which its factor must confirm.
+struct NamedLength {
+  std::string_view said;  ///< in the file, upper case
+  std::string_view name;  ///< here
+  double mm;
+};
+constexpr std::array<NamedLength, 14> kLengths = {{{"INCH", "inch", 25.4},
+                                                   {"INCHES", "inch", 25.4},
+                                                   {"IN", "inch", 25.4},
+                                                   {"FOOT", "foot", 304.8},
+                                                   {"FEET", "foot", 304.8},
+                                                   {"FT", "foot", 304.8},
+                                                   {"YARD", "yard", 914.4},
+                                                   {"MIL", "mil", 0.0254},
+                                                   {"THOU", "mil", 0.0254},
+                                                   {"MILLIMETRE", "mm", 1},
+                                                   {"MILLIMETER", "mm", 1},
+                                                   {"CENTIMETRE", "cm", 10},
+                                                   {"METRE", "m", 1000},
+                                                   {"METER", "m", 1000}}};
+
+struct Length {
+  std::string name;
+  double mm = 0;
+};
+
+Result<Length> SiLength(const StepBasic_SiUnit& unit) {
+  if (unit.Name() != StepBasic_sunMetre) {
+    return Fail("its unit of length is no metre; export it in mm");
+  }
+  if (!unit.HasPrefix()) return Length{"m", 1000};
+  switch (unit.Prefix()) {
+    case StepBasic_spKilo:
+      return Length{"km", 1e6};
+    case StepBasic_spDeci:
+      return Length{"dm", 100};
+    case StepBasic_spCenti:
+      return Length{"cm", 10};
+    case StepBasic_spMilli:
+      return Length{"mm", 1};
+    case StepBasic_spMicro:
+      return Length{"µm", 1e-3};
+    default:
+      return Fail("its unit of length has a prefix that no part is drawn in; export it in mm");
+  }
+}
+
+Result<Length> ConvertedLength(const StepBasic_ConversionBasedUnit& unit) {
+  std::string said = TextOf(unit.Name());
+  std::transform(said.begin(), said.end(), said.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const auto* const known =
+      std::find_if(kLengths.begin(), kLengths.end(),
+                   [&](const NamedLength& length) { return length.said == said; });
+  if (known == kLengths.end()) {
+    return Fail(fmt::format("its unit of length, \"{}\", is none that is known; export it in mm",
+                            said.substr(0, 40)));
+  }
+  const auto factor = unit.ConversionFactor();
+  if (factor.IsNull()) {
+    return Fail(fmt::format("its {} is not said in metres; export it in mm", known->name));
+  }
+  const auto of = Handle(StepBasic_SiUnit)::DownCast(factor->UnitComponent().Value());
+  if (of.IsNull()) {
+    return Fail(fmt::format("its {} is not said in metres; export it in mm", known->name));
+  }
+  const auto metric = SiLength(*of);
+  if (!metric) return metric;
+  const double mm = factor->ValueComponent() * metric->mm;
+  constexpr double kSame = 1e-6;
+  if (!(std::abs(mm - known->mm) <= kSame * known->mm)) {
+    return Fail(
+        fmt::format("it says that its {} is {} mm, which is {} mm: the file is damaged, or its "
+                    "unit is another; export it in mm",
+                    known->name, mm, known->mm));
+  }
+  return Length{std::string(known->name), known->mm};
+}
+
+Handle(StepRepr_GlobalUnitAssignedContext)
+    UnitsOf(const Handle(StepRepr_RepresentationContext) & context) {
+  if (context.IsNull()) return {};
+  using Exact = StepGeom_GeomRepContextAndGlobUnitAssCtxAndGlobUncertaintyAssCtx;
+  using Plain = StepGeom_GeometricRepresentationContextAndGlobalUnitAssignedContext;
+  if (const auto exact = Handle(Exact)::DownCast(context); !exact.IsNull()) {
+    return exact->GlobalUnitAssignedContext();
+  }
+  if (const auto plain = Handle(Plain)::DownCast(context); !plain.IsNull()) {
+    return plain->GlobalUnitAssignedContext();
+  }
+  return Handle(StepRepr_GlobalUnitAssignedContext)::DownCast(context);
+}
+
+// The unit of lengths in a context; empty where it states none.
+Result<std::optional<Length>> LengthIn(const Handle(StepRepr_RepresentationContext) & context) {
+  std::optional<Length> found;
+  const auto units = UnitsOf(context);
+  if (units.IsNull() || units->Units().IsNull()) return found;
+  for (int i = 1; i <= units->NbUnits(); ++i) {
+    const auto unit = units->UnitsValue(i);
+    Result<Length> length;
+    if (const auto si = Handle(StepBasic_SiUnitAndLengthUnit)::DownCast(unit); !si.IsNull()) {
+      length = SiLength(*si);
+    } else if (const auto by = Handle(StepBasic_ConversionBasedUnitAndLengthUnit)::DownCast(unit);
+               !by.IsNull()) {
+      length = ConvertedLength(*by);
+    } else {
+      continue;
+    }
+    if (!length) return tl::unexpected(length.error());
+    if (found && found->mm != length->mm) {
+      return Fail(fmt::format("it states two units of length, {} and {}; export it in one",
+                              found->name, length->name));
+    }
+    found = *length;
+  }
+  if (!found) return found;
+  // What the reader multiplies by.
+  STEPConstruct_UnitContext factors;
+  factors.ComputeFactors(units);
+  const double by = factors.LengthFactor();
+  constexpr double kSame = 1e-6;
+  if (!factors.LengthDone() || !(std::abs(by - found->mm) <= kSame * found->mm)) {
+    return Fail(fmt::format("its unit is {}, and Open CASCADE takes {} mm for it; export it in mm",
+                            found->name, by));
+  }
+  return found;
+}
+
+/// A file's entities.
+class Model {
+ public:
+  explicit Model(STEPControl_Reader& reader) : reader_(reader), model_(reader.StepModel()) {}
+
+  // The one unit of all that is drawn.
+  [[nodiscard]] Result<Length> Unit() const {
+    std::optional<Length> unit;
+    for (int i = 1; i <= model_->NbEntities(); ++i) {
+      const auto drawn = Handle(StepShape_ShapeRepresentation)::DownCast(model_->Value(i));
+      if (drawn.IsNull()) continue;
+      const auto length = LengthIn(drawn->ContextOfItems());
+      if (!length) return tl::unexpected(length.error());
+      if (!*length) {
+        return Fail(
+            fmt::format("#{} ({}) states no unit of length: whether it is in mm or in inches is "
+                        "not known; export it anew",
+                        Number(i), TypeOf(i)));
+      }
+      if (unit && unit->mm != (*length)->mm) {
+        return Fail(fmt::format("it is drawn in two units, {} and {}; export it in one", unit->name,
+                                (*length)->name));
+      }
+      unit = **length;
+    }
+    if (!unit) return Fail("it holds no shape at all; export the part's solid");
+    return *unit;
+  }
+
+  // That nothing the shape is made of was misread.
+  [[nodiscard]] Result<void> CheckRead() const {
+    const Interface_Graph graph(model_, reader_.WS()->Protocol());
+    std::vector<bool> seen(static_cast<std::size_t>(model_->NbEntities()) + 1, false);
+    std::vector<int> open;
+    const auto visit = [&](int i) {
+      if (i < 1 || seen[static_cast<std::size_t>(i)]) return;
+      seen[static_cast<std::size_t>(i)] = true;
+      open.push_back(i);
+    };
+    for (int i = 1; i <= model_->NbEntities(); ++i) {
+      if (IsShape(model_->Value(i))) visit(i);
+    }
+    while (!open.empty()) {
+      const int i = open.back();
+      open.pop_back();
+      const auto check = model_->Check(i, true);
+      if (model_->IsErrorEntity(i) || (!check.IsNull() && check->HasFailed())) {
+        const std::string reason =
+            !check.IsNull() && check->HasFailed() ? check->CFail(1) : "it cannot be read";
+        return Fail(fmt::format("#{} ({}): {}; it is damaged: export or copy it anew", Number(i),
+                                TypeOf(i), reason));
+      }
+      for (Interface_EntityIterator shared = graph.Shareds(model_->Value(i)); shared.More();
+           shared.Next()) {
+        visit(model_->Number(shared.Value()));
+      }
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::size_t CountSolids() const {
+    std::size_t count = 0;
+    for (int i = 1; i <= model_->NbEntities(); ++i) {
+      if (model_->Value(i)->IsKind(STANDARD_TYPE(StepShape_SolidModel))) ++count;
+    }
+    return count;
+  }
+
+ private:
+  [[nodiscard]] static bool IsShape(const Handle(Standard_Transient) & entity) {
+    return entity->IsKind(STANDARD_TYPE(StepShape_ShapeRepresentation)) ||
+           entity->IsKind(STANDARD_TYPE(StepShape_ShapeDefinitionRepresentation)) ||
+           entity->IsKind(STANDARD_TYPE(StepShape_ContextDependentShapeRepresentation)) ||
+           entity->IsKind(STANDARD_TYPE(StepRepr_RepresentationRelationship));
+  }
+  [[nodiscard]] int Number(int i) const { return model_->IdentLabel(model_->Value(i)); }
+  [[nodiscard]] std::string TypeOf(int i) const {
+    const Standard_CString name = model_->TypeName(model_->Value(i), false);
+    return name != nullptr ? name : "unknown";
+  }
+
+  STEPControl_Reader& reader_;
+  Handle(StepData_StepModel) model_;
+};
+
+// By the name in the file, where it has one, and its size.
+std::string Described(const STEPControl_Reader& reader, const TopoDS_Shape& solid) {
+  const auto entity = Handle(StepRepr_RepresentationItem)::DownCast(
+      reader.WS()->TransferReader()->EntityFromShapeResult(solid, -1));
+  const std::string name = entity.IsNull() ? std::string() : TextOf(entity->Name());
+  Bnd_Box box;
+  BRepBndLib::AddOptimal(solid, box, false, false);
+  std::array<double, 6> at{};
+  if (!box.IsVoid()) box.Get(at[0], at[1], at[2], at[3], at[4], at[5]);
+  return fmt::format("{}{:.4g} × {:.4g} × {:.4g} mm about {}",
+                     name.empty() || name == "NONE" ? "" : fmt::format("\"{}\" ", name),
+                     at[3] - at[0], at[4] - at[1], at[5] - at[2],
+                     PlaceWords({(at[0] + at[3]) / 2, (at[1] + at[4]) / 2, (at[2] + at[5]) / 2}));
+}
+
+// Parts of a kind that are in none of another.
+int CountLoose(const TopoDS_Shape& shape, TopAbs_ShapeEnum kind, TopAbs_ShapeEnum in) {
+  TopTools_IndexedMapOfShape all;
+  TopExp::MapShapes(shape, kind, all);
+  TopTools_IndexedDataMapOfShapeListOfShape held;
+  TopExp::MapShapesAndAncestors(shape, kind, in, held);
+  int loose = 0;
+  for (int i = 1; i <= all.Extent(); ++i) {
+    if (!held.Contains(all(i)) || held.FindFromKey(all(i)).IsEmpty()) ++loose;
+  }
+  return loose;
+}
+
+Result<void> CheckClosed(const TopoDS_Shape& solid) {
+  TopTools_IndexedDataMapOfShapeListOfShape faces_of;
+  TopExp::MapShapesAndAncestors(solid, TopAbs_EDGE, TopAbs_FACE, faces_of);
+  int open = 0;
+  TopoDS_Edge first;
+  for (int i = 1; i <= faces_of.Extent(); ++i) {
+    const TopoDS_Edge& edge = TopoDS::Edge(faces_of.FindKey(i));
+    const TopTools_ListOfShape& faces = faces_of(i);
+    if (faces.Extent() > 1 || BRep_Tool::Degenerated(edge)) continue;
+    if (faces.Extent() == 1 && BRep_Tool::IsClosed(edge, TopoDS::Face(faces.First()))) continue;
+    if (++open == 1) first = edge;
+  }
+  if (open == 0) return {};
+  TopoDS_Vertex from;
+  TopoDS_Vertex to;
+  TopExp::Vertices(first, from, to);
+  const TopoDS_Vertex& at = from.IsNull() ? to : from;
+  return Fail(fmt::format(
+      "its shell is open: {} edges belong to one face only{}; close the solid in the CAD program",
+      open, at.IsNull() ? "" : fmt::format(", the first at {}", PlaceWords(BRep_Tool::Pnt(at)))));
+}
+
+Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Shape& shape,
+                              std::size_t stated) {
+  TopTools_IndexedMapOfShape solids;
+  TopExp::MapShapes(shape, TopAbs_SOLID, solids);
+  TopTools_IndexedMapOfShape faces;
+  TopExp::MapShapes(shape, TopAbs_FACE, faces);
+  const int loose = CountLoose(shape, TopAbs_FACE, TopAbs_SOLID);
+  if (solids.IsEmpty()) {
+    if (stated > 0) {
+      if (auto closed = CheckClosed(shape); !closed) return tl::unexpected(closed.error());
+      return Fail("its solid cannot be made; export the part anew, as AP214");
+    }
+    return Fail(
+        faces.IsEmpty()
+            ? std::string(
+                  "it holds no solid; export the part's body as a solid (boundary representation)")
+            : fmt::format("it holds surfaces only ({} faces), and no solid that tells inside from "
+                          "outside; knit them to a solid in the CAD program",
+                          faces.Extent()));
+  }
+  if (solids.Extent() > 1) {
+    std::string named;
+    constexpr int kMostNamed = 4;
+    for (int i = 1; i <= std::min(solids.Extent(), kMostNamed); ++i) {
+      named += fmt::format("{}{}", i == 1 ? "" : "; ", Described(reader, solids(i)));
+    }
+    if (solids.Extent() > kMostNamed)
+      named += fmt::format("; and {} more", solids.Extent() - kMostNamed);
+    return Fail(
+        fmt::format("{} solids where one is wanted: {}; export the part alone, or unite them",
+                    solids.Extent(), named));
+  }
+  if (stated > 1) {
+    return Fail(fmt::format("of its {} solids only one can be made ({}); export the part alone",
+                            stated, Described(reader, solids(1))));
+  }
+  if (loose > 0) {
+    return Fail(
+        fmt::format("beside its solid it holds {} faces that are part of none; export the "
+                    "solid alone",
+                    loose));
+  }
+  return solids(1);
+}
+
+// How far edges and vertices are from the surfaces that they bound: the reader widens their
+// tolerances until those meet.
+Result<void> CheckGaps(const TopoDS_Shape& solid, std::vector<std::string>& notices) {
+  constexpr double kSaid_mm = 0.002;
+  constexpr double kMost_mm = 0.02;
+  double most_mm = 0;
+  gp_Pnt where;
+  TopTools_IndexedMapOfShape vertices;
+  TopExp::MapShapes(solid, TopAbs_VERTEX, vertices);
+  for (int i = 1; i <= vertices.Extent(); ++i) {
+    const TopoDS_Vertex& vertex = TopoDS::Vertex(vertices(i));
+    if (!(BRep_Tool::Tolerance(vertex) > most_mm)) continue;
+    most_mm = BRep_Tool::Tolerance(vertex);
+    where = BRep_Tool::Pnt(vertex);
+  }
+  if (most_mm > kMost_mm) {
+    return Fail(
+        fmt::format("its faces do not meet: they are up to {:.3f} mm apart, the worst at {}; it is "
+                    "damaged or was exported too coarsely: repair it in the CAD program",
+                    most_mm, PlaceWords(where)));
+  }
+  if (most_mm > kSaid_mm) {
+    notices.push_back(
+        fmt::format("its faces meet within {:.4f} mm, worst at {}", most_mm, PlaceWords(where)));
+  }
+  return {};
+}
+
+Result<CadSolid> Read(std::string_view text) {
+  STEPControl_Reader reader;
+  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
+  Interface_Static::SetCVal("xstep.cascade.unit", "MM");  // which is there once a reader is
+  BytesBuffer buffer(text);
+  std::istream stream(&buffer);
+  if (reader.ReadStream("part.step", stream) != IFSelect_RetDone || reader.StepModel().IsNull()) {
+    return Fail("Open CASCADE cannot read it: it is damaged; export or copy it anew");
+  }
+  const Model model(reader);
+  if (auto read = model.CheckRead(); !read) return tl::unexpected(read.error());
+  auto unit = model.Unit();
+  if (!unit) return tl::unexpected(unit.error());
+  const int roots = reader.NbRootsForTransfer();
+  const int made = reader.TransferRoots();
+  const std::size_t stated = model.CountSolids();
+  if (made < roots && made > 0) {
+    return Fail(
+        fmt::format("of its {} shapes only {} can be made; export the part alone", roots, made));
+  }
+  CadSolid read;
+  read.unit = unit->name;
+  const TopoDS_Shape shape = made > 0 ? reader.OneShape() : TopoDS_Shape();
+  if (shape.IsNull()) {
+    return Fail(stated > 0 ? "its solid cannot be made; export the part anew, as AP214"
+                           : "it holds no solid; export the part's body as a solid (boundary "
+                             "representation)");
+  }
+  auto solid = OneSolid(reader, shape, stated);
+  if (!solid) return tl::unexpected(solid.error());
+  if (auto closed = CheckClosed(*solid); !closed) return tl::unexpected(closed.error());
+  if (auto met = CheckGaps(*solid, read.notices); !met) return tl::unexpected(met.error());
+  read.solid = *solid;
+  return read;
+}
+
+}  // namespace
+
+std::string PlaceWords(const gp_Pnt& at_mm) {
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) mm", at_mm.X(), at_mm.Y(), at_mm.Z());
+}
+
+Result<CadSolid> SolidOf(std::string_view text) {
+  try {
+    return Read(text);
+  } catch (const Standard_Failure& failure) {
+    const Standard_CString said = failure.GetMessageString();
+    return Fail(fmt::format("Open CASCADE gives it up ({}{}{}); export it anew, as AP214",
+                            failure.DynamicType()->Name(),
+                            said != nullptr && *said != '\0' ? ": " : "",
+                            said != nullptr ? said : ""));
+  }
+}
+
+}  // namespace trammel::machine

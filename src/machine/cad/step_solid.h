@@ -1,0 +1,26 @@
+// The one solid of a STEP file, as Open CASCADE has it.
+#pragma once
+
+#include <TopoDS_Shape.hxx>
+#include <gp_Pnt.hxx>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace trammel::machine {
+
+struct CadSolid {
+  TopoDS_Shape solid;  ///< mm
+  std::string unit;
+  std::vector<std::string> notices;
+};
+
+/// In words.
+[[nodiscard]] std::string PlaceWords(const gp_Pnt& at_mm);
+
+/// Errors (kInput): those of ReadStepFile that concern its content, without the file's name.
+[[nodiscard]] Result<CadSolid> SolidOf(std::string_view text);
+
+}  // namespace trammel::machine
