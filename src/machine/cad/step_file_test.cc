@@ -81,6 +81,17 @@ TEST_F(StepFile, ABlockIsTheSameInAllUnits) {
   }
 }
 
+TEST_F(StepFile, CoordinatesAreThoseThatAreWritten) {
+  // The first placement is an item of the shape beside the solid, and moves nothing.
+  const std::string text = test::StepText({{}}, "mm");
+  const auto plain = Read(text);
+  const auto placed = Read(
+      Replaced(text, "CARTESIAN_POINT('',(0.000000000000000,0.000000000000000,0.000000000000000))",
+               "CARTESIAN_POINT('',(7.,8.,9.))"));
+  ASSERT_TRUE(plain && placed);
+  EXPECT_EQ(plain->vertices_mm, placed->vertices_mm);
+}
+
 TEST_F(StepFile, LiftsLeadFromTheTrianglesToTheSurface) {
   test::StepBlock block;
   block.freeform = true;

@@ -407,6 +407,8 @@ Result<CadSolid> Read(std::string_view text) {
   STEPControl_Reader reader;
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");  // which is there once a reader is
+  // A placement among a shape's items is an item: coordinates are those that are written.
+  Interface_Static::SetCVal("read.step.root.transformation", "OFF");
   BytesBuffer buffer(text);
   std::istream stream(&buffer);
   if (reader.ReadStream("part.step", stream) != IFSelect_RetDone || reader.StepModel().IsNull()) {

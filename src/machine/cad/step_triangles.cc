@@ -287,7 +287,7 @@ Result<StepSolid> MakeAt(const TopoDS_Shape& solid, double error_mm) {
 Result<StepSolid> Make(const TopoDS_Shape& solid, const StepReadOptions& options) {
   double error_mm = options.chord_error_mm * Coarser(solid, options);
   // Of what the quadratic surfaces miss, the third power of the triangles' size.
-  constexpr double kLeft_mm = 3e-4;
+  constexpr double kLeft_mm = 5e-4;
   constexpr int kMostRounds = 3;
   for (int round = 1;; ++round) {
     auto made = MakeAt(solid, error_mm);
