@@ -43,7 +43,14 @@ Bends BendsOf(const MeshDistance& mesh, std::uint32_t triangle) {
   }
   const double all = lift[0] + lift[1] + lift[2];
   for (std::size_t k = 0; k < 3; ++k) bends.middle_mm[k] = (all - lift[k]) / 8;
-  for (const double mm : {all / 9, bends.middle_mm[0], bends.middle_mm[1], bends.middle_mm[2]}) {
+  if (!mesh.mesh().lifts.empty()) {
+    const TriangleLift& known = mesh.mesh().lifts[triangle];
+    for (std::size_t k = 0; k < 3; ++k)
+      bends.middle_mm[k] = static_cast<double>(known.middle_mm[k]);
+    bends.error.left_mm = static_cast<double>(known.left_mm);
+  }
+  const double middle_mm = 4.0 / 9 * (bends.middle_mm[0] + bends.middle_mm[1] + bends.middle_mm[2]);
+  for (const double mm : {middle_mm, bends.middle_mm[0], bends.middle_mm[1], bends.middle_mm[2]}) {
     bends.error.outward_mm = std::max(bends.error.outward_mm, mm);
     bends.error.inward_mm = std::max(bends.error.inward_mm, -mm);
   }
@@ -117,30 +124,166 @@ FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle) {
   return BendsOf(mesh, triangle).error;
 }
 
-SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
-  SmoothLift lift{0, Vector3d::Zero()};
+namespace {
+
+/// The quadratic surface over a triangle, and beyond its edges.
+struct LiftedTriangle {
+  std::array<double, 3> middle_mm{};
+  std::array<Vector3d, 3> from_mm;   // a place where share k is 0
+  std::array<Vector3d, 3> by_place;  // of the shares
+
+  [[nodiscard]] double Share(std::size_t k, const Vector3d& at) const {
+    return by_place[k].dot(at - from_mm[k]);
+  }
+  [[nodiscard]] SmoothLift At(const std::array<double, 3>& share) const {
+    SmoothLift lift{0, Vector3d::Zero()};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      lift.mm += 4 * share[k] * share[next] * middle_mm[k];
+      lift.gradient += 4 * middle_mm[k] * (share[k] * by_place[next] + share[next] * by_place[k]);
+    }
+    return lift;
+  }
+};
+
+std::optional<LiftedTriangle> Lifted(const MeshDistance& mesh, std::uint32_t triangle) {
   Bends bends = BendsOf(mesh, triangle);
   const double error_mm = bends.error.either_mm();
-  if (!(error_mm > 0 && error_mm <= kMostLift_mm)) return lift;
-  Improve(mesh, triangle, bends);
-  const Triangle& triangle_of = mesh.mesh().triangles[triangle];
-  const Vector3d area = AreaVector(mesh.mesh(), triangle_of);
-  const double twice2 = area.squaredNorm();
-  std::array<double, 3> share{};  // barycentric
-  std::array<Vector3d, 3> by_place;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3d& from = mesh.mesh().vertices_mm[triangle_of[(k + 1) % 3]];
-    const Vector3d opposite = mesh.mesh().vertices_mm[triangle_of[(k + 2) % 3]] - from;
-    by_place[k] = area.cross(opposite) / twice2;
-    share[k] = std::clamp(by_place[k].dot(at - from), 0.0, 1.0);
+  if (!(error_mm > 0)) return std::nullopt;
+  if (!bends.error.left_mm) {
+    if (error_mm > kMostLift_mm) return std::nullopt;
+    Improve(mesh, triangle, bends);
   }
+  LiftedTriangle lifted;
+  lifted.middle_mm = bends.middle_mm;
+  const Triangle& corners = mesh.mesh().triangles[triangle];
+  const Vector3d area = AreaVector(mesh.mesh(), corners);
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t next = (k + 1) % 3;
-    const double middle_mm = bends.middle_mm[k];
-    lift.mm += 4 * share[k] * share[next] * middle_mm;
-    lift.gradient += 4 * middle_mm * (share[k] * by_place[next] + share[next] * by_place[k]);
+    lifted.from_mm[k] = mesh.mesh().vertices_mm[corners[(k + 1) % 3]];
+    const Vector3d opposite = mesh.mesh().vertices_mm[corners[(k + 2) % 3]] - lifted.from_mm[k];
+    lifted.by_place[k] = area.cross(opposite) / area.squaredNorm();
   }
-  return lift;
+  return lifted;
+}
+
+// The edge on which a place of the triangle lies, by its first corner; none inside of it.
+std::optional<int> EdgeUnder(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
+  const Triangle& corners = mesh.mesh().triangles[triangle];
+  std::optional<int> edge;
+  double sharpest = -1;
+  for (int k = 0; k < 3; ++k) {
+    const auto first = static_cast<std::size_t>(k);
+    const Vector3d& from = mesh.mesh().vertices_mm[corners[first]];
+    const Vector3d along = mesh.mesh().vertices_mm[corners[(first + 1) % 3]] - from;
+    constexpr double kOnEdge_mm = 1e-9;
+    const double inward_mm = mesh.FaceNormal(triangle).cross(along.normalized()).dot(at - from);
+    const double bend = std::abs(EdgeBend_rad(mesh, triangle, k));
+    if (inward_mm > kOnEdge_mm || bend <= sharpest) continue;
+    sharpest = bend;
+    edge = k;
+  }
+  return edge;
+}
+
+// Whether a place of the triangle is a corner at which a sharp edge ends, or a rim.
+bool OverSharpVertex(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
+  const std::vector<Triangle>& triangles = mesh.mesh().triangles;
+  for (const std::uint32_t vertex : triangles[triangle]) {
+    constexpr double kThere_mm = 1e-9;
+    if ((mesh.mesh().vertices_mm[vertex] - at).norm() > kThere_mm) continue;
+    std::uint32_t t = triangle;
+    constexpr int kMostFaces = 1000;
+    for (int i = 0; i < kMostFaces; ++i) {
+      const std::size_t k = CornerAt(triangles[t], vertex);
+      if (std::abs(EdgeBend_rad(mesh, t, static_cast<int>(k))) >= kCrease_rad) return true;
+      t = mesh.NeighboursOf(t)[k];
+      if (t == kNoTriangle) return true;
+      if (t == triangle) return false;
+    }
+    return true;
+  }
+  return false;
+}
+
+// Of a point over a sharp edge: both faces move it, each along its normal, and so much of that lies
+// along the point's way from it.
+double LiftOfEdge(const MeshDistance& mesh, const SurfaceDistance& distance, std::uint32_t other) {
+  const Vector3d normal = mesh.FaceNormal(distance.triangle);
+  const Vector3d beyond = mesh.FaceNormal(other);
+  const double both = normal.dot(beyond);
+  const double square = 1 - both * both;
+  constexpr double kFolded = 1e-3;
+  if (!(square > kFolded)) return 0;
+  const double own = distance.outward.dot(normal);
+  const double theirs = distance.outward.dot(beyond);
+  return ((own - both * theirs) * SmoothLiftAt(mesh, distance.triangle, distance.nearest_mm).mm +
+          (theirs - both * own) * SmoothLiftAt(mesh, other, distance.nearest_mm).mm) /
+         square;
+}
+
+}  // namespace
+
+SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
+  const auto lifted = Lifted(mesh, triangle);
+  if (!lifted) return {0, Vector3d::Zero()};
+  std::array<double, 3> share{};
+  for (std::size_t k = 0; k < 3; ++k) share[k] = std::clamp(lifted->Share(k, at), 0.0, 1.0);
+  return lifted->At(share);
+}
+
+SmoothDistance SmoothDistanceAt(const MeshDistance& mesh, const SurfaceDistance& distance,
+                                const Vector3d& p_mm) {
+  const std::uint32_t triangle = distance.triangle;
+  const SmoothDistance plain{distance.mm, distance.outward};
+  const Vector3d normal = mesh.FaceNormal(triangle);
+  if (const auto edge = EdgeUnder(mesh, triangle, distance.nearest_mm)) {
+    const std::uint32_t other = mesh.NeighboursOf(triangle)[static_cast<std::size_t>(*edge)];
+    if (other == kNoTriangle) return plain;
+    const double bend = std::abs(EdgeBend_rad(mesh, triangle, *edge));
+    if (bend >= kCrease_rad) {
+      return {distance.mm - LiftOfEdge(mesh, distance, other), distance.outward};
+    }
+    if (OverSharpVertex(mesh, triangle, distance.nearest_mm)) return plain;
+  }
+  const auto lifted = Lifted(mesh, triangle);
+  if (!lifted) return plain;
+  // In coordinates of the triangle: a place x of its plane, the surface at height h(x) over it, and
+  // the point at height d over x0. The nearest place is where x - x0 = (d - h) h'.
+  const double d = normal.dot(p_mm - lifted->from_mm[0]);
+  const Vector3d x0 = p_mm - d * normal;
+  const Vector3d e1 = normal.unitOrthogonal();
+  const Vector3d e2 = normal.cross(e1);
+  Eigen::Matrix<double, 3, 2> plane;
+  plane << e1, e2;
+  Eigen::Matrix2d bent = Eigen::Matrix2d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector2d a = plane.transpose() * lifted->by_place[k];
+    const Eigen::Vector2d b = plane.transpose() * lifted->by_place[(k + 1) % 3];
+    bent += 4 * lifted->middle_mm[k] * (a * b.transpose() + b * a.transpose());
+  }
+  Eigen::Vector2d x = Eigen::Vector2d::Zero();  // from x0
+  constexpr int kRounds = 6;
+  for (int round = 0;; ++round) {
+    const Vector3d at = x0 + plane * x;
+    const SmoothLift lift =
+        lifted->At({lifted->Share(0, at), lifted->Share(1, at), lifted->Share(2, at)});
+    const Eigen::Vector2d slope = plane.transpose() * lift.gradient;
+    constexpr double kSteep = 0.5;  // beyond, this is no surface near its triangle
+    if (!(slope.norm() < kSteep)) break;
+    const double above = d - lift.mm;
+    const Eigen::Vector2d miss = x - above * slope;
+    constexpr double kStill_mm = 1e-9;
+    if (miss.norm() < kStill_mm * (1 + std::abs(d)) || round == kRounds) {
+      const Vector3d outward = (normal - lift.gradient).normalized();
+      return {above * outward.dot(normal) - (plane * x).dot(outward), outward};
+    }
+    const Eigen::Matrix2d by_x =
+        Eigen::Matrix2d::Identity() + slope * slope.transpose() - above * bent;
+    constexpr double kUnclear = 0.05;  // as far from a hollow surface as its middle
+    if (!(by_x.determinant() > kUnclear)) break;
+    x -= by_x.inverse() * miss;
+  }
+  return {distance.mm - SmoothLiftAt(mesh, triangle, distance.nearest_mm).mm, distance.outward};
 }
 
 }  // namespace trammel::part_alignment

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "part_alignment/mesh/mesh_distance.h"
 
@@ -18,6 +19,8 @@ struct FacetError {
   double outward_mm = 0;
   double inward_mm = 0;  ///< the same to the inside, where it is hollow
   double tilt_rad = 0;   ///< the most by which the smooth normal leaves the triangle's
+  /// Of meshes with lifts, whose error is known: what is left of it after SmoothLiftAt.
+  std::optional<double> left_mm = {};
 
   [[nodiscard]] double either_mm() const { return std::max(outward_mm, inward_mm); }
 };
@@ -37,9 +40,23 @@ struct SmoothLift {
 /// angle there is no smooth surface, and this is the most that is made wrong.
 inline constexpr double kMostLift_mm = 0.02;
 
-/// None where the triangle's error is above kMostLift_mm.
+/// Of meshes with lifts by these. Otherwise none where the triangle's error is above kMostLift_mm.
 [[nodiscard]] SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle,
                                       const Eigen::Vector3d& on_triangle_mm);
+
+/// How far a point stands out of the smooth surface.
+struct SmoothDistance {
+  double mm = 0;
+  Eigen::Vector3d outward;  ///< of length 1; the distance's gradient
+};
+
+/// From the nearest place of the quadratic surface about the nearest triangle: the triangle's
+/// normal would be off by its tilt, the distance by its half square. Over a sharp edge from the
+/// edge as both faces' surfaces move it; where there is no lift from the triangle.
+/// @param distance  mesh.At(p_mm)
+[[nodiscard]] SmoothDistance SmoothDistanceAt(const MeshDistance& mesh,
+                                              const SurfaceDistance& distance,
+                                              const Eigen::Vector3d& p_mm);
 
 /// The bend across the edge from corner k to the next, above 0 where the solid is convex; 0 at a
 /// rim.

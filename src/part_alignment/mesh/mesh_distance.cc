@@ -45,10 +45,12 @@ MeshDistance::MeshDistance(SolidMesh solid) : open_(solid.open) {
   for (std::size_t i = 0; i < n; ++i) place[tree.triangle[i]] = static_cast<std::uint32_t>(i);
   mesh_.vertices_mm = std::move(solid.mesh.vertices_mm);
   mesh_.triangles.resize(n);
+  mesh_.lifts.resize(solid.mesh.lifts.size());
   neighbours_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t t = tree.triangle[i];
     mesh_.triangles[i] = solid.mesh.triangles[t];
+    if (!mesh_.lifts.empty()) mesh_.lifts[i] = solid.mesh.lifts[t];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t other = solid.neighbours[t][k];
       neighbours_[i][k] = other == kNoTriangle ? kNoTriangle : place[other];

@@ -59,9 +59,13 @@ void Measure(const TriangleMesh& mesh, MeshParts& found) {
 
 }  // namespace
 
-void Turn(Triangle& triangle, std::array<std::uint32_t, 3>& neighbours) {
-  std::swap(triangle[1], triangle[2]);
-  std::swap(neighbours[0], neighbours[2]);
+void Turn(TriangleMesh& mesh, Neighbours& neighbours, std::size_t triangle) {
+  std::swap(mesh.triangles[triangle][1], mesh.triangles[triangle][2]);
+  std::swap(neighbours[triangle][0], neighbours[triangle][2]);
+  if (mesh.lifts.empty()) return;
+  std::array<float, 3>& middle_mm = mesh.lifts[triangle].middle_mm;
+  std::swap(middle_mm[0], middle_mm[2]);
+  for (float& mm : middle_mm) mm = -mm;
 }
 
 MeshParts TurnAlike(TriangleMesh& mesh, Neighbours& neighbours) {
@@ -81,7 +85,7 @@ MeshParts TurnAlike(TriangleMesh& mesh, Neighbours& neighbours) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const MeshPart& part = found.parts[found.part_of[t]];
     const bool minority = 2 * part.turned <= part.triangles;
-    if (against[t] == minority) Turn(mesh.triangles[t], neighbours[t]);
+    if (against[t] == minority) Turn(mesh, neighbours, t);
   }
   for (MeshPart& part : found.parts) {
     if (2 * part.turned > part.triangles) part.turned = part.triangles - part.turned;

@@ -31,7 +31,8 @@ struct MeshParts {
 [[nodiscard]] MeshParts TurnAlike(TriangleMesh& mesh,
                                   std::vector<std::array<std::uint32_t, 3>>& neighbours);
 
-/// The other way round, with its neighbours.
-void Turn(Triangle& triangle, std::array<std::uint32_t, 3>& neighbours);
+/// Turns a triangle the other way round, with its neighbours and its lift.
+void Turn(TriangleMesh& mesh, std::vector<std::array<std::uint32_t, 3>>& neighbours,
+          std::size_t triangle);
 
 }  // namespace trammel::part_alignment

@@ -50,9 +50,17 @@ Result<void> CheckNumbers(const TriangleMesh& mesh) {
 
 // Those of two equal corners: nothing but their neighbours' edges is lost with them.
 std::size_t LeaveOutCollapsed(TriangleMesh& mesh) {
-  return std::erase_if(mesh.triangles, [](const Triangle& triangle) {
+  const auto collapsed = [](const Triangle& triangle) {
     return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
-  });
+  };
+  if (!mesh.lifts.empty()) {
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!collapsed(mesh.triangles[t])) mesh.lifts[kept++] = mesh.lifts[t];
+    }
+    mesh.lifts.resize(kept);
+  }
+  return std::erase_if(mesh.triangles, collapsed);
 }
 
 // Joins vertices of the rim that agree to the rounding of 32-bit numbers. True where any were.
@@ -122,7 +130,7 @@ Result<MeshTopology> JoinedEdges(TriangleMesh& mesh, bool open, SolidMesh& solid
 }
 
 void TurnAll(TriangleMesh& mesh, std::vector<std::array<std::uint32_t, 3>>& neighbours) {
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) Turn(mesh.triangles[t], neighbours[t]);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) Turn(mesh, neighbours, t);
 }
 
 bool Within(const MeshPart& inner, const MeshPart& outer) {

@@ -23,6 +23,7 @@ struct SolidMesh {
 /// Mends what has one meaning only: triangles of two equal corners are left out, rims that agree
 /// to the rounding of 32-bit numbers are joined, triangles that are turned otherwise than their
 /// neighbours are turned, a solid that is inside out is turned.
+/// REQUIRES lifts for all triangles or for none.
 /// @param open  whether rims may be left; outside is then where most triangles face.
 /// Errors (kInput) name count and place: no triangles, too many, numbers that are not finite or
 /// beyond 1e6 mm, a shell that is open, edges of more than two triangles, several solids, a

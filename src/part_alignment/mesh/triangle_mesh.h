@@ -12,9 +12,18 @@ namespace trammel::part_alignment {
 /// Three vertices, counter-clockwise seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
 
+/// How far the part's own surface stands out of a triangle whose corners lie on it.
+struct TriangleLift {
+  /// Over the middle of the edge from corner k to the next, above 0 outside.
+  std::array<float, 3> middle_mm{};
+  float left_mm = 0;  ///< what the quadratic surface through corners and middles misses, at most
+};
+
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices_mm;
   std::vector<Triangle> triangles;
+  /// One for each triangle; none where nothing but the triangles is known.
+  std::vector<TriangleLift> lifts = {};
 };
 
 /// The most that is read: 250 MB of a binary STL, some 0.9 GB of memory while it is.

@@ -77,18 +77,21 @@ MeshDoubt DoubtOf(const PartFitInput& input, const PartFitOptions& options, cons
 FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
   FacetGuard guard;
   double least_sigma_mm = std::numeric_limits<double>::infinity();
+  bool surfaces_known = true;  // under every point
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     SurfaceContact& contact = problem.contacts[i];
     if (contact.surface->kind != SurfaceKind::kMesh) continue;
     const FacetError error = FacetErrorOf(*contact.surface->mesh, linear.triangles[i]);
-    const double error_mm = error.either_mm();
+    const double error_mm = error.left_mm.value_or(error.either_mm());
     least_sigma_mm = std::min(least_sigma_mm, contact.sigma_mm);
+    surfaces_known = surfaces_known && error.left_mm.has_value();
     // The error is known to first order: triangles of freeform parts were off by up to 1.56 of it,
     // and by 0.16 of it after correction.
     constexpr double kCorrected = 0.2;
-    const bool corrected = error_mm <= kMostLift_mm;
-    contact.least_mm += corrected ? kCorrected * error_mm : kFacetGuard * error.outward_mm;
-    contact.sigma_mm = std::hypot(contact.sigma_mm, corrected ? kCorrected * error_mm : error_mm);
+    const bool corrected = error.left_mm || error_mm <= kMostLift_mm;
+    const double left_mm = error.left_mm.value_or(kCorrected * error_mm);
+    contact.least_mm += corrected ? left_mm : kFacetGuard * error.outward_mm;
+    contact.sigma_mm = std::hypot(contact.sigma_mm, corrected ? left_mm : error_mm);
     guard.error_mm = std::max(guard.error_mm, error_mm);
     const auto most_mm = contact.surface->most_facet_error_mm;
     if (!most_mm || !(error_mm > *most_mm) || !guard.coarse.empty()) continue;
@@ -99,15 +102,21 @@ FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
         contact.surface->id, error_mm, *most_mm);
   }
   constexpr double kShown_mm = 5e-5;
-  if (guard.error_mm > kShown_mm) {
+  if (!(guard.error_mm > kShown_mm)) return guard;
+  if (surfaces_known) {
     guard.notice = fmt::format(
-        "the triangles under the points are up to {:.4f} mm off the smooth surface that they stand "
-        "for: what is left of it after correction is in the guard and in the covariance{}",
-        guard.error_mm,
-        guard.error_mm > least_sigma_mm
-            ? "; that is more than a point's sigma, and a finer deflection makes it less"
-            : "");
+        "stock allowance is from the part's own surfaces to within {:.4f} mm, which is in the "
+        "guard and in the covariance",
+        guard.error_mm);
+    return guard;
   }
+  guard.notice = fmt::format(
+      "the triangles under the points are up to {:.4f} mm off the smooth surface that they stand "
+      "for: what is left of it after correction is in the guard and in the covariance{}",
+      guard.error_mm,
+      guard.error_mm > least_sigma_mm
+          ? "; that is more than a point's sigma, and a finer deflection makes it less"
+          : "");
   return guard;
 }
 

@@ -97,7 +97,7 @@ struct PartFit {
   double mean_mm = 0;
   double uneven_mm = 0;  ///< root mean square of stock allowance less wanted, each surface alike
   /// How far the triangles under the points may be from the surface that they stand for: the most
-  /// to either side. 0 without a mesh.
+  /// to either side; of meshes with lifts, what these leave of it. 0 without a mesh.
   double facet_error_mm = 0;
   std::vector<FittedTarget> targets;  ///< points without a surface
   /// (3 · targets)², mm²: their own uncertainty, the scale's and the placement's.

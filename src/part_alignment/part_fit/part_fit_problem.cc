@@ -29,12 +29,8 @@ struct StockAllowance {
 StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ideal_mm) {
   if (surface.kind == SurfaceKind::kMesh) {
     const SurfaceDistance distance = surface.mesh->At(ideal_mm);
-    const SmoothLift lift = SmoothLiftAt(*surface.mesh, distance.triangle, distance.nearest_mm);
-    // Over an edge the way from it is the direction already, as smooth as the offset surface.
-    const bool over_face = distance.outward == surface.mesh->FaceNormal(distance.triangle);
-    const Vector3d outward =
-        over_face ? Vector3d((distance.outward - lift.gradient).normalized()) : distance.outward;
-    return {distance.mm - lift.mm, outward, distance.triangle, distance.at_rim};
+    const SmoothDistance smooth = SmoothDistanceAt(*surface.mesh, distance, ideal_mm);
+    return {smooth.mm, smooth.outward, distance.triangle, distance.at_rim};
   }
   const Vector3d from_middle = ideal_mm - surface.middle_mm;
   if (surface.kind == SurfaceKind::kPlane) {

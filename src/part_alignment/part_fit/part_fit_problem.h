@@ -40,8 +40,8 @@ struct Problem {
 };
 
 /// The problem for small motions about a placement: stock allowance (over fine triangles from the
-/// smooth surface, SmoothLiftAt), and its derivative by the motion (mm, and turns about the points'
-/// middle in units of 1 / size).
+/// smooth surface, SmoothDistanceAt), and its derivative by the motion (mm, and turns about the
+/// points' middle in units of 1 / size).
 struct Linear {
   Eigen::VectorXd stock_allowance_mm;
   Eigen::MatrixXd by_motion;
