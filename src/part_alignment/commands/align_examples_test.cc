@@ -127,6 +127,22 @@ TEST_F(AlignExamples, TheCadPartGivesTheTargetsOfItsPlanes) {
   EXPECT_TRUE(Exists("cad/stock-allowance.png"));
 }
 
+TEST_F(AlignExamples, TheStepPartGivesTheTargetsOfItsPlanesThoughItIsInInches) {
+  ASSERT_EQ(Align("fit points.csv --part part.json --out planes.json").exit_code, 0);
+  const auto run = Align("fit points.csv --part part-step.json --out step.json");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("1600 × 1100 × 236 mm, of 7 faces; its unit is inch")));
+  const json planes = Read("planes.json")["targets"];
+  const json step = Read("step.json")["targets"];
+  ASSERT_EQ(planes.size(), 8U);
+  ASSERT_EQ(step.size(), 8U);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(planes[i]["ideal_mm"][axis], step[i]["ideal_mm"][axis], 1e-4);
+    }
+  }
+}
+
 // All of the casting against the STL alone: it lies in more ways than one, whatever its unit.
 TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
   const auto bare = Align("fit points.csv --part part.stl");

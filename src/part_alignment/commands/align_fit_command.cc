@@ -14,10 +14,11 @@
 #include "app/commands.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
+#include "part_alignment/commands/align_cad.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/files/mesh_file.h"
 #include "part_alignment/files/part_fit_file.h"
-#include "part_alignment/files/stl_file.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/report/part_metrology_figures.h"
 #include "part_alignment/report/part_metrology_page.h"
@@ -38,19 +39,14 @@ struct FitArguments {
   bool force = false;
 };
 
-bool NamesStl(const std::string& part) {
-  const std::string ending = std::filesystem::path(part).extension().string();
-  return ending == ".stl" || ending == ".STL" || ending == ".Stl";
-}
-
 /// A mesh alone is all of the ideal part: whatever points call their surface lies on it.
-Result<files::PartFile> PartOfStl(const FitArguments& arguments,
+Result<files::PartFile> PartOfCad(const FitArguments& arguments,
                                   std::vector<part_alignment::MeasuredPoint>& points) {
   if (!arguments.stock_allowance_mm) {
     return Fail(fmt::format(
         "{} says nothing of stock: --overstock MM is what each point is to have", arguments.part));
   }
-  auto mesh = files::ReadMeshFile(
+  auto mesh = ReadCadFile(
       arguments.part, arguments.unit.empty() ? std::nullopt : files::LengthUnitOf(arguments.unit),
       false);
   if (!mesh) return tl::unexpected(mesh.error());
@@ -71,14 +67,14 @@ Result<files::PartFile> PartOfStl(const FitArguments& arguments,
 
 Result<files::PartFile> ReadPart(const FitArguments& arguments,
                                  std::vector<part_alignment::MeasuredPoint>& points) {
-  if (NamesStl(arguments.part)) return PartOfStl(arguments, points);
+  if (NamesCad(arguments.part)) return PartOfCad(arguments, points);
   if (!arguments.unit.empty() || arguments.stock_allowance_mm) {
     return Fail(
-        fmt::format("{}: --unit, --overstock and --least-overstock go with an STL; this "
-                    "file says so itself",
+        fmt::format("{}: --unit, --overstock and --least-overstock go with an STL or "
+                    "a STEP file; this file says so itself",
                     arguments.part));
   }
-  return files::ReadPartFile(arguments.part);
+  return files::ReadPartFile(arguments.part, ReadCadFile);
 }
 
 int RunFit(const FitArguments& arguments) {
@@ -126,15 +122,17 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
   command->add_option("points", arguments->points, "measured points, CSV or JSON")->required();
   command
       ->add_option("--part", arguments->part,
-                   "PART.json: the ideal part's surfaces, scale bars; or its STL")
+                   "PART.json: the ideal part's surfaces, scale bars; or its STEP or STL")
       ->required();
-  command->add_option("--unit", arguments->unit, "of an STL, which states none (default: mm)")
+  command
+      ->add_option("--unit", arguments->unit,
+                   "of an STL, which states none (default: mm); a STEP file has its own")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(files::kLengthUnitNames),
                                                      std::end(files::kLengthUnitNames))));
   command->add_option("--overstock", arguments->stock_allowance_mm,
-                      "stock allowance that is wanted on an STL, mm");
+                      "stock allowance that is wanted on a STEP or an STL, mm");
   command->add_option("--least-overstock", arguments->least_stock_allowance_mm,
-                      "on an STL, at every point, mm (default: 0)");
+                      "the same that every point must have, mm (default: 0)");
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--report", arguments->report,
                       "folder for report.html and the map of stock allowances");

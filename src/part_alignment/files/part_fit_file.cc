@@ -13,7 +13,6 @@
 
 #include "files/json_object.h"
 #include "files/whole_file.h"
-#include "part_alignment/files/stl_file.h"
 #include "part_alignment/files/three_numbers.h"
 
 namespace trammel::files {
@@ -37,6 +36,7 @@ std::string Id(JsonObject& object, const char* key) {
 
 // Meshes that a part names: each is read once, however many surfaces are on it.
 struct NamedMeshes {
+  const MeshReader& reader;
   std::filesystem::path folder;
   std::map<std::tuple<std::string, std::string, bool>, MeshFile> read;
 };
@@ -62,7 +62,7 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
       return object.Faults();
     }
     auto mesh =
-        ReadMeshFile(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt, may_be_open);
+        meshes.reader(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt, may_be_open);
     if (!mesh) return tl::unexpected(mesh.error());
     part.notices.insert(part.notices.end(), mesh->notices.begin(), mesh->notices.end());
     found = meshes.read.emplace(key, std::move(*mesh)).first;
@@ -71,8 +71,7 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
   return {};
 }
 
-Result<void> ReadSurfaces(JsonObject& root, const std::filesystem::path& folder, PartFile& part) {
-  NamedMeshes meshes{folder, {}};
+Result<void> ReadSurfaces(JsonObject& root, NamedMeshes meshes, PartFile& part) {
   for (const nlohmann::json& entry : root.List("surfaces", 1, 10'000)) {
     JsonObject object = root.Inner(entry, fmt::format("surfaces[{}]", part.surfaces.size()));
     IdealSurface surface;
@@ -202,7 +201,7 @@ Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root) {
   return read_bars;
 }
 
-Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
+Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReader& read_mesh) {
   const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
@@ -211,7 +210,7 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
   part.options.most_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
-  if (auto read = ReadSurfaces(root, path.parent_path(), part); !read)
+  if (auto read = ReadSurfaces(root, {read_mesh, path.parent_path(), {}}, part); !read)
     return tl::unexpected(read.error());
   auto bars = ReadScaleBars(root);
   if (!bars) return tl::unexpected(bars.error());

@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "files/json_object.h"
+#include "part_alignment/files/mesh_file.h"
 #include "part_alignment/part_fit/part_fit.h"
 
 namespace trammel::files {
@@ -21,7 +22,8 @@ struct PartFile {
 };
 
 /// PART.json (docs/formats.md), and the meshes that it names. Errors (kInput) name file and place.
-[[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path);
+[[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path,
+                                            const MeshReader& read_mesh);
 
 /// The list `scale_bars` of an object; none where the key is absent. Errors (kInput) name the
 /// place.

@@ -9,6 +9,7 @@
 #include "part_alignment/files/calibration_grid_file.h"
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/part_fit_file.h"
+#include "part_alignment/files/stl_file.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -116,12 +117,12 @@ TEST_F(PartMetrologyFile, APartIsReadAndItsFaultsAreNamed) {
      "overstock_mm": 2}],
     "scale_bars": [{"from": "B1", "to": "B2", "length_mm": 1000, "sigma_mm": 0.002}],
     "start": {"translation_mm": [0, 0, 0], "angles_rad": [0, 0, 1]}})";
-  const auto part = ReadPartFile(File(text));
+  const auto part = ReadPartFile(File(text), ReadMeshFile);
   ASSERT_TRUE(part) << part.error().message;
   EXPECT_EQ(part->surfaces[1].radius_mm, 40);
   EXPECT_EQ(part->options.guard_sigmas, 3);
   EXPECT_TRUE(part->start);
-  const auto bad = ReadPartFile(File(Replaced(text, "\"radius_mm\": 40,", "")));
+  const auto bad = ReadPartFile(File(Replaced(text, "\"radius_mm\": 40,", "")), ReadMeshFile);
   ASSERT_FALSE(bad);
   EXPECT_THAT(bad.error().message, HasSubstr("surfaces[1].radius_mm"));
 }

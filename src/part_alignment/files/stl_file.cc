@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "files/whole_file.h"
-#include "part_alignment/mesh/solid_mesh.h"
 #include "part_alignment/mesh/vertex_weld.h"
 
 namespace trammel::files {
@@ -196,14 +195,6 @@ bool LooksLikeText(std::string_view bytes) {
 
 }  // namespace
 
-std::optional<LengthUnit> LengthUnitOf(std::string_view name) {
-  for (const LengthUnit& unit : {LengthUnit{"mm", 1}, LengthUnit{"cm", 10}, LengthUnit{"m", 1000},
-                                 LengthUnit{"inch", 25.4}}) {
-    if (unit.name == name) return unit;
-  }
-  return std::nullopt;
-}
-
 Result<TriangleMesh> ParseStl(std::string_view bytes, const std::string& file, double mm_per_unit) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
   const std::size_t stated =
@@ -248,36 +239,9 @@ Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
     triangles = ParseStl(*bytes, path.string(), unit ? unit->mm : 1);
   }
   if (!triangles) return tl::unexpected(triangles.error());
-  auto solid = part_alignment::MakeSolid(std::move(*triangles), open);
-  if (!solid) {
-    return Fail(fmt::format("{}: {}", path.string(), solid.error().message));
-  }
-  MeshFile read;
-  const std::string name = path.filename().string();
-  const std::vector<std::string> mended = std::move(solid->notices);
-  auto mesh = std::make_shared<part_alignment::MeshDistance>(std::move(*solid));
-  Vector3d low = mesh->mesh().vertices_mm.front();
-  Vector3d high = low;
-  for (const Vector3d& at : mesh->mesh().vertices_mm) {
-    low = low.cwiseMin(at);
-    high = high.cwiseMax(at);
-  }
-  const Vector3d extent = high - low;
-  read.notices.push_back(
-      fmt::format("{}: {} triangles, {:.6g} × {:.6g} × {:.6g} mm, read {}", name,
-                  mesh->mesh().triangles.size(), extent.x(), extent.y(), extent.z(),
-                  unit ? fmt::format("in {}", unit->name)
-                       : "in mm: an STL states no unit, \"unit\" or --unit says another"));
-  for (const std::string& notice : mended) {
-    read.notices.push_back(fmt::format("{}: {}", name, notice));
-  }
-  if (mesh->slivers() > 0) {
-    read.notices.push_back(
-        fmt::format("{}: {} triangles are too narrow to have a normal and take their neighbours'",
-                    name, mesh->slivers()));
-  }
-  read.mesh = std::move(mesh);
-  return read;
+  return MakeMeshFile(path, std::move(*triangles), open,
+                      unit ? fmt::format("read in {}", unit->name)
+                           : "read in mm: an STL states no unit, \"unit\" or --unit says another");
 }
 
 }  // namespace trammel::files

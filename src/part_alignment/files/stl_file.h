@@ -2,26 +2,15 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/result.h"
-#include "part_alignment/mesh/mesh_distance.h"
+#include "part_alignment/files/mesh_file.h"
 #include "part_alignment/mesh/triangle_mesh.h"
 
 namespace trammel::files {
-
-/// Of lengths in a file that states none.
-struct LengthUnit {
-  std::string_view name;
-  double mm = 1;
-};
-inline constexpr std::string_view kLengthUnitNames[] = {"mm", "cm", "m", "inch"};
-/// @param name  one of kLengthUnitNames
-[[nodiscard]] std::optional<LengthUnit> LengthUnitOf(std::string_view name);
 
 /// Triangles of a binary or an ASCII STL, in mm, equal corners welded; which of the two it is the
 /// content tells, whatever its first word says. Normals and attributes are not read.
@@ -30,11 +19,6 @@ inline constexpr std::string_view kLengthUnitNames[] = {"mm", "cm", "m", "inch"}
 [[nodiscard]] Result<part_alignment::TriangleMesh> ParseStl(std::string_view bytes,
                                                             const std::string& file,
                                                             double mm_per_unit);
-
-struct MeshFile {
-  std::shared_ptr<const part_alignment::MeshDistance> mesh;
-  std::vector<std::string> notices;  ///< unit and size, and what was mended; each names the file
-};
 
 /// A solid from a file (MakeSolid). Files beyond 84 + 50 · kMostTriangles bytes are refused unread.
 /// @param unit  absent: mm, which a notice says.

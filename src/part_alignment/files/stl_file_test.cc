@@ -190,7 +190,7 @@ TEST_F(MeshFiles, APartFileNamesItsMeshFromItsOwnFolder) {
                        more);
   };
   Write("cad/part.json", part(R"(, "unit": "cm", "most_facet_error_mm": 0.01)"));
-  const auto read = ReadPartFile(At("cad/part.json"));
+  const auto read = ReadPartFile(At("cad/part.json"), ReadMeshFile);
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_EQ(read->surfaces.size(), 1U);
   EXPECT_EQ(read->surfaces[0].mesh->mesh().triangles.size(), 12U);
@@ -198,11 +198,12 @@ TEST_F(MeshFiles, APartFileNamesItsMeshFromItsOwnFolder) {
   EXPECT_EQ(read->options.most_uneven_mm, 7);
   EXPECT_THAT(read->notices[0], HasSubstr("800 × 500 × 300 mm, read in cm"));
   Write("cad/part.json", part(R"(, "unit": "furlong")"));
-  EXPECT_THAT(ReadPartFile(At("cad/part.json")).error().message, HasSubstr("unit"));
+  EXPECT_THAT(ReadPartFile(At("cad/part.json"), ReadMeshFile).error().message, HasSubstr("unit"));
   Write("cad/part.json", part(R"(, "open": 1)"));
-  EXPECT_THAT(ReadPartFile(At("cad/part.json")).error().message, HasSubstr("open"));
+  EXPECT_THAT(ReadPartFile(At("cad/part.json"), ReadMeshFile).error().message, HasSubstr("open"));
   Write("cad/part.json", part(R"(, "radius_mm": 1)"));
-  EXPECT_THAT(ReadPartFile(At("cad/part.json")).error().message, HasSubstr("radius_mm"));
+  EXPECT_THAT(ReadPartFile(At("cad/part.json"), ReadMeshFile).error().message,
+              HasSubstr("radius_mm"));
 }
 
 }  // namespace

@@ -1,0 +1,324 @@
+// trammel align fit with the ideal part as STEP, as STL and as analytic surfaces.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "geometry/euler.h"
+#include "support/run_trammel.h"
+#include "support/step_text.h"
+
+namespace trammel {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const geometry::Pose kIdealFromMeasured{{312.3, -155.1, 96.4}, {0.31, -0.22, 1.7}};
+const std::vector<Vector3d> kTargets_mm = {{-200, -150, 60}, {200, -150, 60}, {0, 250, -40}};
+
+Vector3d InMeasurement(const Vector3d& ideal_mm) {
+  return geometry::RotationFromAngles(kIdealFromMeasured.angles_rad).transpose() *
+         (ideal_mm - kIdealFromMeasured.translation_mm);
+}
+
+class Points {
+ public:
+  void Add(const Vector3d& ideal_mm, const std::string& surface) {
+    const Vector3d at = InMeasurement(ideal_mm);
+    text_ += fmt::format("p{},{:.12f},{:.12f},{:.12f},0.01,{}\n", count_++, at.x(), at.y(), at.z(),
+                         surface);
+  }
+  // `proud(surface)` on each flat face and in the bore, as many on each.
+  template <class Proud>
+  void AddBlock(const test::StepBlock& block, int each, Random& random, bool top,
+                const Proud& proud) {
+    const Vector3d half = block.size_mm / 2;
+    for (int i = 0; i < each; ++i) {
+      // Past the bore's mouth and the rim of the freeform top.
+      const double x = random.Uniform(2, 0.9 * half.x());
+      const double y = random.Uniform(-0.9, 0.9) * half.y();
+      const double z = random.Uniform(2, 0.8 * block.size_mm.z());
+      Add({2 * x - 0.9 * half.x(), y, -proud()}, "bottom");
+      if (top) Add({2 * x - 0.9 * half.x(), y, block.size_mm.z() + proud()}, "top");
+      Add({-half.x() - proud(), y, z}, "left");
+      Add({half.x() + proud(), y, z}, "right");
+      Add({x, -half.y() - proud(), z}, "front");
+      Add({x, half.y() + proud(), z}, "back");
+      const double turn = random.Uniform(0, 2 * std::numbers::pi);
+      const double radius = block.bore_radius_mm - proud();
+      Add({block.bore_x_mm + radius * std::cos(turn), y, block.bore_z_mm + radius * std::sin(turn)},
+          "bore");
+    }
+  }
+  [[nodiscard]] std::string Text() const {
+    std::string text = "id,x_mm,y_mm,z_mm,sigma_mm,surface\n" + text_;
+    for (std::size_t i = 0; i < kTargets_mm.size(); ++i) {
+      const Vector3d at = InMeasurement(kTargets_mm[i]);
+      text += fmt::format("T{},{:.12f},{:.12f},{:.12f},0.01,\n", i, at.x(), at.y(), at.z());
+    }
+    return text;
+  }
+
+ private:
+  std::string text_;
+  int count_ = 0;
+};
+
+// The same block by hand: strips around the bore, from its wall to the sides along each ray.
+std::string StlText(const test::StepBlock& block) {
+  constexpr int kRays = 720;  // chords of 0.1 um
+  const Vector3d half = block.size_mm / 2;
+  const double cx = block.bore_x_mm;
+  const double cz = block.bore_z_mm;
+  std::vector<double> turns;
+  for (int i = 0; i < kRays; ++i) turns.push_back(2 * std::numbers::pi * i / kRays);
+  for (const double x : {-half.x(), half.x()}) {
+    for (const double z : {0.0, block.size_mm.z()}) {
+      const double turn = std::atan2(z - cz, x - cx);
+      turns.push_back(turn < 0 ? turn + 2 * std::numbers::pi : turn);
+    }
+  }
+  std::sort(turns.begin(), turns.end());
+  const auto at = [&](double turn, double y, bool wall) {
+    const double c = std::cos(turn);
+    const double s = std::sin(turn);
+    // No ray runs along an axis to the last bit but those along x.
+    const double to_x = ((c > 0 ? half.x() : -half.x()) - cx) / c;
+    const double to_z = ((s > 0 ? block.size_mm.z() : 0) - cz) / (s != 0 ? s : -1e-300);
+    const double r = wall ? block.bore_radius_mm : std::min(to_x, to_z);
+    return Vector3d(cx + r * c, y, cz + r * s);
+  };
+  std::string text = "solid block\n";
+  const auto facet = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const Vector3d& v : {a, b, c}) {
+      text += fmt::format("vertex {:.9f} {:.9f} {:.9f}\n", v.x(), v.y(), v.z());
+    }
+    text += "endloop\nendfacet\n";
+  };
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const double from = turns[i];
+    const double to = turns[(i + 1) % turns.size()];
+    for (const double y : {-half.y(), half.y()}) {
+      const bool turned = y > 0;
+      const Vector3d a = at(from, y, true);
+      const Vector3d b = at(from, y, false);
+      const Vector3d c = at(to, y, false);
+      const Vector3d d = at(to, y, true);
+      facet(a, turned ? c : b, turned ? b : c);
+      facet(a, turned ? d : c, turned ? c : d);
+    }
+    for (const bool wall : {false, true}) {
+      const Vector3d a = at(from, -half.y(), wall);
+      const Vector3d b = at(from, half.y(), wall);
+      const Vector3d c = at(to, half.y(), wall);
+      const Vector3d d = at(to, -half.y(), wall);
+      facet(a, wall ? c : b, wall ? b : c);
+      facet(a, wall ? d : c, wall ? c : d);
+    }
+  }
+  return text + "endsolid block\n";
+}
+
+std::string AnalyticText(const test::StepBlock& block, double wanted_mm) {
+  const Vector3d half = block.size_mm / 2;
+  const double z = block.size_mm.z() / 2;
+  std::string surfaces;
+  const auto add = [&](const char* id, const char* kind, const Vector3d& at, const Vector3d& along,
+                       double radius_mm) {
+    surfaces += fmt::format(
+        "{}{{\"id\": \"{}\", \"kind\": \"{}\", \"middle_mm\": [{}, {}, {}], \"direction\": [{}, "
+        "{}, {}],{} \"overstock_mm\": {}}}",
+        surfaces.empty() ? "" : ",\n", id, kind, at.x(), at.y(), at.z(), along.x(), along.y(),
+        along.z(), radius_mm > 0 ? fmt::format(" \"radius_mm\": {},", radius_mm) : "", wanted_mm);
+  };
+  add("bottom", "plane", {0, 0, 0}, {0, 0, -1}, 0);
+  add("top", "plane", {0, 0, 2 * z}, {0, 0, 1}, 0);
+  add("left", "plane", {-half.x(), 0, z}, {-1, 0, 0}, 0);
+  add("right", "plane", {half.x(), 0, z}, {1, 0, 0}, 0);
+  add("front", "plane", {0, -half.y(), z}, {0, -1, 0}, 0);
+  add("back", "plane", {0, half.y(), z}, {0, 1, 0}, 0);
+  add("bore", "bore", {block.bore_x_mm, 0, block.bore_z_mm}, {0, 1, 0}, block.bore_radius_mm);
+  return surfaces;
+}
+
+class AlignStep : public testing::Test {
+ protected:
+  [[nodiscard]] test::CommandResult Run(const std::string& arguments) const {
+    return test::RunTrammel("align " + arguments, folder_.path());
+  }
+  void Write(const std::string& name, const std::string& text) const {
+    test::WriteWhole(folder_.path() / name, text);
+  }
+  void WritePart(const std::string& name, const std::string& surfaces) const {
+    const geometry::Pose& pose = kIdealFromMeasured;
+    Write(name,
+          fmt::format("{{\"format\": 1, \"least_overstock_mm\": 1.2, \"start\": "
+                      "{{\"translation_mm\": [{}, {}, {}], \"angles_rad\": [{}, {}, {}]}}, "
+                      "\"surfaces\": [{}]}}",
+                      pose.translation_mm.x(), pose.translation_mm.y(), pose.translation_mm.z(),
+                      pose.angles_rad.x(), pose.angles_rad.y(), pose.angles_rad.z(), surfaces));
+  }
+  // Of a fit whose verdict is good.
+  [[nodiscard]] std::vector<Vector3d> Targets(const std::string& arguments) {
+    const auto run = Run("fit points.csv --json --part " + arguments);
+    EXPECT_EQ(run.exit_code, 0) << arguments << ": " << run.output;
+    if (run.exit_code != 0) return std::vector<Vector3d>(kTargets_mm.size(), Vector3d::Zero());
+    std::vector<Vector3d> targets;
+    const auto answer = nlohmann::json::parse(run.standard_output);
+    for (const auto& target : answer["targets"]) {
+      const auto& at = target["ideal_mm"];
+      targets.emplace_back(double(at[0]), double(at[1]), double(at[2]));
+    }
+    EXPECT_EQ(targets.size(), kTargets_mm.size());
+    notices_ = answer["notices"].dump();
+    return targets;
+  }
+
+  test::TemporaryFolder folder_;
+  std::string notices_;  // of the last answer
+};
+
+TEST_F(AlignStep, StepInEachUnitAndStlAndAnalyticSurfacesGiveOnePlacement) {
+  const test::StepBlock block;
+  Random random(88'001);
+  Points points;
+  points.AddBlock(block, 25, random, true, [&] { return random.Uniform(1.5, 3.5); });
+  const std::string text = points.Text();
+  Write("points.csv", text);
+  constexpr double kWanted_mm = 2.4;
+  WritePart("analytic.json", AnalyticText(block, kWanted_mm));
+  const auto analytic = Targets("analytic.json");
+  std::string on_mesh = text;
+  for (const char* surface : {"bottom", "top", "left", "right", "front", "back", "bore"}) {
+    for (std::size_t at = 0;
+         (at = on_mesh.find(std::string(",") + surface, at)) != std::string::npos;) {
+      on_mesh.replace(at, 1 + std::string(surface).size(), ",cad");
+    }
+  }
+  Write("points.csv", on_mesh);
+  Write("block.stl", StlText(block));
+  for (const char* unit : {"mm", "inch", "m"}) {
+    Write(fmt::format("block-{}.step", unit), test::StepText({block}, unit));
+  }
+  for (const char* file : {"block.stl", "block-mm.step", "block-inch.step", "block-m.step"}) {
+    WritePart("cad.json", fmt::format("{{\"id\": \"cad\", \"kind\": \"mesh\", \"file\": \"{}\", "
+                                      "\"overstock_mm\": {}}}",
+                                      file, kWanted_mm));
+    const auto targets = Targets("cad.json");
+    // What facets leave joins the guard of the points that the placement rests on.
+    constexpr double kAgree_mm = 0.001;
+    double off_mm = 0;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      off_mm = std::max(off_mm, (targets[i] - analytic[i]).norm());
+    }
+    EXPECT_LT(off_mm, kAgree_mm) << file;
+    std::printf("%s: %.5f um from the analytic placement\n", file, 1e3 * off_mm);
+  }
+}
+
+TEST_F(AlignStep, PointsEvenlyProudOfAFreeformPartComeBackWithin2MicronsAnd5Microradians) {
+  test::StepBlock block;
+  block.freeform = true;
+  Random random(88'002);
+  Points points;
+  constexpr double kProud_mm = 2;
+  points.AddBlock(block, 20, random, false, [&] { return kProud_mm; });
+  for (int i = 0; i < 150; ++i) {
+    const auto top = test::TopAt(block, random.Uniform(0.1, 0.9), random.Uniform(0.1, 0.9));
+    points.Add(top.at_mm + kProud_mm * top.outward, "top");
+  }
+  Write("points.csv", points.Text());
+  for (const char* unit : {"mm", "inch", "m"}) {
+    const std::string file = fmt::format("free-{}.stp", unit);
+    Write(file, test::StepText({block}, unit));
+    const auto targets = Targets(file + " --overstock 2");
+    constexpr double kPlace_mm = 0.002;
+    constexpr double kTurn_rad = 5e-6;
+    Vector3d middle = Vector3d::Zero();
+    double place_mm = 0;
+    double turn_rad = 0;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      place_mm = std::max(place_mm, (targets[i] - kTargets_mm[i]).norm());
+      middle += (targets[i] - kTargets_mm[i]) / static_cast<double>(targets.size());
+    }
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      const Vector3d off = targets[i] - kTargets_mm[i] - middle;
+      turn_rad = std::max(turn_rad, off.norm() / kTargets_mm[i].norm());
+    }
+    EXPECT_THAT(notices_, HasSubstr(fmt::format("of 7 faces; its unit is {}", unit)));
+    EXPECT_LT(place_mm, kPlace_mm) << unit;
+    EXPECT_LT(turn_rad, kTurn_rad) << unit;
+    std::printf("%s: %.4f um and %.4f urad from the exact placement\n", unit, 1e3 * place_mm,
+                1e6 * turn_rad);
+  }
+}
+
+TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
+  test::StepBlock second;
+  second.name = "second";
+  second.at_mm = {150, 0, 0};
+  Points points;
+  Random random(88'003);
+  points.AddBlock({}, 5, random, true, [] { return 2.0; });
+  Write("points.csv", points.Text());
+  Write("two.step", test::StepText({{}, second}, "mm"));
+  Write("open.step", test::StepText({{}}, "mm", test::StepFault::kNoTop));
+  Write("sheet.step", test::StepText({{}}, "mm", test::StepFault::kSurfacesOnly));
+  const std::string whole = test::StepText({{}}, "inch");
+  Write("whole.step", whole);
+  Write("cut.step", whole.substr(0, 2 * whole.size() / 3));
+  Write("named.stl", whole);
+  const auto said = [&](const std::string& arguments) {
+    const auto run = Run("fit points.csv --overstock 2 --part " + arguments);
+    EXPECT_EQ(run.exit_code, 1) << run.output;
+    return run.output;
+  };
+  EXPECT_THAT(said("two.step"), AllOf(HasSubstr("2 solids"), HasSubstr("\"second\"")));
+  EXPECT_THAT(said("open.step"), HasSubstr("its shell is open: 4 edges"));
+  EXPECT_THAT(said("sheet.step"), HasSubstr("surfaces only"));
+  EXPECT_THAT(said("cut.step"), HasSubstr("cut short"));
+  EXPECT_THAT(said("whole.step --unit mm"), HasSubstr("states its unit itself"));
+  EXPECT_THAT(said("nothing.step"), HasSubstr("nothing.step"));
+  WritePart("part.json", R"({"id": "cad", "kind": "mesh", "file": "whole.step", "open": true,
+                             "overstock_mm": 2})");
+  const auto open = Run("fit points.csv --part part.json");
+  EXPECT_EQ(open.exit_code, 1);
+  EXPECT_THAT(open.output, HasSubstr("from an STL alone"));
+  // A block from nowhere lies in several ways: it was read, whatever its name says.
+  const auto named = Run("fit points.csv --overstock 2 --part named.stl");
+  EXPECT_THAT(named.output, HasSubstr("its unit is inch"));
+}
+
+TEST_F(AlignStep, WithoutItsModuleTheMessageNamesThePackage) {
+  Points points;
+  Random random(88'004);
+  points.AddBlock({}, 5, random, true, [] { return 2.0; });
+  Write("points.csv", points.Text());
+  Write("block.step", test::StepText({{}}, "mm"));
+  // A copy of the program has no modules beside it.
+  const std::string run = fmt::format(
+      "cd '{}' && mkdir bin && cp '{}' bin/trammel && bin/trammel align fit points.csv --overstock "
+      "2 "
+      "--part block.step > said 2>&1",
+      folder_.path().string(), TRAMMEL_PROGRAM);
+  EXPECT_NE(std::system(run.c_str()), 0);
+  EXPECT_THAT(test::ReadWhole(folder_.path() / "said"),
+              AllOf(HasSubstr("trammel-step.so"), HasSubstr("install the package trammel-step"),
+                    HasSubstr("or export an STL")));
+}
+
+}  // namespace
+}  // namespace trammel
