@@ -145,6 +145,15 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
 
 }  // namespace
 
+AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
+  AnalysisOutput output;
+  output.files.report = (recording / "report.html").string();
+  output.files.picture = (recording / kResultPicture).string();
+  output.json = json;
+  output.keep_in_recording = true;
+  return output;
+}
+
 int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   // The answer is printed whatever became of the files: it must not get lost for a full disk.
   const Written written = WriteFiles(run, result, output);

@@ -1,6 +1,7 @@
 // What a finished analysis says on the terminal and leaves on disk.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "app/output_files.h"
@@ -17,6 +18,9 @@ struct AnalysisOutput {
   bool keep_in_recording = false;  ///< in the source, which is a recording's folder
   ReportFiles files;
 };
+
+/// Everything that an analysis leaves in its recording's folder: result, report and picture.
+[[nodiscard]] AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json);
 
 /// Prints the answer on standard output and writes the files.
 /// @param result  of the run, its source the recording or photo.

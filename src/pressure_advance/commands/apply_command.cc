@@ -18,6 +18,7 @@
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
@@ -363,11 +364,7 @@ int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
-  if (!arguments.filament.empty()) {
-    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
-      return PrintError({key.error().kind, "--filament: " + key.error().message});
-    }
-  }
+  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   const Result<ChosenValue> value = ValueFrom(arguments.value);
   if (!value) return PrintError(value.error());
   const auto printer = Connect(config->scan, interrupt.token());

@@ -27,7 +27,6 @@
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
-#include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
@@ -147,15 +146,10 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     const std::string change = SpoolChange(*spool_before, spool_now);
     if (!change.empty()) run->analysis.notices.push_back(change);
   }
-  AnalysisOutput output;
-  output.files.report = (folder / "report.html").string();
-  output.files.picture = (folder / kResultPicture).string();
-  output.json = arguments.json;
-  output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
-  int code = PrintAnalysis(*run, result, output);
+  int code = PrintAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   if (!arguments.json) PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
@@ -249,11 +243,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
   const auto config = ConfigOf(arguments);
   if (!config) return PrintError(config.error());
-  if (!arguments.filament.empty()) {
-    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
-      return PrintError({key.error().kind, "--filament: " + key.error().message});
-    }
-  }
+  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan,
                                   {arguments.print, arguments.scan, arguments.photo});

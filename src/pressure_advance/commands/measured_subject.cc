@@ -6,11 +6,19 @@
 #include <optional>
 #include <utility>
 
+#include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/run_journal.h"
 #include "settings/material.h"
 
 namespace trammel::app {
+
+Result<void> CheckFilamentOption(const std::string& name) {
+  if (name.empty()) return {};
+  const auto key = procedure::FilamentKey(name);
+  if (key) return {};
+  return Fail("--filament: " + key.error().message, key.error().kind);
+}
 
 std::optional<machine::Spool> SpoolNow(const procedure::Session& session, bool wanted) {
   auto spool = procedure::SpoolOnPrinter(session);

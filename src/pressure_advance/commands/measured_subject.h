@@ -5,11 +5,16 @@
 #include <string>
 
 #include "app/config/config_file.h"
+#include "base/result.h"
 #include "machine/moonraker/spoolman.h"
 #include "measurement/outcome.h"
 #include "session/session.h"
 
 namespace trammel::app {
+
+/// Checks the name that --filament gives; an empty one is none. Errors: those of FilamentKey, with
+/// the option's name.
+[[nodiscard]] Result<void> CheckFilamentOption(const std::string& name);
 
 /// The spool on the printer; none, too, where Spoolman does not tell.
 /// @param wanted  standard error is told why it does not

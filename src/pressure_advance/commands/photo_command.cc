@@ -24,7 +24,6 @@
 #include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/pattern_photo.h"
 #include "service/result_picture.h"
 
@@ -86,15 +85,10 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
   const auto run = AnalysePhoto(path, plan, pressure_advance::Method::kResponse);
   if (!run) return PrintError(run.error());
-  AnalysisOutput output;
-  output.files.report = (folder / "report.html").string();
-  output.files.picture = (folder / kResultPicture).string();
-  output.json = arguments.json;
-  output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, SpoolNow(session, arguments.filament.empty()));
-  const int code = PrintAnalysis(*run, result, output);
+  const int code = PrintAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (arguments.json || !measured.good()) return code;
   fmt::print("photo             {}\n", photo.name);
@@ -108,11 +102,7 @@ int RunPhoto(const PhotoArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
-  if (!arguments.filament.empty()) {
-    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
-      return PrintError({key.error().kind, "--filament: " + key.error().message});
-    }
-  }
+  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   const auto plan = arguments.plan.empty() ? Result<PhotoPlan>(PlanOfPhotoPattern())
                                            : ReadPhotoPlan(arguments.plan);
   if (!plan) return PrintError(plan.error());
