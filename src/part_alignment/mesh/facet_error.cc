@@ -89,20 +89,94 @@ Vector3d SmoothNormal(const MeshDistance& mesh, std::uint32_t from, std::uint32_
   return sum.normalized();
 }
 
-// The same from the normals at the corners: better among uneven triangles, and nonsense where a
-// flat face of a part begins; so only near what the bends say.
-void Improve(const MeshDistance& mesh, std::uint32_t triangle, Bends& bends) {
+using Middles = std::array<double, 3>;  // mm, over the middles of the edges
+
+Middles MiddlesByNormals(const MeshDistance& mesh, std::uint32_t triangle) {
   const Triangle& corners = mesh.mesh().triangles[triangle];
   std::array<Vector3d, 3> normals;
   for (std::size_t k = 0; k < 3; ++k) normals[k] = SmoothNormal(mesh, triangle, corners[k]);
-  const double near_mm = 0.7 * bends.error.either_mm();
+  Middles middles{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
     const Vector3d along =
         mesh.mesh().vertices_mm[corners[next]] - mesh.mesh().vertices_mm[corners[k]];
-    const double middle_mm = along.dot(normals[next] - normals[k]) / 8;
-    if (std::abs(middle_mm - bends.middle_mm[k]) < near_mm) bends.middle_mm[k] = middle_mm;
+    middles[k] = along.dot(normals[next] - normals[k]) / 8;
   }
+  return middles;
+}
+
+// Of the quadratic surface through the corners and the outer corners of the three neighbours. Where
+// a sharp edge or a rim leaves no neighbour, the surface goes on straight.
+std::optional<Middles> MiddlesByNeighbours(const MeshDistance& mesh, std::uint32_t triangle) {
+  const std::vector<Vector3d>& vertices = mesh.mesh().vertices_mm;
+  const Triangle& corners = mesh.mesh().triangles[triangle];
+  const Vector3d area = AreaVector(mesh.mesh(), corners);
+  Eigen::Matrix3d rows;
+  Vector3d heights = Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::array<double, 3> share{};  // barycentric, of the parallelogram's fourth corner
+    share[k] = share[(k + 1) % 3] = 1;
+    share[(k + 2) % 3] = -1;
+    const std::uint32_t other = mesh.NeighboursOf(triangle)[k];
+    const double bend = EdgeBend_rad(mesh, triangle, static_cast<int>(k));
+    if (other != kNoTriangle && std::abs(bend) <= kCrease_rad && !mesh.IsSliver(other)) {
+      const Triangle& theirs = mesh.mesh().triangles[other];
+      const std::size_t outer =
+          3 - CornerAt(theirs, corners[k]) - CornerAt(theirs, corners[(k + 1) % 3]);
+      const Vector3d at = vertices[theirs[outer]];
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vector3d& from = vertices[corners[(i + 1) % 3]];
+        const Vector3d opposite = vertices[corners[(i + 2) % 3]] - from;
+        share[i] = area.cross(opposite).dot(at - from) / area.squaredNorm();
+      }
+      heights[static_cast<Eigen::Index>(k)] =
+          mesh.FaceNormal(triangle).dot(at - vertices[corners[0]]);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      rows(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) =
+          4 * share[i] * share[(i + 1) % 3];
+    }
+  }
+  // Even triangles have a determinant of 256; six places on one conic have none.
+  constexpr double kLeastDeterminant = 10;
+  if (!(std::abs(rows.determinant()) > kLeastDeterminant)) return std::nullopt;
+  const Vector3d middles = rows.inverse() * heights;
+  return Middles{middles.x(), middles.y(), middles.z()};
+}
+
+// Replaces what the bends say by what the normals at the corners do, which is better among uneven
+// triangles; by what the neighbours do where faces of another grid begin; both are nonsense where a
+// flat face of a part begins, and differ there.
+void Improve(const MeshDistance& mesh, std::uint32_t triangle, Bends& bends) {
+  const double error_mm = bends.error.either_mm();
+  const auto differ = [](const Middles& a, const Middles& b) {
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(a[k] - b[k]));
+    return most;
+  };
+  const auto by_neighbours = MiddlesByNeighbours(mesh, triangle);
+  const Middles by_normals = MiddlesByNormals(mesh, triangle);
+  constexpr double kFar = 1.5;
+  constexpr double kAlike = 0.1;
+  constexpr double kUnlike = 0.5;
+  bends.error.apart_mm = 2 * error_mm;
+  if (!by_neighbours) return;
+  const double apart_mm = differ(*by_neighbours, by_normals);
+  if (apart_mm > kUnlike * error_mm || differ(*by_neighbours, bends.middle_mm) > kFar * error_mm) {
+    return;
+  }
+  bends.middle_mm = apart_mm > kAlike * error_mm ? *by_neighbours : by_normals;
+  bends.error.apart_mm = apart_mm;
+}
+
+// Improved where the triangle is corrected.
+Bends SmoothBendsOf(const MeshDistance& mesh, std::uint32_t triangle) {
+  Bends bends = BendsOf(mesh, triangle);
+  const double error_mm = bends.error.either_mm();
+  if (!bends.error.left_mm && error_mm > 0 && error_mm <= kMostLift_mm) {
+    Improve(mesh, triangle, bends);
+  }
+  return bends;
 }
 
 }  // namespace
@@ -121,7 +195,7 @@ double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner
 }
 
 FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle) {
-  return BendsOf(mesh, triangle).error;
+  return SmoothBendsOf(mesh, triangle).error;
 }
 
 namespace {
@@ -147,13 +221,9 @@ struct LiftedTriangle {
 };
 
 std::optional<LiftedTriangle> Lifted(const MeshDistance& mesh, std::uint32_t triangle) {
-  Bends bends = BendsOf(mesh, triangle);
+  const Bends bends = SmoothBendsOf(mesh, triangle);
   const double error_mm = bends.error.either_mm();
-  if (!(error_mm > 0)) return std::nullopt;
-  if (!bends.error.left_mm) {
-    if (error_mm > kMostLift_mm) return std::nullopt;
-    Improve(mesh, triangle, bends);
-  }
+  if (!(error_mm > 0) || (!bends.error.left_mm && error_mm > kMostLift_mm)) return std::nullopt;
   LiftedTriangle lifted;
   lifted.middle_mm = bends.middle_mm;
   const Triangle& corners = mesh.mesh().triangles[triangle];

@@ -19,6 +19,11 @@ struct FacetError {
   double outward_mm = 0;
   double inward_mm = 0;  ///< the same to the inside, where it is hollow
   double tilt_rad = 0;   ///< the most by which the smooth normal leaves the triangle's
+  /// By how much two ways to see the smooth surface of a corrected triangle differ, from the
+  /// normals at its corners and from its neighbours' outer corners; twice either_mm() where they
+  /// contradict each other, as beside a flat face. With a twentieth of either_mm() the most that is
+  /// left of it after SmoothLiftAt. 0 where it is not corrected.
+  double apart_mm = 0;
   /// Of meshes with lifts, whose error is known: what is left of it after SmoothLiftAt.
   std::optional<double> left_mm = {};
 

@@ -78,6 +78,66 @@ TEST(FacetError, TheLiftOfFineTrianglesMakesThemSmooth) {
       << "coarse triangles are left as they are";
 }
 
+// Uneven triangles, as in the seams between the grids of a freeform part.
+TEST(FacetError, WhatIsLeftOfACorrectedTriangleIsWithinWhatTwoWaysToSeeItDiffer) {
+  constexpr double kRadius_mm = 100;
+  Random random(114);
+  TriangleMesh uneven = test::SphereMesh(kRadius_mm, 160);
+  for (Eigen::Vector3d& vertex : uneven.vertices_mm) {
+    const double edge_mm = std::numbers::pi / 160 * std::hypot(vertex.x(), vertex.y());
+    vertex += 0.2 * edge_mm *
+              Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
+    vertex *= kRadius_mm / vertex.norm();
+  }
+  const MeshDistance mesh = DistanceOf(uneven);
+  double most_plain_mm = 0, most_left_mm = 0;
+  for (std::uint32_t t = 0; t < mesh.mesh().triangles.size(); ++t) {
+    const FacetError error = FacetErrorOf(mesh, t);
+    const Triangle& corners = mesh.mesh().triangles[t];
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const std::uint32_t vertex : corners) middle += mesh.mesh().vertices_mm[vertex] / 3;
+    const double lacks_mm = kRadius_mm - middle.norm();
+    const double left_mm = std::abs(lacks_mm - SmoothLiftAt(mesh, t, middle).mm);
+    EXPECT_LE(left_mm, error.apart_mm + 0.05 * error.either_mm()) << t;
+    most_plain_mm = std::max(most_plain_mm, lacks_mm);
+    if (error.apart_mm < error.either_mm()) most_left_mm = std::max(most_left_mm, left_mm);
+  }
+  EXPECT_LT(most_left_mm, 0.1 * most_plain_mm);
+}
+
+TEST(FacetError, AFlatFaceBesideARoundIsLeftToWhatTheBendsSay) {
+  constexpr int kStrips = 24;
+  constexpr double kRadius_mm = 10;
+  TriangleMesh mesh;  // a prism of a half disc over a flat face, smooth where they meet
+  std::vector<Eigen::Vector2d> outline{{-40, 0}, {-40, kRadius_mm}};
+  for (int i = 0; i <= kStrips; ++i) {
+    const double angle = std::numbers::pi / 2 * (1 - static_cast<double>(i) / kStrips);
+    outline.emplace_back(kRadius_mm * std::cos(angle), kRadius_mm * std::sin(angle));
+  }
+  const auto n = static_cast<std::uint32_t>(outline.size());
+  for (const double z : {-30.0, 30.0}) {
+    for (const auto& at : outline) mesh.vertices_mm.emplace_back(at.x(), at.y(), z);
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    mesh.triangles.push_back({i, n + j, j});
+    mesh.triangles.push_back({i, n + i, n + j});
+  }
+  for (std::uint32_t i = 1; i + 1 < n; ++i) {
+    mesh.triangles.push_back({0, i, i + 1});
+    mesh.triangles.push_back({n, n + i + 1, n + i});
+  }
+  const MeshDistance distance = DistanceOf(mesh);
+  int beside = 0;
+  for (std::uint32_t t = 0; t < distance.mesh().triangles.size(); ++t) {
+    const FacetError error = FacetErrorOf(distance, t);
+    if (error.either_mm() == 0 || distance.FaceNormal(t).y() < 1 - 1e-9) continue;
+    ++beside;
+    EXPECT_EQ(error.apart_mm, 2 * error.either_mm()) << t;
+  }
+  EXPECT_GE(beside, 1);
+}
+
 TEST(FacetError, OfAHollowIsNoneOutwards) {
   TriangleMesh mesh = test::BoxMesh({200, 200, 200});
   TriangleMesh hollow = test::SphereMesh(100, 30);

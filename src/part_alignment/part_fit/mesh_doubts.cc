@@ -85,11 +85,10 @@ FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
     const double error_mm = error.left_mm.value_or(error.either_mm());
     least_sigma_mm = std::min(least_sigma_mm, contact.sigma_mm);
     surfaces_known = surfaces_known && error.left_mm.has_value();
-    // The error is known to first order: triangles of freeform parts were off by up to 1.56 of it,
-    // and by 0.16 of it after correction.
-    constexpr double kCorrected = 0.2;
+    // The error is known to first order: triangles of freeform parts were off by up to 1.56 of it.
+    constexpr double kCorrected = 0.05;
     const bool corrected = error.left_mm || error_mm <= kMostLift_mm;
-    const double left_mm = error.left_mm.value_or(kCorrected * error_mm);
+    const double left_mm = error.left_mm.value_or(error.apart_mm + kCorrected * error_mm);
     contact.least_mm += corrected ? left_mm : kFacetGuard * error.outward_mm;
     contact.sigma_mm = std::hypot(contact.sigma_mm, corrected ? left_mm : error_mm);
     guard.error_mm = std::max(guard.error_mm, error_mm);
