@@ -12,10 +12,10 @@
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/files/target_file.h"
+#include "part_alignment/survey/survey_picture_test_support.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/targets/code_book.h"
 #include "support/run_trammel.h"
-#include "support/target_picture.h"
 
 namespace trammel {
 namespace {
@@ -133,46 +133,6 @@ TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
               HasSubstr("pictures[0].observations[0].sigma_px"));
 }
 
-/// One picture of the world's targets by a lens that bends nothing, as PGM.
-std::string Picture(const SurveyWorld& world, const part_alignment::test::WorldShot& shot,
-                    const part_alignment::CodeBook& book, Random& random) {
-  constexpr double kRadius_mm = 13;
-  const SurveyScene& scene = world.scene;
-  std::vector<test::DrawnTarget> drawn;
-  for (const auto& [id, target] : world.targets) {
-    const Eigen::Vector3d ray = target.at_mm - shot.place_mm;
-    if (-ray.normalized().dot(target.normal) < std::cos(scene.steepest_incidence_rad)) continue;
-    const auto from_world = [&](const Eigen::Vector3d& v) {
-      return Eigen::Vector3d(v.dot(shot.right), v.dot(shot.down), v.dot(shot.ahead));
-    };
-    const Eigen::Vector3d along = target.normal.unitOrthogonal();
-    Eigen::Matrix3d h;
-    h << kRadius_mm * from_world(along), kRadius_mm * from_world(along.cross(target.normal)),
-        from_world(ray);
-    Eigen::Matrix3d camera;
-    camera << shot.focal_px, 0, 0.5 * (scene.width_px - 1), 0, shot.focal_px,
-        0.5 * (scene.height_px - 1), 0, 0, 1;
-    h = camera * h;
-    const Eigen::Vector2d centre = h.col(2).hnormalized();
-    constexpr double kMargin_px = 40;
-    if (h(2, 2) < 100 || centre.x() < kMargin_px || centre.y() < kMargin_px ||
-        centre.x() > scene.width_px - kMargin_px || centre.y() > scene.height_px - kMargin_px) {
-      continue;
-    }
-    test::DrawnTarget one;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) one.h[r][c] = h(r, c) / h(2, 2);
-    }
-    one.bits = book.bits;
-    one.word = book.words.at(std::stoul(id) - 1);
-    drawn.push_back(one);
-  }
-  const Page page =
-      test::Expose(test::Draw(scene.width_px, scene.height_px, drawn, {}), 1.0, random);
-  return "P5\n" + std::to_string(page.width) + " " + std::to_string(page.height) + "\n255\n" +
-         std::string(page.samples.begin(), page.samples.end());
-}
-
 TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   SurveyScene scene;
   scene.codes = 24;
@@ -181,22 +141,14 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   scene.height_px = 1200;
   scene.focal_px = 1109;
   SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 32);
-  // Numbers of the 14-bit book.
-  for (auto& bar : world.bars) {
-    for (std::string* end : {&bar.from, &bar.to}) {
-      const std::string number = "4" + end->substr(2);
-      world.targets[number] = world.targets.at(*end);
-      world.targets.erase(*end);
-      *end = number;
-    }
-  }
+  part_alignment::test::NumberBarEnds(world, 41);  // of the 14-bit book's
   const auto book = part_alignment::MakeCodeBook(14);
   ASSERT_TRUE(book);
   fs::create_directory(At("pictures"));
   Random random(32);
   for (std::size_t s = 0; s < world.shots.size(); ++s) {
     Write("pictures/" + std::to_string(100 + s) + ".pgm",
-          Picture(world, world.shots[s], *book, random));
+          part_alignment::test::PictureOf(world, world.shots[s], *book, random));
   }
   WriteBars(world.bars);
   const auto run =
