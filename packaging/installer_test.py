@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The installer, on homes as printers have them: what it installs, and that it takes exactly that back."""
+import http.server
 import json
 import os
 import pathlib
@@ -7,11 +8,14 @@ import shutil
 import stat
 import sys
 import tempfile
+import threading
+import time
 import unittest
 import unittest.mock
+import urllib.parse
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from installer import InstallError, edits, install, printers, unit  # noqa: E402
+from installer import InstallError, edits, install, maintenance, printers, unit  # noqa: E402
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 RELEASE = {"project_owner": "maker", "project_name": "trammel", "asset_name": "trammel-amd64.zip", "version": "v1.0.0"}
@@ -239,6 +243,123 @@ managed_services: trammel
         (self.program / "release_info.json").write_text("{")
         with self.assertRaisesRegex(InstallError, "unpack"):
             printers.release_of(self.program, "x86_64")
+
+
+    def test_a_printer_with_a_load_cell_answers_taps(self):
+        self.install()
+        self.assertNotIn("--answer-taps", (self.units / "trammel.service").read_text())
+        config = self.home / "printer_data/config"
+        (config / "probes").mkdir()
+        (config / "printer.cfg").write_text("[include trammel.cfg]\n[include probes/*.cfg] # mine\n[include printer.cfg]\n")
+        (config / "printer-20260101_000000.cfg").write_text("[load_cell_probe]\n")  # Klipper's copy of an older one
+        (config / "probes/cell.cfg").write_text("#[load_cell_probe]\n")
+        self.install()
+        self.assertNotIn("--answer-taps", (self.units / "trammel.service").read_text())
+        (config / "probes/cell.cfg").write_text("[load_cell_probe]\nsensor_type: hx717\n")
+        self.install()
+        self.assertRegex((self.units / "trammel.service").read_text(), "ExecStart=.*/trammel/recordings --answer-taps\n")
+
+
+class Moonraker(http.server.BaseHTTPRequestHandler):
+    """Moonraker's database as v0.10 has it: a namespace ends with its last item."""
+
+    def answer(self, status, result):
+        data = json.dumps({"result": result} if status == 200 else {"error": {"code": status, "message": "not found"}}).encode()
+        self.send_response(status)
+        self.end_headers()
+        self.wfile.write(data)
+
+    def do_GET(self):
+        items = self.server.items
+        if self.path.startswith("/server/history/totals"):
+            self.answer(200, {"job_totals": {"total_filament_used": 1500.5, "total_print_time": 7200.0}})
+        else:
+            self.answer(200 if items else 404, {"namespace": "maintenance", "key": None, "value": items})
+
+    def do_POST(self):
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        assert body["namespace"] == "maintenance"
+        self.server.items[body["key"]] = body["value"]
+        self.answer(200, body)
+
+    def do_DELETE(self):
+        query = urllib.parse.parse_qs(urllib.parse.urlparse(self.path).query)
+        self.answer(200, self.server.items.pop(query["key"][0]))
+
+    def log_message(self, *_arguments):
+        pass
+
+
+class ReminderTest(Home):
+    def setUp(self):
+        super().setUp()
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Moonraker)
+        self.server.items = {}
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.addCleanup(self.server.server_close)
+        self.addCleanup(self.server.shutdown)
+        (self.home / "printer_data/config/moonraker.conf").write_text(f"[server]\nport: {self.server.server_port}\n")
+
+    @property
+    def items(self):
+        return self.server.items
+
+    def test_it_is_due_after_ninety_days_and_nothing_of_others_is_touched(self):
+        theirs = {"a": {"name": "MAINTENANCE_INIT"}, "b": {"name": "Calibrate pressure advance", "end_time": None}}
+        self.items.update(theirs)
+        self.assertEqual(self.install(remind=True), [])
+        entry = self.items[maintenance.KEY]
+        self.assertAlmostEqual(entry["start_time"], time.time(), delta=60)
+        self.assertEqual(entry["reminder"]["date"], {"bool": True, "value": 90})
+        self.assertEqual((entry["reminder"]["type"], entry["end_time"], entry["start_filament"]), ("repeat", None, 1500.5))
+        # What was calibrated since does not begin anew with each update.
+        entry["start_time"] = 5
+        self.install(remind=True)
+        self.assertEqual(self.items[maintenance.KEY]["start_time"], 5)
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual(self.items, theirs)
+
+    def test_without_being_asked_for_there_is_none(self):
+        self.install()
+        self.assertEqual(self.items, {})
+        self.install(remind=True)
+        self.install()
+        self.assertEqual(self.items, {})
+
+    def test_what_its_owner_performed_stays_and_reminds_no_more(self):
+        self.install(remind=True)
+        done = self.items[maintenance.KEY]
+        self.items["next"] = done | {"last_entry": maintenance.KEY}
+        done["end_time"] = 7
+        self.items["last"] = self.items["next"] | {"last_entry": "next"}
+        self.items["next"]["end_time"] = 8
+        self.install(remind=True)
+        self.assertEqual(set(self.items), {maintenance.KEY, "next", "last"})
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual(set(self.items), {maintenance.KEY, "next"})
+
+    def test_one_that_its_owner_made_something_else_of_is_left_and_named(self):
+        self.install(remind=True)
+        self.items[maintenance.KEY]["name"] = "Grease the rods"
+        self.assertRegex(self.uninstall()[0], "renamed to 'Grease the rods'")
+        self.assertIn(maintenance.KEY, self.items)
+
+    def test_where_it_would_keep_mainsail_from_the_owners_own_nothing_is_changed(self):
+        (self.home / "printer_data/config/.theme/maintenance.json").write_text('{"entries": []}')
+        before = snapshot(self.root)
+        with self.assertRaisesRegex(InstallError, "open Mainsail"):
+            self.install(remind=True)
+        self.assertEqual(before, snapshot(self.root))
+
+    def test_without_moonraker_nothing_is_installed_and_taking_out_says_what_stays(self):
+        self.install(remind=True)
+        self.server.shutdown()
+        self.server.server_close()
+        installed = snapshot(self.root)
+        with self.assertRaisesRegex(InstallError, "does not answer"):
+            self.install(remind=True)
+        self.assertEqual(installed, snapshot(self.root))
+        self.assertRegex(self.uninstall()[0], "stays among Mainsail's maintenance")
 
 
 class DeathTest(Home):

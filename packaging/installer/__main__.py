@@ -29,6 +29,8 @@ def parse(words):
                         help="only this printer's folder, such as ~/printer_data; may be given again")
     parser.add_argument("--no-unit", action="store_true", help="no service, for which sudo is asked")
     parser.add_argument("--link", default="", metavar="URL", help="add a link to this page to Mainsail's navigation")
+    parser.add_argument("--remind", action="store_true",
+                        help="add 'Calibrate pressure advance', due every 90 days, to Mainsail's maintenance")
     parser.add_argument("--uninstall", action="store_true", help="take out what was installed, and nothing else")
     return parser.parse_args(words)
 
@@ -47,7 +49,7 @@ def main():
             found = [folder.resolve() for folder in arguments.printer or printers.find_printers(home)]
             units = None if arguments.no_unit else pathlib.Path("/etc/systemd/system")
             remarks = install.install(home, arguments.program, found, units, getpass.getuser(), release, arguments.link,
-                                      run)
+                                      run, arguments.remind)
             done = (f"installed for {', '.join(map(str, found))}. Restart Moonraker; name the filament in trammel.toml; "
                     f"{arguments.program}/share/trammel/klipper/README.md says how to include trammel.cfg")
     except (InstallError, OSError) as error:

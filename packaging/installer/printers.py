@@ -1,4 +1,5 @@
 """Finds the printers of a user, and what trammel needs in the folder of each."""
+import glob
 import json
 import pathlib
 import re
@@ -31,6 +32,27 @@ def moonraker_port(text):
     """The port of [server] in moonraker.conf; Moonraker's own default where none is set."""
     server = re.search(r"^\[server\][^\[]*?^port\s*[:=]\s*(\d+)", text, re.MULTILINE)
     return int(server.group(1)) if server else 7125
+
+
+def port_of(data):
+    return moonraker_port((data / "config/moonraker.conf").read_text(errors="replace"))
+
+
+def klipper_files(path, seen):
+    """printer.cfg and what it includes, each once."""
+    if path in seen or not path.is_file():
+        return
+    seen.add(path)
+    for pattern in re.findall(r"^\[include\s+([^\]]+)\]", path.read_text(errors="replace"), re.MULTILINE):
+        for more in sorted(glob.glob(str(path.parent / pattern.strip()))):
+            klipper_files(pathlib.Path(more), seen)
+
+
+def has_load_cell(config):
+    """Whether the printer can ask for the nozzle's contact, by TRAMMEL_TAP."""
+    files = set()
+    klipper_files(config / "printer.cfg", files)
+    return any(re.search(r"^\[load_cell_probe\]", path.read_text(errors="replace"), re.MULTILINE) for path in files)
 
 
 def update_section(program, release, with_unit):
@@ -79,7 +101,7 @@ def plan_printer(data, program, release, link, with_unit):
     planned, remarks = plan_macros(config, program)
     settings = config / "trammel.toml"
     if not settings.exists():
-        port = moonraker_port(moonraker.read_text(errors="replace"))
+        port = port_of(data)
         # Its owner's alone: an API key may be written into it.
         planned.append(edits.edit_file(settings, SETTINGS.format(port=port).encode(), mode=0o600))
     if with_unit:

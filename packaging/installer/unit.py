@@ -11,10 +11,11 @@ def unit_name(index, data):
     return "trammel" if index == 0 else f"trammel-{data.name}"
 
 
-def unit_text(template, name, user, home, program, data):
+def unit_text(template, name, user, home, program, data, answers_taps=False):
     """The template of klipper/ for one user, program and printer's folder.
 
-    @param template  text of trammel@.service
+    @param template      text of trammel@.service
+    @param answers_taps  whether it answers TRAMMEL_TAP, too
     """
     for path in (program, data):
         if re.search(r"[\s%\"'\\$]", str(path)):
@@ -28,6 +29,8 @@ def unit_text(template, name, user, home, program, data):
         ("%i", user),
     ):
         text = text.replace(old, new)
+    if answers_taps:
+        text = re.sub(r"^(ExecStart=.*)$", r"\1 --answer-taps", text, count=1, flags=re.MULTILINE)
     return text if name == "trammel" else text.replace("[Service]", "PartOf=trammel.service\n\n[Service]", 1)
 
 
