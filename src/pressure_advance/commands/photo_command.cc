@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/kept_copy.h"
 #include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
@@ -45,28 +45,14 @@ struct PhotoArguments {
   bool json = false;
 };
 
-/// The recording in which the same photo was measured before; empty: none.
-Result<fs::path> MeasuredBefore(const fs::path& recordings, const PatternPhoto& photo) {
-  const std::string name = kPhotoName + procedure::PictureEnding(photo.name);
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(recordings, error)) {
-    const fs::path earlier = entry.path() / name;
-    std::error_code ignored;
-    if (fs::file_size(earlier, ignored) != photo.bytes.size()) continue;
-    const auto bytes = files::ReadWholeFile(earlier, procedure::kMostPhotoBytes);
-    if (bytes && *bytes == photo.bytes) return entry.path();
-  }
-  if (error) return Fail(fmt::format("{}: {}", recordings.string(), error.message()));
-  return fs::path();
-}
-
 Result<PatternPhoto> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
                                 const files::Config& config, const fs::path& recordings) {
   if (arguments.webcam) return procedure::TakePhoto(session, config.scan);
   auto photo = procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
   if (!photo || !arguments.file.empty()) return photo;
   // Nobody named it, so that it may be that of another filament.
-  const auto before = MeasuredBefore(recordings, *photo);
+  const std::string kept = kPhotoName + procedure::PictureEnding(photo->name);
+  const auto before = FindKeptCopy(recordings, {&kept, 1}, photo->bytes);
   if (!before) return tl::unexpected(before.error());
   if (before->empty()) return photo;
   return Fail(

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "app/job_arguments.h"
 #include "app/serve_command.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/procedure/filament_memory.h"
@@ -14,18 +15,7 @@ namespace trammel::app {
 namespace {
 
 constexpr const char* kFilament = "filament";
-// The nozzle's temperature of this run in degC, in place of the settings'.
-constexpr const char* kTemperature = "temp";
-constexpr const char* kTemperatureKey = "filament.nozzle_temperature";
-
-// A plain number: it becomes part of a setting, and of a button's G-code.
-Result<void> CheckTemperature(const std::string& text) {
-  constexpr std::size_t kLongest = 6;
-  const bool plain = !text.empty() && text.size() <= kLongest &&
-                     text.find_first_not_of("0123456789.") == std::string::npos;
-  if (plain) return {};
-  return Fail("TEMP must be the nozzle's temperature in degC, such as 240 or 235.5");
-}
+constexpr const char* kTemperature = kTemperatureArgument;
 
 /// A filament's key, which a button can hand on; empty where none is named.
 Result<std::string> KeyOf(const service::Arguments& arguments) {
@@ -43,10 +33,10 @@ Result<files::Config> SettingsFor(const service::PrinterPlace& place,
   }
   const auto temperature = arguments.find(kTemperature);
   if (temperature != arguments.end()) {
-    if (auto plain = CheckTemperature(temperature->second); !plain) {
+    if (auto plain = CheckTemperatureArgument(temperature->second); !plain) {
       return tl::unexpected(plain.error());
     }
-    options.set.push_back(fmt::format("{}={}", kTemperatureKey, temperature->second));
+    options.set.push_back(fmt::format("{}={}", kTemperatureSetting, temperature->second));
   }
   auto config = LoadSettings(options);
   if (!config) return config;
@@ -132,7 +122,7 @@ service::JobKind Measuring(const char* name) {
 service::JobKind PressureAdvanceJob() {
   service::JobKind kind = Measuring("pressure_advance");
   kind.arguments = {kFilament, "material", kTemperature};
-  kind.settings = {{kTemperature, kTemperatureKey}};
+  kind.settings = {{kTemperature, kTemperatureSetting}};
   kind.check = Check;
   kind.words = {"pa", "calibrate"};
   kind.offer_method = "trammel_offer";
@@ -144,7 +134,7 @@ service::JobKind PhotoPatternJob() {
   service::JobKind kind;
   kind.name = "photo_pattern";
   kind.arguments = {kFilament, "material", kTemperature};
-  kind.settings = {{kTemperature, kTemperatureKey}};
+  kind.settings = {{kTemperature, kTemperatureSetting}};
   kind.carried = {kFilament};
   kind.check = CheckPattern;
   kind.words = {"pa", "print", "--photo"};

@@ -7,12 +7,13 @@
 
 #include "base/result.h"
 #include "session/session.h"
+#include "session/uploads.h"
 #include "settings/scan_settings.h"
 
 namespace trammel::procedure {
 
 /// The folder of photos beside the printer's configuration, as front ends list it.
-inline constexpr const char* kPhotoFolder = "trammel";
+inline constexpr const char* kPhotoFolder = kUploadFolder;
 inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 
 struct PatternPhoto {
