@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,7 @@
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_setting.h"
 #include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/start_file.h"
 #include "tool_offset/offset/correction.h"
 #include "tool_offset/procedure/set_offsets.h"
 #include "tool_offset/procedure/tool_offsets.h"
@@ -41,6 +43,7 @@ struct OffsetApplyArguments {
   bool force = false;
   bool undo = false;
   bool dry_run = false;
+  bool brief = false;
   std::string history;  ///< empty: that of the state folder
   PrinterOptions printer;
 };
@@ -101,6 +104,35 @@ Result<void> FindHistory(OffsetApplyArguments& arguments) {
   return {};
 }
 
+/// What the tools had while the sheet was printed, where the result lies in the folder of a print;
+/// nothing where it lies elsewhere. Errors: its start.json cannot be read.
+Result<Known> PrintedWith(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path folder =
+      fs::is_directory(file, ignored) ? fs::path(file) : fs::absolute(file).parent_path();
+  Known known;
+  if (!fs::exists(folder / files::kStartFile, ignored)) return known;
+  const auto record = files::ReadStart(folder);
+  if (!record) return tl::unexpected(record.error());
+  for (const files::StartedTool& tool : record->tools) {
+    if (tool.kept) known[tool.tool] = *tool.kept;
+  }
+  return known;
+}
+
+/// That the tool against which the others were measured has the offset of then, too.
+Result<void> CheckReference(const Known& printed_with, const measurement::Outcome& result,
+                            const procedure::Session& session) {
+  for (const auto& [tool, kept] : printed_with) {
+    if (result.Find(fmt::format("tool_{}_dx", tool)) != nullptr) continue;  // a measured one
+    const auto now = procedure::ReadToolOffset(session, tool);
+    if (!now) return tl::unexpected(now.error());
+    if (auto same = procedure::CheckSameOffset(tool, kept, *now); !same) return same;
+  }
+  return {};
+}
+
 procedure::SetOffsetsOptions SettingOf(const OffsetApplyArguments& arguments,
                                        const std::string& address) {
   procedure::SetOffsetsOptions options = OffsetSetting(arguments.history, address);
@@ -111,6 +143,12 @@ procedure::SetOffsetsOptions SettingOf(const OffsetApplyArguments& arguments,
 }
 
 void SayHowLong(const OffsetApplyArguments& arguments) {
+  if (arguments.brief) {
+    fmt::print(
+        "until Klipper restarts; SAVE_TOOL_PARAMETER of gcode_x_offset and gcode_y_offset, "
+        "then SAVE_CONFIG keeps it\n");
+    return;
+  }
   if (!arguments.save) fmt::print("          until the next restart: --save keeps it beyond\n");
   fmt::print("history   {}\n", arguments.history);
 }
@@ -199,15 +237,25 @@ int RunApply(OffsetApplyArguments arguments) {
     if (!taken) return PrintError(taken.error());
     turn.emplace(std::move(*taken));
   }
+  const auto printed_with = PrintedWith(arguments.file);
+  if (!printed_with) return PrintError(printed_with.error());
   std::vector<Change> changes;
   for (const files::MeasuredOffset& measured : *chosen) {
     const auto now = NowOf(measured.tool, firmware, *known, session ? &*session : nullptr);
     if (!now) return PrintError(now.error());
     changes.push_back(
         {measured.tool, measured, *now, Corrected(firmware, *now, measured.dx_mm, measured.dy_mm)});
-    fmt::print("{}", CorrectionText(changes.back(), firmware));
+    if (const auto kept = printed_with->find(measured.tool); kept != printed_with->end()) {
+      changes.back().when_printed = kept->second;
+    }
+    fmt::print("{}", arguments.brief ? BriefCorrection(changes.back())
+                                     : CorrectionText(changes.back(), firmware));
   }
   if (changes.empty()) return kExitNotTrusted;
+  if (arguments.apply && !arguments.force && file->result) {
+    auto same = CheckReference(*printed_with, *file->result, *session);
+    if (!same) return PrintError(same.error());
+  }
   if (arguments.apply) {
     const auto set = SetOffsets(*session, changes, SettingOf(arguments, address));
     if (!set) return PrintError(set.error());
@@ -246,6 +294,9 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       ->excludes(undo)
       ->group("Printer");
   command->add_flag("--save", arguments->save, "keep them beyond a restart, too")->group("Printer");
+  command->add_flag("--brief", arguments->brief, "a line for each tool, for a printer's screen")
+      ->excludes("--save")
+      ->group("Printer");
   command
       ->add_flag("--dry-run", arguments->dry_run,
                  "say what would change, and change nothing: as without --apply")
@@ -253,8 +304,9 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       ->group("Printer");
   command
       ->add_flag("--force,--again", arguments->force,
-                 "apply a measurement that was applied before and is there already, and offsets "
-                 "beyond what a sheet can show; undo, whatever was set since")
+                 "apply a measurement that was applied before and is there already, one of another "
+                 "offset than the printer has now, and offsets beyond what a sheet can show; undo, "
+                 "whatever was set since")
       ->group("Printer");
   command
       ->add_option("--history", arguments->history,

@@ -52,6 +52,12 @@ std::string CorrectionText(const procedure::OffsetCorrection& change,
   return text;
 }
 
+std::string BriefCorrection(const procedure::OffsetCorrection& change) {
+  return fmt::format("tool {}    X offset {:.3f} -> {:.3f}, Y offset {:.3f} -> {:.3f} mm\n",
+                     change.tool, Micrometres(change.now.x_mm), Micrometres(change.next.x_mm),
+                     Micrometres(change.now.y_mm), Micrometres(change.next.y_mm));
+}
+
 std::string UndoText(const procedure::OffsetCorrection& change) {
   return fmt::format("tool {}    as before\n", change.tool) + OldToNew(change);
 }

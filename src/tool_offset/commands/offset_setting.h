@@ -13,6 +13,9 @@ namespace trammel::app {
 [[nodiscard]] std::string CorrectionText(const procedure::OffsetCorrection& change,
                                          tool_offset::OffsetFirmware firmware);
 
+/// The tool's offset as it is and as it is to be, in one line.
+[[nodiscard]] std::string BriefCorrection(const procedure::OffsetCorrection& change);
+
 /// The tool's offset as it is, and as it was before.
 [[nodiscard]] std::string UndoText(const procedure::OffsetCorrection& change);
 

@@ -59,14 +59,7 @@ Result<void> CheckUnchanged(const Session& session, const files::StartRecord& re
     if (!tool.kept) continue;
     const auto now = ReadToolOffset(session, tool.tool);
     if (!now) return tl::unexpected(now.error());
-    if (SameOffset(*now, *tool.kept)) continue;
-    return Fail(
-        fmt::format(
-            "tool {} had an offset of {:.3f}, {:.3f} mm when the sheet was printed, and has "
-            "{:.3f}, {:.3f} mm now: what was measured is not of that one. Print another "
-            "sheet, or set the old one again",
-            tool.tool, tool.kept->x_mm, tool.kept->y_mm, now->x_mm, now->y_mm),
-        ErrorKind::kSafety);
+    if (auto same = CheckSameOffset(tool.tool, *tool.kept, *now); !same) return same;
   }
   return {};
 }

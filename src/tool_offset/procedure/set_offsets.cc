@@ -40,10 +40,9 @@ Result<void> RefuseTwice(const std::vector<OffsetCorrection>& corrections,
     for (const OffsetChange& before : *history) {
       if (!IsDone(before, change)) continue;
       return Fail(
-          fmt::format("{} was applied to tool {} at {} on {}, from {}: taking it out twice would "
-                      "move the tool by as much again. Print and scan another sheet, or say "
-                      "--force",
-                      options.source, change.tool, before.time, before.printer, before.source),
+          fmt::format("taking it out twice would move tool {} by as much again: {} was applied at "
+                      "{} on {}, from {}. Print and scan another sheet, or say --force",
+                      change.tool, options.source, before.time, before.printer, before.source),
           ErrorKind::kSafety);
     }
   }
@@ -63,6 +62,18 @@ Result<void> RefuseTooFar(const std::vector<OffsetCorrection>& corrections,
                     "most: is it the right file? --force sets it all the same",
                     options.source, change.tool, most_mm, tool_offset::kCoarseReach_mm),
         ErrorKind::kSafety);
+  }
+  return {};
+}
+
+// What was measured beside an offset says nothing of another one: two scans of one sheet would be
+// taken out twice.
+Result<void> RefuseChanged(const std::vector<OffsetCorrection>& corrections,
+                           const SetOffsetsOptions& options) {
+  for (const OffsetCorrection& change : corrections) {
+    if (options.force || !change.when_printed) continue;
+    auto same = CheckSameOffset(change.tool, *change.when_printed, change.now);
+    if (!same) return same;
   }
   return {};
 }
@@ -110,10 +121,21 @@ bool SameOffset(const KeptOffset& a, const KeptOffset& b) {
   return std::abs(a.x_mm - b.x_mm) <= kSame_mm && std::abs(a.y_mm - b.y_mm) <= kSame_mm;
 }
 
+Result<void> CheckSameOffset(int tool, const KeptOffset& when_printed, const KeptOffset& now) {
+  if (SameOffset(now, when_printed)) return {};
+  return Fail(
+      fmt::format("tool {} had an offset of {:.3f}, {:.3f} mm when the sheet was printed, and has "
+                  "{:.3f}, {:.3f} mm now: what was measured is not of that one. Print another "
+                  "sheet, or set the old one again",
+                  tool, when_printed.x_mm, when_printed.y_mm, now.x_mm, now.y_mm),
+      ErrorKind::kSafety);
+}
+
 Result<void> SetOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
                         const SetOffsetsOptions& options) {
   if (auto near = RefuseTooFar(corrections, options); !near) return near;
   if (auto once = RefuseTwice(corrections, options); !once) return once;
+  if (auto same = RefuseChanged(corrections, options); !same) return same;
   for (const OffsetCorrection& change : corrections) {
     if (auto noted = Note(options, change, OffsetStage::kBegun); !noted) return noted;
     if (auto done = SetToolOffset(session, change.tool, change.next); !done) return done;

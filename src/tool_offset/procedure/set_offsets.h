@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,21 +21,24 @@ struct OffsetCorrection {
   files::MeasuredOffset measured;
   tool_offset::KeptOffset now;
   tool_offset::KeptOffset next;
+  /// While the sheet was printed; absent: not known. What was measured is of this one alone.
+  std::optional<tool_offset::KeptOffset> when_printed = {};
 };
 
 struct SetOffsetsOptions {
-  std::filesystem::path history;      ///< JSON lines (files::kOffsetHistoryFile)
-  std::string printer;                ///< address, as it is noted
-  std::string source;                 ///< the file with the measurement, from the root
-  bool save = false;                  ///< keep them beyond a restart, too: SAVE_CONFIG restarts
-  bool force = false;                 ///< also twice, and beyond what a sheet can show
-  std::function<std::string()> time;  ///< REQUIRED: now, ISO 8601
+  std::filesystem::path history;  ///< JSON lines (files::kOffsetHistoryFile)
+  std::string printer;            ///< address, as it is noted
+  std::string source;             ///< the file with the measurement, from the root
+  bool save = false;              ///< keep them beyond a restart, too: SAVE_CONFIG restarts
+  /// Also twice, beyond what a sheet can show, and over another offset than it was printed with.
+  bool force = false;
+  std::function<std::string()> time;            ///< REQUIRED: now, ISO 8601
   std::function<void(const std::string&)> say;  ///< one line for each thing that is done
 };
 
 /// Sets each tool's offset and reads it back. Errors: kSafety where the measurement was taken out
-/// before and is there still, or moves a tool by more than a sheet can show; kInput where it cannot
-/// be noted: nothing is set then; kMachine.
+/// before and is there still, moves a tool by more than a sheet can show, or is of another offset
+/// than the tool has now; kInput where it cannot be noted: nothing is set then; kMachine.
 [[nodiscard]] Result<void> SetOffsets(const Session& session,
                                       const std::vector<OffsetCorrection>& corrections,
                                       const SetOffsetsOptions& options);
@@ -59,6 +63,10 @@ struct OffsetUndo {
 /// Sets what PlanUndo found, and notes it. Errors: as SetOffsets.
 [[nodiscard]] Result<void> UndoOffsets(const Session& session, const OffsetUndo& undo,
                                        const SetOffsetsOptions& options);
+
+/// That a tool still has the offset with which its sheet was printed. Errors: kSafety.
+[[nodiscard]] Result<void> CheckSameOffset(int tool, const tool_offset::KeptOffset& when_printed,
+                                           const tool_offset::KeptOffset& now);
 
 /// Whether two offsets are the same as far as a firmware is told: to the micrometre.
 [[nodiscard]] bool SameOffset(const tool_offset::KeptOffset& a, const tool_offset::KeptOffset& b);
