@@ -121,13 +121,13 @@ class VirtualKlipper {
   /// Files of the virtual SD card, by name.
   [[nodiscard]] std::map<std::string, std::string>& files() { return files_; }
   [[nodiscard]] const std::map<std::string, std::string>& files() const { return files_; }
-  /// Files beside the configuration, by name, in the order in which they were stored.
+  /// Files beside the configuration, by name.
   struct ConfigFile {
     std::string data;
-    int number = 0;
+    double modified_s = 0;  ///< since 1970
   };
-  void StoreConfigFile(const std::string& name, std::string data) {
-    config_files_[name] = {std::move(data), ++stored_config_files_};
+  void StoreConfigFile(const std::string& name, std::string data, double modified_s) {
+    config_files_[name] = {std::move(data), modified_s};
   }
   [[nodiscard]] const std::map<std::string, ConfigFile>& config_files() const {
     return config_files_;
@@ -261,7 +261,6 @@ class VirtualKlipper {
   std::map<std::string, bool> remote_methods_;
   std::map<std::string, std::string> files_;
   std::map<std::string, ConfigFile> config_files_;
-  int stored_config_files_ = 0;
   std::vector<KlipperEvent> events_;
   History history_;
   MotionQueue motion_;

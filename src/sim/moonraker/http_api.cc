@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 
 #include "base/bounded_json.h"
 #include "sim/moonraker/multipart.h"
@@ -158,7 +159,8 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     full = bytes > hub.options().most_file_bytes || (!known && count >= kMostFiles);
     if (full) return;
     if (root == "config") {
-      klipper.StoreConfigFile(name, file->body);
+      const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
+      klipper.StoreConfigFile(name, file->body, now.count());
     } else {
       klipper.files()[name] = file->body;
     }

@@ -8,7 +8,6 @@ namespace trammel::sim {
 namespace {
 
 constexpr double kNoTime = 0;
-constexpr double kFirstConfigTime = 1.7e9;  // of files beside the configuration, a second each
 const char* const kVersion = "v0.10.0-virtual";
 
 Answer Missing(const char* argument) {
@@ -71,7 +70,7 @@ static Json ConfigFileList(const VirtualKlipper& klipper) {
   Json list = Json::array();
   for (const auto& [name, file] : klipper.config_files()) {
     list.push_back({{"path", name},
-                    {"modified", kFirstConfigTime + file.number},
+                    {"modified", file.modified_s},
                     {"size", file.data.size()},
                     {"permissions", "rw"}});
   }

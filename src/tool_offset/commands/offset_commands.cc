@@ -11,6 +11,7 @@ void AddOffsetCommands(CLI::App& offset, int& exit_code) {
   AddOffsetApplyCommand(offset, exit_code);
   AddOffsetScanCommand(offset, exit_code);
   AddOffsetAnalyzeCommand(offset, exit_code);
+  AddOffsetMeasureCommand(offset, exit_code);
 }
 
 }  // namespace trammel::app

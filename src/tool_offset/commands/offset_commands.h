@@ -16,5 +16,6 @@ void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddOffsetScanCommand(CLI::App& parent, int& exit_code);
 void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code);
+void AddOffsetMeasureCommand(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

@@ -11,6 +11,7 @@
 #include "app/provenance.h"
 #include "app/result_file.h"
 #include "tool_offset/files/offset_history.h"
+#include "tool_offset/report/offset_figures.h"
 #include "tool_offset/report/offset_json.h"
 
 namespace trammel::app {
@@ -40,6 +41,16 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
     }
   }
   return WriteOutputs(files, force);
+}
+
+// As it is drawn for a phone: the same picture is to be read on small and large screens.
+Result<void> WritePicture(const std::string& path, const report::OffsetAnalysis& analysis,
+                          bool force) {
+  constexpr double kScale = 3;
+  const auto figure = report::ToolArrowsFigure(analysis);
+  if (!figure) return {};
+  const report::Canvas& canvas = figure->narrow ? *figure->narrow : figure->canvas;
+  return WriteOutputs({{path, canvas.ToPng(figure->narrow ? kScale : figure->png_scale)}}, force);
 }
 
 Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
@@ -96,6 +107,10 @@ Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetR
   }
   if (!output.report.empty()) {
     auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);
+    if (!done) return done;
+  }
+  if (!output.picture.empty()) {
+    auto done = WritePicture(output.picture, *input.analysis, output.force);
     if (!done) return done;
   }
   if (!output.figures.empty()) return WriteFigures(output.figures, input, output.force);

@@ -24,22 +24,6 @@ std::string Listed(const std::vector<int>& tools) {
   return text;
 }
 
-/// "1,2,3"; nothing where it is no such list.
-std::optional<std::vector<int>> ToolsOf(std::string_view text) {
-  constexpr std::size_t kMost = 100;
-  std::vector<int> tools;
-  for (;;) {
-    int tool = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), tool);
-    if (error != std::errc{} || tools.size() >= kMost) return std::nullopt;
-    tools.push_back(tool);
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    if (text.empty()) return tools;
-    if (text.front() != ',') return std::nullopt;
-    text.remove_prefix(1);
-  }
-}
-
 /// The print that was chosen, or the only one.
 Result<OriginalSheet> ChoosePrint(const std::vector<OriginalSheet>& sheets, int print) {
   const auto count = static_cast<int>(sheets.size());
@@ -76,6 +60,21 @@ Result<SheetPlan> PlanOfText(const std::string& text, int print) {
 
 }  // namespace
 
+std::optional<std::vector<int>> ParseToolList(std::string_view text) {
+  constexpr std::size_t kMost = 100;
+  std::vector<int> tools;
+  for (;;) {
+    int tool = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), tool);
+    if (error != std::errc{} || tools.size() >= kMost) return std::nullopt;
+    tools.push_back(tool);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (text.empty()) return tools;
+    if (text.front() != ',') return std::nullopt;
+    text.remove_prefix(1);
+  }
+}
+
 Result<SheetPlan> PlanOf(const SheetChoice& choice) {
   if (choice.pattern.empty() == choice.original.empty()) {
     return Fail(
@@ -83,7 +82,7 @@ Result<SheetPlan> PlanOf(const SheetChoice& choice) {
         "whose file is lost --original with its list of tools");
   }
   if (!choice.original.empty()) {
-    const auto tools = ToolsOf(choice.original);
+    const auto tools = ParseToolList(choice.original);
     if (!tools) return Fail("--original is to be a list of tools, for example 1,2,3,4,5");
     if (choice.reference_tool < 0) {
       return Fail("--original needs --reference-tool: the tool that drew the box");

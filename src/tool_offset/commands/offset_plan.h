@@ -1,7 +1,10 @@
 // Which sheet a scan is read as.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "tool_offset/sheet/sheet_plan.h"
@@ -19,5 +22,8 @@ struct SheetChoice {
 
 /// Errors (kInput) name the option or the file, and what is wrong with it.
 [[nodiscard]] Result<tool_offset::SheetPlan> PlanOf(const SheetChoice& choice);
+
+/// "1,2,3", at most 100 of them; nothing where it is no such list.
+[[nodiscard]] std::optional<std::vector<int>> ParseToolList(std::string_view text);
 
 }  // namespace trammel::app

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <map>
 #include <system_error>
 #include <utility>
 
@@ -105,36 +106,55 @@ Result<fs::path> SheetReader::Keep(const fs::path& scan) const {
   return Fail(fmt::format("{}: keeps {} scans already", folder_.string(), kMost));
 }
 
-Result<bool> SheetReader::Read(const fs::path& scan) {
+Result<bool> SheetReader::Read(const fs::path& scan) { return ReadTogether({scan}, {}); }
+
+Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
+                                       const std::function<void(const std::string&)>& left_out) {
   report::OffsetAnalysis analysis{plan_, {}, {}, {}};
   report::OffsetReportInput input{&analysis, {}, {}, {}};
-  {
-    const SlowWork work("reading " + scan.string());
-    auto scans = ReadScans(scan.string(), 1, plan_, reading_, true);
-    if (!scans) return tl::unexpected(scans.error());
-    for (ReadScan& read : *scans) {
+  std::vector<Error> refused;
+  for (const fs::path& path : scans) {
+    const SlowWork work("reading " + path.string());
+    auto pages = ReadScans(path.string(), 1, plan_, reading_, true);
+    if (!pages) {
+      analysis.refused.push_back({path.string(), pages.error().message});
+      input.failed.push_back(pages.error().message);
+      refused.push_back(pages.error());
+      continue;
+    }
+    for (ReadScan& read : *pages) {
       analysis.scans.push_back(std::move(read.scan));
       input.pictures.push_back(std::move(read.pictures));
     }
   }
+  if (analysis.scans.empty()) return tl::unexpected(refused.front());
+  for (const Error& error : refused) left_out("left out: " + error.message);
   analysis.combined = CombineScans(plan_, analysis.scans);
   const auto& tools = analysis.combined.tools;
   const auto good = [](const tool_offset::CombinedTool& tool) {
     return report::VerdictOf(tool) == Verdict::kGood;
   };
   if (std::none_of(tools.begin(), tools.end(), good)) {
-    return Fail(fmt::format("{}: it is the sheet, and no tool could be read: {}", scan.string(),
-                            WhyNoTool(analysis)),
+    return Fail(fmt::format("{}: it is the sheet, and no tool could be read: {}",
+                            scans.front().string(), WhyNoTool(analysis)),
                 ErrorKind::kMeasurement);
   }
-  const auto kept = Keep(scan);
-  if (!kept) return tl::unexpected(kept.error());
-  for (report::OffsetScan& each : analysis.scans) each.source = kept->string();
+  std::map<std::string, std::string> copies;
+  for (report::OffsetScan& each : analysis.scans) {
+    std::string& copy = copies[each.source];
+    if (copy.empty()) {
+      const auto kept = Keep(each.source);
+      if (!kept) return tl::unexpected(kept.error());
+      copy = kept->string();
+    }
+    each.source = copy;
+  }
   input.kept = KeptOf(record_, analysis);
   OffsetOutput output;
   output.recording = folder_.string();
   output.subject.printer = record_.printer;
   output.report = (folder_ / "report.html").string();
+  output.picture = (folder_ / kOffsetPicture).string();
   output.force = true;  // of an earlier scan of the same print
   if (auto written = WriteOffsetOutput(output, input); !written) {
     return tl::unexpected(written.error());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ namespace trammel::app {
 /// Takes away what WriteSheet wrote, where nothing was printed of it.
 void RemoveSheet(const std::filesystem::path& folder);
 
+/// The picture of the answer in the folder, for a printer's screen.
+inline constexpr const char* kOffsetPicture = "answer.png";
+
 /// Where a scan may be put: scan/ of the folder, made where it is missing.
 [[nodiscard]] Result<std::filesystem::path> ScanFolderOf(const std::filesystem::path& folder);
 
@@ -31,11 +35,16 @@ class SheetReader {
   SheetReader(std::filesystem::path folder, tool_offset::SheetPlan plan, files::StartRecord record,
               ReadingOptions reading);
 
-  /// Whether the file answers: then its copy, result.json, report.html and start.json are in the
-  /// folder, a line is in history.jsonl beside it, and the answer stands on standard output.
-  /// Errors: kInput of a file that is no page, kMeasurement of a page that is refused or shows no
-  /// tool, with why; what cannot be written.
+  /// Whether the file answers: then its copy, result.json, answer.png, report.html and start.json
+  /// are in the folder, a line is in history.jsonl beside it, and the answer stands on standard
+  /// output. Errors: kInput of a file that is no page, kMeasurement of a page that is refused or
+  /// shows no tool, with why; what cannot be written.
   [[nodiscard]] Result<bool> Read(const std::filesystem::path& scan);
+
+  /// The same of several files, which answer together. One that does not is told by `left_out`,
+  /// with why; where none does, the first one's error comes back.
+  [[nodiscard]] Result<bool> ReadTogether(const std::vector<std::filesystem::path>& scans,
+                                          const std::function<void(const std::string&)>& left_out);
 
   /// Of the scan that answered.
   [[nodiscard]] bool all_good() const { return all_good_; }

@@ -20,7 +20,6 @@
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "app/secrets.h"
 #include "app/terminal_person.h"
 #include "session/dead_run.h"
 #include "session/printer_turn.h"
@@ -30,13 +29,13 @@
 #include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/offset_setting.h"
+#include "tool_offset/commands/printer_sheet.h"
 #include "tool_offset/commands/sheet_options.h"
 #include "tool_offset/files/offset_file.h"
 #include "tool_offset/files/start_file.h"
 #include "tool_offset/procedure/guided_offsets.h"
 #include "tool_offset/procedure/printer_tools.h"
 #include "tool_offset/procedure/sheet_print.h"
-#include "tool_offset/sheet/sheet_fields.h"
 #include "tool_offset/sheet/sheet_temperatures.h"
 
 namespace trammel::app {
@@ -55,6 +54,7 @@ struct StartArguments {
   std::string watch;
   std::string scan;
   std::string go_on;  ///< a folder of an earlier start
+  bool print_only = false;
   std::vector<std::string> yes;
   ReadingOptions reading;
 };
@@ -65,6 +65,7 @@ struct Printed {
   tool_offset::SheetPlan plan;
   StartRecord record;
   std::string why_not_set;  ///< of a printer whose offsets cannot be set; empty: they can
+  bool as_it_was = true;    ///< all but what was printed
 };
 
 /// A connection, for as long as it is needed.
@@ -78,58 +79,6 @@ Result<Connection> ConnectTo(const settings::ScanSettings& settings, const Inter
   if (!printer) return tl::unexpected(printer.error());
   machine::Printer& reference = **printer;
   return Connection{std::move(*printer), {reference, interrupt.token(), TellOnTerminal}};
-}
-
-/// The settings, with the printer's address and key.
-Result<SheetConfig> Configure(const StartArguments& arguments) {
-  auto config = ConfigureSheet(arguments.sheet);
-  if (!config) return config;
-  if (!arguments.printer.empty()) config->config.scan.address = arguments.printer;
-  if (auto settled = SettleApiKey(config->config.scan); !settled) {
-    return tl::unexpected(settled.error());
-  }
-  if (config->sheet.printer.dialect != gcode::Dialect::kKlipper) {
-    return Fail(
-        fmt::format("dialect {}: trammel offset start prints through Moonraker, on Klipper; "
-                    "trammel offset pattern writes files for other firmwares",
-                    ToString(config->sheet.printer.dialect)));
-  }
-  return config;
-}
-
-/// The tools that are asked for, or all; the reference first asked for, then as the settings say.
-Result<void> ChooseTools(const StartArguments& arguments, const PrinterTools& found,
-                         SheetConfig& config) {
-  tool_offset::SheetSettings& sheet = config.sheet;
-  const bool named =
-      config.config.options.contains(fmt::format("{}.tools", tool_offset::kSheetSection)) ||
-      !arguments.tools.empty();
-  if (!arguments.tools.empty()) sheet.tools = arguments.tools;
-  if (!found.can_be_set() && !named) {
-    return Fail(
-        fmt::format("{}. Name the tools to print, as in --tools 0,1", WhyNotSet(found.keeper)),
-        ErrorKind::kMachine);
-  }
-  if (!named) {
-    sheet.tools.clear();
-    for (const procedure::PrinterTool& tool : found.tools) sheet.tools.push_back(tool.number);
-  }
-  const auto has = [&sheet](int tool) {
-    return std::find(sheet.tools.begin(), sheet.tools.end(), tool) != sheet.tools.end();
-  };
-  if (!has(sheet.reference_tool)) sheet.reference_tool = sheet.tools.front();
-  return {};
-}
-
-Result<void> ChooseToolChange(const StartArguments& arguments, const Session& session,
-                              const PrinterTools& found, SheetConfig& config) {
-  tool_offset::SheetSettings& sheet = config.sheet;
-  const bool usual = sheet.tool_change_gcode == tool_offset::SheetSettings().tool_change_gcode;
-  if (!usual || !arguments.sheet.tool_change.empty()) return {};
-  auto gcode = UsualToolChange(session, found.keeper);
-  if (!gcode) return tl::unexpected(gcode.error());
-  sheet.tool_change_gcode = std::move(*gcode);
-  return {};
 }
 
 /// Nothing is heated on a guess: somebody says what is loaded.
@@ -200,12 +149,8 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
   Session& session = connection->session;
   const auto found = ReadTools(session);
   if (!found) return tl::unexpected(found.error());
-  if (auto chosen = ChooseTools(arguments, *found, config); !chosen) {
-    return tl::unexpected(chosen.error());
-  }
-  if (auto change = ChooseToolChange(arguments, session, *found, config); !change) {
-    return tl::unexpected(change.error());
-  }
+  auto fitted = FitToPrinter(arguments.sheet, arguments.tools, session, *found, config);
+  if (!fitted) return tl::unexpected(fitted.error());
   if (auto told = AskMaterial(person, config); !told) return tl::unexpected(told.error());
   if (auto sound = CheckSheet(config); !sound) return tl::unexpected(sound.error());
   const auto folder = NewFolder::Make(arguments.out.empty()
@@ -238,7 +183,7 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
   }
   if (!done) fmt::print(stderr, "trammel: {}\n", done.error().message);
   return Printed{folder->path(), std::move(print.plan), std::move(print.record),
-                 WhyNotSet(found->keeper)};
+                 WhyNotSet(found->keeper), done.has_value()};
 }
 
 /// An earlier start that was cut off.
@@ -399,7 +344,7 @@ int Report(const Error& error, const std::optional<Printed>& printed) {
 int RunStart(const StartArguments& arguments) {
   const Interrupt interrupt;
   TerminalPerson person(interrupt.token(), {arguments.yes.begin(), arguments.yes.end()});
-  auto config = Configure(arguments);
+  auto config = ConfigureForPrinter(arguments.sheet, arguments.printer);
   if (!config) return PrintError(config.error());
   auto printed = arguments.go_on.empty() ? PrintNew(arguments, *config, interrupt, person)
                                          : GoOn(arguments.go_on, *config, interrupt);
@@ -411,6 +356,11 @@ int RunStart(const StartArguments& arguments) {
                                    arguments.go_on, printed->record.printer,
                                    procedure::PrinterName(config->config.scan.address),
                                    printed->record.printer)});
+  }
+  if (arguments.print_only) {
+    fmt::print("to go on          trammel offset start --continue {} --printer {}\n",
+               printed->folder.string(), printed->record.printer);
+    return printed->as_it_was ? kExitGood : kExitMachine;
   }
   bool all_good = true;
   if (printed->record.stage != files::StartStage::kAnalysed) {
@@ -449,6 +399,11 @@ void AddOffsetStartCommand(CLI::App& parent, int& exit_code) {
   CLI::Option* const go_on = command->add_option("--continue", arguments->go_on,
                                                  "go on with this folder, whose sheet was printed");
   scan->needs(go_on);
+  command
+      ->add_flag("--print-only", arguments->print_only,
+                 "end once the sheet is printed: --continue, or offset measure, goes on")
+      ->excludes(go_on)
+      ->excludes("--watch");
   command
       ->add_option("--yes", arguments->yes,
                    "answers a question beforehand, for runs without a terminal: move (the printer "

@@ -1,9 +1,11 @@
 #include "tool_offset/files/start_file.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "base/json_text.h"
@@ -87,6 +89,30 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
   }
   if (const auto done = object.Finish(); !done) return tl::unexpected(done.error());
   return record;
+}
+
+Result<StartedSheet> ReadStartedSheet(const fs::path& folder) {
+  auto record = ReadStart(folder);
+  if (!record) return tl::unexpected(record.error());
+  // Written once more when the print has ended: where that failed, its time is the begin's.
+  struct stat found {};
+  const bool told = ::stat((folder / kStartFile).c_str(), &found) == 0;
+  const std::int64_t begun_s = told ? std::int64_t{found.st_mtim.tv_sec} : 0;
+  const std::int64_t since_s = record->printed_s > 0 ? record->printed_s : begun_s;
+  return StartedSheet{folder, std::move(*record), since_s};
+}
+
+Result<StartedSheet> LastStart(const fs::path& recordings, const std::string& printer) {
+  std::optional<StartedSheet> last;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(recordings, error)) {
+    auto sheet = ReadStartedSheet(entry.path());
+    if (!sheet || sheet->record.printer != printer) continue;
+    if (!last || sheet->since_s > last->since_s) last = std::move(*sheet);
+  }
+  if (last) return std::move(*last);
+  return Fail(fmt::format("{}: no sheet was printed on {} from here{}: print one first",
+                          recordings.string(), printer, error ? ", " + error.message() : ""));
 }
 
 }  // namespace trammel::files

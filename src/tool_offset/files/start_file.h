@@ -44,4 +44,21 @@ struct StartRecord {
 /// Errors (kInput): not there, or not written by a guided start; both name what to do.
 [[nodiscard]] Result<StartRecord> ReadStart(const std::filesystem::path& folder);
 
+/// A sheet that was printed, or begun, by a guided start.
+struct StartedSheet {
+  std::filesystem::path folder;
+  StartRecord record;
+  /// Seconds since 1970, not later than the end of its print: a scan of it is not older.
+  std::int64_t since_s = 0;
+};
+
+/// The sheet of such a folder. Errors: as ReadStart.
+[[nodiscard]] Result<StartedSheet> ReadStartedSheet(const std::filesystem::path& folder);
+
+/// The sheet that was last begun on a printer, of those in the folders of `recordings`. Folders
+/// without a start.json, or with one that cannot be read, do not count. Errors (kInput): none.
+/// @param printer  its name (procedure::PrinterName)
+[[nodiscard]] Result<StartedSheet> LastStart(const std::filesystem::path& recordings,
+                                             const std::string& printer);
+
 }  // namespace trammel::files

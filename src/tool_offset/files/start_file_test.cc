@@ -38,6 +38,39 @@ TEST(StartFile, ComesBackAsItWasWritten) {
   EXPECT_EQ(ReadStart(folder.path())->stage, StartStage::kAnalysed);
 }
 
+TEST(StartFile, TheLastSheetOfAPrinterIsTheOneThatWasPrintedLast) {
+  const test::TemporaryFolder recordings;
+  const auto write = [&recordings](const char* name, const char* printer, std::int64_t printed_s) {
+    StartRecord record;
+    record.stage = printed_s > 0 ? StartStage::kPrinted : StartStage::kPrinting;
+    record.printer = printer;
+    record.run = name;
+    record.printed_s = printed_s;
+    record.tools = {{0}, {1}};
+    std::filesystem::create_directory(recordings.path() / name);
+    EXPECT_TRUE(WriteStart(recordings.path() / name, record));
+  };
+  std::filesystem::create_directory(recordings.path() / "other");
+  test::WriteWhole(recordings.path() / "file", "");
+  EXPECT_THAT(LastStart(recordings.path(), "voron").error().message, HasSubstr("print one first"));
+  EXPECT_FALSE(LastStart(recordings.path() / "nowhere", "voron"));
+  write("a", "voron", 1'700'000'200);
+  write("b", "voron", 1'700'000'100);
+  write("c", "ender", 1'700'000'900);
+  std::filesystem::create_directory(recordings.path() / "broken");
+  test::WriteWhole(recordings.path() / "broken" / "start.json", "{");
+  auto last = LastStart(recordings.path(), "voron");
+  ASSERT_TRUE(last) << last.error().message;
+  EXPECT_EQ(last->record.run, "a");
+  EXPECT_EQ(last->since_s, 1'700'000'200);
+  // One that was begun and not seen to its end counts by when that was noted: now.
+  write("d", "voron", 0);
+  last = LastStart(recordings.path(), "voron");
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->record.run, "d");
+  EXPECT_GT(last->since_s, 1'700'000'200);
+}
+
 TEST(StartFile, WhatNoStartWroteIsRefusedByName) {
   const test::TemporaryFolder folder;
   EXPECT_THAT(ReadStart(folder.path()).error().message,

@@ -1,0 +1,290 @@
+// trammel offset measure: the last sheet of a printer, by the scans or photos that its owner put
+// among the printer's files.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/kept_copy.h"
+#include "app/new_folder.h"
+#include "app/number_range.h"
+#include "app/printer_session.h"
+#include "app/provenance.h"
+#include "files/new_file.h"
+#include "service/result_picture.h"
+#include "session/dead_run.h"
+#include "session/uploads.h"
+#include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_plan.h"
+#include "tool_offset/commands/offset_recording.h"
+#include "tool_offset/commands/offset_setting.h"
+#include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/start_file.h"
+#include "tool_offset/procedure/guided_offsets.h"
+#include "tool_offset/procedure/sheet_print.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using files::StartedSheet;
+using procedure::Session;
+using procedure::UploadedFile;
+
+// What pages are read from (machine/page/page_file.h), but for PNM, which no scanner writes.
+constexpr std::array<std::string_view, 6> kEndings = {".pdf",  ".png", ".jpg",
+                                                      ".jpeg", ".tif", ".tiff"};
+constexpr std::size_t kMostBytes = std::size_t{128} << 20;  // A4 in colour, 600 dpi, not packed
+constexpr std::size_t kMostScans = 8;
+constexpr std::int64_t kClocks_s = 10;  // between this computer and the printer's
+
+struct MeasureArguments {
+  PrinterOptions printer;
+  std::string file;
+  std::string sheet;
+  std::string out;
+  ReadingOptions reading;
+};
+
+/// Files in the folder of a run, gone again unless they are kept.
+class FetchedFiles {
+ public:
+  explicit FetchedFiles(fs::path folder) : folder_(std::move(folder)) {}
+  FetchedFiles(const FetchedFiles&) = delete;
+  FetchedFiles& operator=(const FetchedFiles&) = delete;
+  ~FetchedFiles() {
+    std::error_code ignored;
+    for (const fs::path& path : paths_) fs::remove(path, ignored);
+  }
+  [[nodiscard]] Result<fs::path> Add(const std::string& name, std::string_view bytes) {
+    const fs::path path = folder_ / name;
+    auto written = files::WriteWholeFile(path, bytes, files::IfThere::kRefuse);
+    if (!written) return tl::unexpected(written.error());
+    paths_.push_back(path);
+    return path;
+  }
+  void Keep() { paths_.clear(); }
+
+ private:
+  fs::path folder_;
+  std::vector<fs::path> paths_;
+};
+
+/// A scan in the folder of a run, and as its owner named it.
+struct FetchedScan {
+  fs::path path;
+  std::string name;
+};
+
+/// A message with the owner's names: the files are gone again where it is an error's.
+std::string WithNames(std::string message, const std::vector<FetchedScan>& scans) {
+  for (const FetchedScan& scan : scans) {
+    const std::string path = scan.path.string();
+    const std::size_t at = message.find(path);
+    if (at != std::string::npos) message.replace(at, path.size(), scan.name);
+  }
+  return message;
+}
+
+/// The name of a scan in the recording, from 1.
+std::string ScanName(std::size_t number, const std::string& ending) {
+  return (number == 1 ? std::string("scan") : fmt::format("scan-{}", number)) + ending;
+}
+
+bool IsScan(const std::string& name) {
+  return !procedure::EndingAmong(kEndings, name).empty() && !service::IsResultPicture(name);
+}
+
+/// The sheet whose scan it is, printed to its end.
+Result<StartedSheet> FindSheet(const MeasureArguments& arguments, const Session& session,
+                               const fs::path& recordings, const std::string& printer) {
+  auto sheet = arguments.sheet.empty() ? files::LastStart(recordings, printer)
+                                       : files::ReadStartedSheet(arguments.sheet);
+  if (!sheet) return sheet;
+  files::StartRecord& record = sheet->record;
+  if (record.printer != printer) {
+    return Fail(fmt::format("{} is of the printer {}, and {} is asked for", sheet->folder.string(),
+                            record.printer, printer));
+  }
+  if (record.stage != files::StartStage::kPrinting) return sheet;
+  const auto printed = WasPrinted(session, record.run);
+  if (!printed) return tl::unexpected(printed.error());
+  if (!*printed) {
+    return Fail(fmt::format("the last sheet ({}) was begun at {}, and the printer does not say "
+                            "that it was printed to its end: print another one",
+                            sheet->folder.string(), record.started),
+                ErrorKind::kMachine);
+  }
+  record.stage = files::StartStage::kPrinted;
+  record.printed_s = sheet->since_s;  // of its begin: its end was seen by nobody
+  if (auto noted = files::WriteStart(sheet->folder, record); !noted) {
+    return tl::unexpected(noted.error());
+  }
+  return sheet;
+}
+
+/// What was uploaded since the sheet was printed: an earlier print of the same sheet has the same
+/// number. Or the one that is named.
+Result<std::vector<UploadedFile>> FindUploads(const std::string& named, const Session& session,
+                                              const StartedSheet& sheet) {
+  if (!named.empty() && !IsScan(named)) {
+    return Fail(
+        fmt::format("{}: must be the name of a scan or photo (.pdf, .png, .jpg, .tif) in "
+                    "the folder {} beside the printer's configuration",
+                    named, procedure::kUploadFolder));
+  }
+  auto uploads = procedure::ListUploads(session, [&named](const std::string& name) {
+    return named.empty() ? IsScan(name) : name == named;
+  });
+  if (!uploads) return uploads;
+  const bool any = !uploads->empty();
+  const std::string last = any ? uploads->back().name : named;
+  std::erase_if(*uploads, [&sheet](const UploadedFile& upload) {
+    return upload.modified_s < static_cast<double>(sheet.since_s - kClocks_s);
+  });
+  if (!uploads->empty()) return uploads;
+  const std::string there =
+      fmt::format("the folder {} beside the printer's configuration", procedure::kUploadFolder);
+  if (any) {
+    return Fail(fmt::format("{} in {} is older than the sheet that was printed last, and an "
+                            "earlier print of the same sheet has the same number: upload the scan "
+                            "of this one",
+                            last, there),
+                ErrorKind::kSafety);
+  }
+  if (!named.empty()) return Fail(fmt::format("{} is not in {}", named, there));
+  return Fail(
+      fmt::format("there is no scan in {}: upload one there (PDF, PNG, JPEG or TIFF)", there));
+}
+
+/// The recording that keeps the same scan; empty: none.
+Result<fs::path> MeasuredBefore(const fs::path& recordings, const std::string& ending,
+                                const std::string& bytes) {
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i <= kMostScans; ++i) names.push_back(ScanName(i, ending));
+  return FindKeptCopy(recordings, names, bytes);
+}
+
+/// Fetches the scans that were not measured before, or the one that is named.
+Result<std::vector<FetchedScan>> FetchScans(const MeasureArguments& arguments,
+                                            const Session& session, const StartedSheet& sheet,
+                                            const fs::path& recordings, FetchedFiles& fetched) {
+  auto uploads = FindUploads(arguments.file, session, sheet);
+  if (!uploads) return tl::unexpected(uploads.error());
+  if (uploads->size() > kMostScans) {
+    uploads->erase(uploads->begin(), uploads->end() - kMostScans);
+  }
+  std::vector<FetchedScan> scans;
+  fs::path before;
+  for (const UploadedFile& upload : *uploads) {
+    const auto bytes = DownloadUpload(session, upload.name, kMostBytes);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const std::string ending = procedure::EndingAmong(kEndings, upload.name);
+    if (arguments.file.empty()) {
+      auto kept = MeasuredBefore(recordings, ending, *bytes);
+      if (!kept) return tl::unexpected(kept.error());
+      if (!kept->empty()) {
+        before = std::move(*kept);
+        continue;
+      }
+    }
+    auto path = fetched.Add(ScanName(scans.size() + 1, ending), *bytes);
+    if (!path) return tl::unexpected(path.error());
+    scans.push_back({std::move(*path), upload.name});
+  }
+  if (!scans.empty()) return scans;
+  return Fail(
+      fmt::format("{}, the newest scan there, was measured before ({}): upload another "
+                  "one, or name it once more with --file",
+                  uploads->back().name, before.string()));
+}
+
+void PrintCorrections(const fs::path& folder, const StartedSheet& sheet,
+                      const files::OffsetFile& measured) {
+  const auto corrections = procedure::CorrectionsOf(sheet.record, measured);
+  for (const procedure::OffsetCorrection& change : corrections) {
+    fmt::print("{}", CorrectionText(change, tool_offset::OffsetFirmware::kKlipperTool));
+  }
+  fmt::print("nothing applied   trammel offset apply {} {}\n", folder.string(),
+             corrections.empty() ? "--for klipper-gcode-offset --now TOOL:X,Y"
+                                 : fmt::format("--apply --printer {}", sheet.record.printer));
+}
+
+int RunMeasure(const MeasureArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return PrintError(config.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return PrintError(printer.error());
+  const Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto folder = NewFolder::Make(arguments.out.empty()
+                                          ? fs::path("recordings") /
+                                                RecordingName(measurement::Instrument::kToolOffset)
+                                          : fs::path(arguments.out));
+  if (!folder) return PrintError(folder.error());
+  const fs::path recordings = fs::absolute(folder->path()).parent_path();
+  const auto sheet =
+      FindSheet(arguments, session, recordings, procedure::PrinterName(config->scan.address));
+  if (!sheet) return PrintError(sheet.error());
+  const fs::path pattern = sheet->folder / procedure::kSheetGcodeName;
+  const auto plan = PlanOf({pattern.string(), 0, "", -1, 0});
+  if (!plan) return PrintError(plan.error());
+  FetchedFiles fetched(folder->path());
+  const auto scans = FetchScans(arguments, session, *sheet, recordings, fetched);
+  if (!scans) return PrintError(scans.error());
+  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
+  SheetReader reader(folder->path(), *plan, sheet->record, arguments.reading);
+  std::vector<fs::path> paths;
+  for (const FetchedScan& scan : *scans) paths.push_back(scan.path);
+  const auto answered = reader.ReadTogether(
+      paths, [&](const std::string& line) { session.Say(WithNames(line, *scans)); });
+  if (!answered) {
+    return PrintError({answered.error().kind, WithNames(answered.error().message, *scans)});
+  }
+  fetched.Keep();
+  std::error_code error;  // by which trammel offset start --continue goes on, too
+  fs::copy_file(pattern, folder->path() / procedure::kSheetGcodeName, error);
+  const auto measured = files::ReadOffsetFile(folder->path());
+  if (!measured) return PrintError(measured.error());
+  PrintCorrections(folder->path(), *sheet, *measured);
+  return reader.all_good() ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddOffsetMeasureCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "measure", "measure the last sheet of offset start by the scans uploaded to the printer");
+  const auto arguments = std::make_shared<MeasureArguments>();
+  AddPrinterOptions(*command, arguments->printer);
+  AddMaterialOption(*command, arguments->printer.material);
+  command->add_option("--file", arguments->file,
+                      "its name in the folder trammel beside printer.cfg; left out: those that "
+                      "came since the print and were not measured yet");
+  command
+      ->add_option("--sheet", arguments->sheet,
+                   "folder of the offset start that printed it; left out: the printer's last one "
+                   "beside --out")
+      ->check(CLI::ExistingDirectory);
+  command->add_option("--out", arguments->out, "new folder for scans and result");
+  command->add_flag("--photo", arguments->reading.photo,
+                    "these are a phone's photos; without it, where a file states a focal length");
+  command
+      ->add_option("--film-focal", arguments->reading.film_focal_mm,
+                   "of a photo: focal length in mm as if on film of 35 mm")
+      ->check(NumberIn(5.0, 1000.0));
+  command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });
+}
+
+}  // namespace trammel::app
