@@ -35,6 +35,7 @@
 #endif
 #ifdef TRAMMEL_TOOL_OFFSET
 #include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_job.h"
 #endif
 
 namespace {
@@ -58,6 +59,10 @@ trammel::service::Offerings Offers() {
   offered.jobs.push_back(trammel::app::PressureAdvanceJob());
   offered.jobs.push_back(trammel::app::PhotoPatternJob());
   offered.jobs.push_back(trammel::app::PhotoJob());
+#endif
+#ifdef TRAMMEL_TOOL_OFFSET
+  offered.jobs.push_back(trammel::app::OffsetSheetJob());
+  offered.jobs.push_back(trammel::app::OffsetScanJob());
 #endif
 #ifdef TRAMMEL_TAP
   offered.attendants.push_back({"taps", {"tap", "watch", "--answer"}});

@@ -53,6 +53,7 @@ std::vector<std::string> OptionWords(const PrinterPlace& place) {
 }
 
 Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind) {
+  if (kind.answer) return kind.answer(folder);
   const fs::path file = fs::path(folder) / files::kResultFile;
   const auto outcome = files::ReadOutcome(file);
   if (!outcome) return tl::unexpected(outcome.error());
@@ -210,7 +211,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   }
   run.message.clear();
   const bool measured = end.exit_code == kGood || end.exit_code == kNotTrusted;
-  if (measured && !plan.applies && !plan.kind->quantity.empty()) {
+  if (measured && !plan.applies && plan.kind->has_answer()) {
     return ConcludeResult(plan, run, end.error);
   }
   const bool is_set = plan.applies && WasSet(plan.kind->set_line, end.output);
@@ -231,7 +232,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   } else {
     run.end = end.stopped ? RunEnd::kStopped : RunEnd::kFailed;
     run.message = !end.error.empty() ? end.error : fmt::format("exit code {}", end.exit_code);
-    words.text = (is_set         ? "applied, and not kept as asked for: "
+    words.text = (is_set         ? plan.kind->set_in_part + ": "
                   : plan.applies ? "not applied: "
                                  : "no calibration: ") +
                  run.message;
@@ -261,8 +262,12 @@ void Desk::ConcludeResult(const Plan& plan, RunRecord run, const std::string& er
   run.message = answer ? answer->words : !error.empty() ? error : answer.error().message;
   if (answer) run.verdict = ToString(answer->verdict);
   ShowPicture(run, *plan.kind);
-  if (!answer || answer->verdict != Verdict::kGood) {
+  if (answer) {
+    for (const std::string& line : answer->lines) Tell({line});
+  }
+  if (!answer || answer->verdict != Verdict::kGood || !answer->why_not_set.empty()) {
     Words words{run.message, procedure::Buttons::kClose};
+    if (answer && !answer->why_not_set.empty()) words.text += ". " + answer->why_not_set;
     return EndRun(std::move(run), {}, std::move(words));
   }
   const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};

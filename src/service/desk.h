@@ -156,13 +156,6 @@ class Desk {
   std::jthread worker_;                      // last: it uses everything above
 };
 
-/// A result's answer: "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is
-/// none.
-struct AnswerInWords {
-  Verdict verdict = Verdict::kRefused;
-  std::string words;
-};
-
 /// The answer of a kind in a folder's result.json. Errors: kInput: not there, none of the kind.
 [[nodiscard]] Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind);
 

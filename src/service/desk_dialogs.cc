@@ -143,11 +143,13 @@ void Desk::AnswerStart(const Call& call) {
 }
 
 void Desk::ShowOffer(const Call& call) {
-  auto offer = call.job->check(options_.place, call.arguments);
+  const JobKind& job = *call.job;
+  auto offer = job.offer ? job.offer(*printer_, options_.place, call.arguments)
+                         : job.check(options_.place, call.arguments);
   if (!offer) {
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
   }
-  Show({std::move(offer->question), call.job->start_buttons, {}, std::move(offer->start)}, false);
+  Show({std::move(offer->question), job.start_buttons, {}, std::move(offer->start)}, false);
 }
 
 // Whoever was asked before the service ended has not answered yet.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -87,6 +88,12 @@ class DeskTest : public ::testing::Test {
       return std::string("0.0450 s");
     };
     kind.quantity = "pressure_advance";
+    if (several_) {
+      kind.quantity.clear();
+      kind.answer = [this](const std::string&) -> Result<AnswerInWords> { return *several_; };
+      kind.set_in_part = "set in part";
+    }
+    if (offer_) kind.offer = offer_;
     kind.offer_method = "offer_it";
     kind.start_method = "start_it";
     const PrinterPlace place{
@@ -166,6 +173,8 @@ class DeskTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   procedure::testing::FakePrinter printer_;
   std::function<void()> in_force_ = [] {};
+  std::optional<AnswerInWords> several_;
+  std::function<Result<Offer>(machine::Printer&, const PrinterPlace&, const Arguments&)> offer_;
   std::string blocker_;
   std::string message_;
   bool was_working_ = false;
@@ -222,6 +231,51 @@ TEST_F(DeskTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
                                                    "= 0.01720 s")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("now 0.0450 s. Nothing applied")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("s). In force now: 0.0450 s. Use it?\"")));
+}
+
+TEST_F(DeskTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
+  several_ = AnswerInWords{Verdict::kGood, "T1 and T2", {"tool_offset T1 x = 1", "tool_offset T2"}};
+  MakeDesk();
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "T1 and T2");
+  EXPECT_EQ(Status()["proposal"]["answer"], "T1 and T2");
+  Program("echo 'applied           SET 1'\necho 'trammel: T2 did not answer' >&2\n", 3);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "set in part: T2 did not answer");
+  StopServing();
+  for (const char* said : {"MSG=\"tool_offset T1 x = 1\"", "MSG=\"tool_offset T2\"",
+                           "TRAMMEL_ASK BUTTONS=use MSG=\"T1 and T2."}) {
+    EXPECT_THAT(printer_.scripts, Contains(HasSubstr(said)));
+  }
+}
+
+TEST_F(DeskTest, AGoodAnswerThatNothingCanSetIsNoProposal) {
+  several_ = AnswerInWords{Verdict::kGood, "T1", {}, "nobody keeps it"};
+  MakeDesk();
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["verdict"], "good");
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=close MSG=\"T1. nobody keeps it\""));
+}
+
+TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
+  offer_ = [](machine::Printer& printer, const PrinterPlace&, const Arguments&) -> Result<Offer> {
+    return Offer{"Is it " + printer.LastState().active_extruder + "?", {{"tools", "0,1"}}};
+  };
+  MakeDesk();
+  Serve();
+  CallMacro("offer_it");
+  CallMacro("trammel_dismiss");  // behind it
+  WaitUntil([this] { return printer_.scripts.size() >= 2; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains("TRAMMEL_ASK BUTTONS=start TOOLS=0,1 MSG=\"Is it extruder?\""));
 }
 
 TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "base/measured.h"
 #include "base/result.h"
+#include "machine/moonraker/printer.h"
 #include "machine/moonraker/printer_state.h"
 #include "session/screen.h"
 
@@ -28,7 +30,17 @@ using Arguments = std::map<std::string, std::string>;
 /// What is put before the owner before a job is started from a dialog.
 struct Offer {
   std::string question;
-  Arguments start = {};  ///< what the start button hands on: values of [A-Za-z0-9_.-]+
+  Arguments start = {};  ///< what the start button hands on: values of [A-Za-z0-9_.,-]+
+};
+
+/// The answer of a job, in words.
+struct AnswerInWords {
+  Verdict verdict = Verdict::kRefused;
+  /// "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is none.
+  std::string words;
+  std::vector<std::string> lines =
+      {};                        ///< before it in the console, of an answer of several values
+  std::string why_not_set = {};  ///< of a good one that nothing can set; empty: it can be
 };
 
 /// A kind of job. What moves a machine is done by the command that the words are of, with all its
@@ -42,6 +54,8 @@ struct JobKind {
   std::set<std::string> carried = {};
   /// Looks whether it can be started, without asking the printer. Errors: why not.
   std::function<Result<Offer>(const PrinterPlace&, const Arguments&)> check;
+  /// The same with a look at the printer, for a dialog; empty: `check` says all.
+  std::function<Result<Offer>(machine::Printer&, const PrinterPlace&, const Arguments&)> offer = {};
   /// The command that does it; options of the printer and --out FOLDER are put behind.
   std::vector<std::string> words;
   bool looks = true;  ///< it takes --camera
@@ -50,11 +64,15 @@ struct JobKind {
   /// How a line of that command begins once the answer is set; what fails afterwards does not take
   /// it back. Empty: it is set where the command ends well.
   std::string set_line = {};
+  /// What is to be said where something fails after that line.
+  std::string set_in_part = "applied, and not kept as asked for";
   /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
   std::function<std::string(const Arguments&)> use = {};
   /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
   std::function<std::string(const machine::PrinterState&)> in_force = {};
-  std::string quantity;  ///< of its answer, as result.json names it; empty: it has none
+  std::string quantity;  ///< of its answer, as result.json names it; empty: it has none such
+  /// The answer in the folder of a run, where it is not one quantity. Errors: there is none.
+  std::function<Result<AnswerInWords>(const std::string& folder)> answer = {};
   /// Of a job without an answer: what is said, and asked, when it is done.
   std::string done = {};
   procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
@@ -62,6 +80,8 @@ struct JobKind {
   std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
   std::string offer_method;  ///< that a macro calls to be asked; empty: none
   std::string start_method;  ///< that a macro calls to start it; empty: none
+
+  [[nodiscard]] bool has_answer() const { return answer || !quantity.empty(); }
 };
 
 /// A command that is to run beside the desk all the time, and is started again where it ends.

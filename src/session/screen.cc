@@ -18,6 +18,10 @@ const char* NameOf(Buttons buttons) {
       return "print";
     case Buttons::kPhoto:
       return "photo";
+    case Buttons::kSheet:
+      return "sheet";
+    case Buttons::kScan:
+      return "scan";
     case Buttons::kUse:
       return "use";
     case Buttons::kClose:
@@ -30,7 +34,7 @@ const char* NameOf(Buttons buttons) {
 bool IsWord(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '.' || c == '-';
+           c == '.' || c == ',' || c == '-';
   });
 }
 

@@ -16,6 +16,8 @@ enum class Buttons {
   kStart,  ///< calibrate, or not
   kPrint,  ///< print the pattern for a photo, or not
   kPhoto,  ///< measure the photo, or later
+  kSheet,  ///< print the sheet of tool offsets, or not
+  kScan,   ///< measure its scan, or later
   kUse,    ///< apply the answer, or keep the old value
   kClose
 };
@@ -34,7 +36,7 @@ class Screen {
   /// touch screens show. Where the printer has no such macro there is none, and no error.
   /// @param start  what the first button (but of kUse) hands on, by TRAMMEL_ASK's parameters in
   /// small letters
-  ///     ("filament"); values of [A-Za-z0-9_.-]+, others are left out.
+  ///     ("filament"); values of [A-Za-z0-9_.,-]+, others are left out.
   [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons,
                                  const std::map<std::string, std::string>& start,
                                  const machine::WaitLimit& limit);

@@ -61,9 +61,11 @@ TEST(Screen, AsksWhereThePrinterHasDialogs) {
   ASSERT_TRUE(screen.Ask("0.0172 s | \"was\" 0.04", Buttons::kUse, {}, {1}));
   ASSERT_TRUE(
       screen.Ask("empty?", Buttons::kStart, {{"filament", "pla__2b"}, {"temp", "1 M112"}}, {1}));
+  ASSERT_TRUE(screen.Ask("paper?", Buttons::kSheet, {{"tools", "0,1"}}, {1}));
   EXPECT_THAT(printer.scripts,
               ElementsAre("TRAMMEL_ASK BUTTONS=use MSG=\"0.0172 s   was 0.04\"",
-                          "TRAMMEL_ASK BUTTONS=start FILAMENT=pla__2b MSG=\"empty?\""));
+                          "TRAMMEL_ASK BUTTONS=start FILAMENT=pla__2b MSG=\"empty?\"",
+                          "TRAMMEL_ASK BUTTONS=sheet TOOLS=0,1 MSG=\"paper?\""));
   FakePrinter older;
   older.unknown["TRAMMEL_ASK"] = true;
   Screen without(older);

@@ -159,6 +159,33 @@ TEST(KlipperMacros, AReleaseTellsWhichHeatersStayOn) {
   EXPECT_THAT(ReadSections().at("gcode_macro TRAMMEL_RELEASE"), testing::HasSubstr("stays on"));
 }
 
+// What calls trammel is refused while a print is on its way, and says where nobody answers.
+TEST(KlipperMacros, WhoeverAsksLooksForAPrintFirstAndWaitsForAnAnswer) {
+  const auto sections = ReadSections();
+  for (const char* name : {"TRAMMEL_PA", "TRAMMEL_PRINT_PATTERN", "TRAMMEL_PA_PHOTO",
+                           "TRAMMEL_OFFSET", "TRAMMEL_PRINT_SHEET", "TRAMMEL_OFFSET_SCAN"}) {
+    const std::string& text = sections.at(std::string("gcode_macro ") + name);
+    const std::size_t asks = text.find("action_call_remote_method");
+    ASSERT_NE(asks, std::string::npos) << name;
+    EXPECT_LT(text.find("if state in (\"printing\", \"paused\")"), asks) << name;
+    EXPECT_LT(text.find("action_raise_error"), asks) << name;
+    EXPECT_GT(text.find("ID=_trammel_no_answer DURATION={"), asks) << name;
+  }
+}
+
+TEST(KlipperMacros, TheButtonsOfADialogCallMacrosAndHandOnWhatTheyWereGiven) {
+  const auto sections = ReadSections();
+  const std::string& ask = sections.at("gcode_macro TRAMMEL_ASK");
+  const auto called = WordsAfter(ask, "prompt_footer_button [A-Za-z ]+\\|");
+  EXPECT_GE(called.size(), 13U);
+  for (const std::string& macro : called) {
+    EXPECT_TRUE(sections.contains("gcode_macro " + macro)) << macro;
+  }
+  EXPECT_THAT(called, testing::IsSupersetOf({"TRAMMEL_PRINT_SHEET", "TRAMMEL_OFFSET_SCAN"}));
+  EXPECT_THAT(ask, testing::HasSubstr("\"TOOLS\""));
+  EXPECT_THAT(sections.at("gcode_macro TRAMMEL_PRINT_SHEET"), testing::HasSubstr("params.TOOLS"));
+}
+
 TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {
   for (const auto& [header, text] : ReadSections()) {
     EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'))

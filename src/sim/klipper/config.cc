@@ -32,6 +32,14 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
     config.macros[macro].remote_arguments = {{"filament", "FILAMENT", "", false}};
   }
   config.macros["TRAMMEL_PA_PHOTO"].remote_arguments.push_back({"file", "FILE", "", false});
+  for (const auto& [macro, method] : {std::pair{"TRAMMEL_OFFSET", "trammel_offer_sheet"},
+                                      std::pair{"TRAMMEL_PRINT_SHEET", "trammel_sheet"}}) {
+    config.macros[macro].remote_method = method;
+    config.macros[macro].remote_arguments = {{"tools", "TOOLS", "", false},
+                                             {"temp", "TEMP", "", false}};
+  }
+  config.macros["TRAMMEL_OFFSET_SCAN"].remote_method = "trammel_offset_scan";
+  config.macros["TRAMMEL_OFFSET_SCAN"].remote_arguments = {{"file", "FILE", "", false}};
   config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
   config.macros["TRAMMEL_DISMISS"].remote_method = "trammel_dismiss";
   config.macros["TRAMMEL_ASK"].lines = {"RESPOND TYPE=command MSG=\"action:prompt_begin trammel\"",

@@ -1,0 +1,240 @@
+#include "tool_offset/commands/offset_job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/job_arguments.h"
+#include "app/serve_command.h"
+#include "document/interval_text.h"
+#include "session/uploads.h"
+#include "tool_offset/commands/offset_plan.h"
+#include "tool_offset/commands/offset_recording.h"
+#include "tool_offset/commands/printer_sheet.h"
+#include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/start_file.h"
+#include "tool_offset/procedure/sheet_print.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
+
+namespace trammel::app {
+namespace {
+
+using service::AnswerInWords;
+using service::Arguments;
+using service::Offer;
+using service::PrinterPlace;
+
+constexpr const char* kTools = "tools";
+constexpr const char* kMaterial = "material";
+constexpr const char* kFile = "file";
+constexpr double kAsk_s = 10;
+
+/// What a run is told of the sheet.
+struct AskedSheet {
+  SheetOptions options;
+  std::string address;
+  std::vector<int> tools = {};  ///< empty: none are named
+};
+
+Result<AskedSheet> AskedFor(const PrinterPlace& place, const Arguments& arguments) {
+  AskedSheet asked{{.config = place.config, .set = place.set, .material = place.material},
+                   place.address};
+  const auto given = [&arguments](const char* name) {
+    const auto found = arguments.find(name);
+    return found == arguments.end() ? std::string() : found->second;
+  };
+  if (const std::string text = given(kTools); !text.empty()) {
+    auto tools = ParseToolList(text);
+    if (!tools) {
+      return Fail("TOOLS must be a list of numbers, such as TOOLS=0,1: those that are printed");
+    }
+    asked.tools = std::move(*tools);
+  }
+  if (const std::string text = given(kTemperatureArgument); !text.empty()) {
+    if (auto plain = CheckTemperatureArgument(text); !plain) return tl::unexpected(plain.error());
+    asked.options.set.push_back(fmt::format("{}={}", kTemperatureSetting, text));
+  }
+  if (const std::string text = given(kMaterial); !text.empty()) asked.options.material = text;
+  return asked;
+}
+
+/// The settings of a run. Errors: they cannot be read, or do not say how hot it prints. Whether the
+/// sheet can be planned so is looked at when it is asked for.
+Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& arguments) {
+  auto config = ConfigureForPrinter(asked.options, asked.address);
+  if (!config) return config;
+  if (!asked.tools.empty()) config->sheet.tools = asked.tools;
+  const bool each_has_its_own = !config->sheet.nozzle_temperatures_c.empty();
+  if (each_has_its_own && arguments.contains(kTemperatureArgument)) {
+    return Fail(
+        "TEMP: nozzle_temperatures in [tool_offset_pattern] has each tool's own; leave it out");
+  }
+  const auto problem = each_has_its_own ? std::nullopt : FindTemperatureProblem(config->sheet);
+  if (!problem) return config;
+  return tl::unexpected(
+      files::LocateProblem(*problem, config->config, config->text.text, config->text.file));
+}
+
+Offer OfferOf(const Arguments& arguments, std::string question) {
+  Offer offer{std::move(question)};
+  for (const char* name : {kTools, kTemperatureArgument}) {
+    if (const auto given = arguments.find(name); given != arguments.end()) {
+      offer.start[name] = given->second;
+    }
+  }
+  return offer;
+}
+
+Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments) {
+  const auto asked = AskedFor(place, arguments);
+  if (!asked) return tl::unexpected(asked.error());
+  const auto config = SettingsFor(*asked, arguments);
+  if (!config) return tl::unexpected(config.error());
+  return OfferOf(arguments,
+                 "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats "
+                 "and prints");
+}
+
+/// Where the paper is to lie, by the tools that the printer has.
+Result<Offer> OfferSheet(machine::Printer& printer, const PrinterPlace& place,
+                         const Arguments& arguments) {
+  const auto asked = AskedFor(place, arguments);
+  if (!asked) return tl::unexpected(asked.error());
+  auto config = SettingsFor(*asked, arguments);
+  if (!config) return tl::unexpected(config.error());
+  const procedure::Session session{printer, {}, {}};
+  const auto found = ReadTools(session);
+  if (!found) return tl::unexpected(found.error());
+  auto fitted = FitToPrinter(asked->options, asked->tools, session, *found, *config);
+  if (!fitted) return tl::unexpected(fitted.error());
+  if (auto sound = CheckSheet(*config); !sound) return tl::unexpected(sound.error());
+  const tool_offset::SheetPlan plan = tool_offset::PlanSheet(config->sheet);
+  const auto paper = tool_offset::PaperAround(plan);
+  const tool_offset::BedBounds& bounds =
+      paper ? paper->bounds
+            : tool_offset::SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
+  std::string tools;
+  for (const int tool : plan.settings.tools) {
+    tools += fmt::format("{}T{}", tools.empty() ? "" : ", ", tool);
+  }
+  return OfferOf(
+      arguments,
+      fmt::format("Is {} paper ({:.0f} mm along X, {:.0f} along Y) taped flat on the COLD bed, its "
+                  "middle at X {:.0f}, Y {:.0f}, hands out, and are {} ready? It homes, heats ({}) "
+                  "and prints.",
+                  paper ? paper->name : "a", bounds.max_x_mm - bounds.min_x_mm,
+                  bounds.max_y_mm - bounds.min_y_mm, (bounds.min_x_mm + bounds.max_x_mm) / 2,
+                  (bounds.min_y_mm + bounds.max_y_mm) / 2, tools,
+                  DescribeTemperatures(plan.settings)));
+}
+
+// A scan moves and heats nothing.
+Result<Offer> CheckScanJob(const PrinterPlace& place, const Arguments&) {
+  const auto config = LoadSettings(OptionsAt(place));
+  if (!config) return tl::unexpected(config.error());
+  return Offer{};
+}
+
+/// Half of the interval, in mm.
+double HalfWidth(const measurement::Answer& answer) {
+  const Interval& interval = answer.value.quantity().interval95;
+  return (interval.hi - interval.lo) / 2;
+}
+
+/// Each tool's own line, and all in one.
+Result<AnswerInWords> AnswerIn(const std::string& folder) {
+  const auto measured = files::ReadOffsetFile(folder);
+  if (!measured) return tl::unexpected(measured.error());
+  const auto record = files::ReadStart(folder);
+  if (!record) return tl::unexpected(record.error());
+  if (!measured->result) return Fail(folder + ": result.json is no kept result");
+  AnswerInWords answer;
+  std::string all;
+  double half_mm = 0;
+  for (const files::MeasuredOffset& tool : measured->good) {
+    const auto* const x = measured->result->Find(fmt::format("tool_{}_dx", tool.tool));
+    const auto* const y = measured->result->Find(fmt::format("tool_{}_dy", tool.tool));
+    answer.lines.push_back(
+        fmt::format("tool_offset T{} x = {}, y = {}", tool.tool,
+                    report::WithInterval(x->value.quantity(), report::kOffsetMillimetres),
+                    report::WithInterval(y->value.quantity(), report::kOffsetMillimetres)));
+    constexpr int kMicrometres = 3;  // as firmwares are told
+    all += fmt::format("{}T{} x {}, y {}", all.empty() ? "" : ", ", tool.tool,
+                       report::NumberText(tool.dx_mm, kMicrometres, true),
+                       report::NumberText(tool.dy_mm, kMicrometres, true));
+    half_mm = std::max({half_mm, HalfWidth(*x), HalfWidth(*y)});
+    const bool told =
+        std::any_of(record->tools.begin(), record->tools.end(),
+                    [&](const auto& each) { return each.tool == tool.tool && each.kept; });
+    if (!told) {
+      answer.why_not_set = fmt::format(
+          "Klipper keeps no offset of these tools: trammel offset apply {} --for "
+          "klipper-gcode-offset --now TOOL:X,Y shows the lines for your macros",
+          folder);
+    }
+  }
+  for (const std::string& line : measured->refused) answer.lines.push_back("tool_offset " + line);
+  if (measured->good.empty()) {
+    answer.words = measured->refused.front();
+    return answer;
+  }
+  answer.verdict = Verdict::kGood;
+  answer.words = fmt::format("tool offsets {} mm ({})", all,
+                             report::WithinText({&half_mm, 1}, report::kMillimetres));
+  if (!measured->refused.empty()) {
+    answer.words += fmt::format("; {} without a value", measured->refused.size());
+  }
+  return answer;
+}
+
+}  // namespace
+
+service::JobKind OffsetSheetJob() {
+  service::JobKind kind;
+  kind.name = "offset_sheet";
+  kind.arguments = {kTools, kMaterial, kTemperatureArgument};
+  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
+  kind.check = CheckSheetJob;
+  kind.offer = OfferSheet;
+  kind.words = {"offset", "start", "--print-only",
+                fmt::format("--yes={},{}", procedure::kMoveQuestion, procedure::kPaperQuestion)};
+  kind.looks = false;
+  kind.done = fmt::format(
+      "Sheet printed, everything is off. Let the bed cool, take the paper off, scan it at 300 to "
+      "600 dpi or photograph it, upload that into the folder {} beside printer.cfg. Measure it?",
+      procedure::kUploadFolder);
+  kind.start_buttons = procedure::Buttons::kSheet;
+  kind.done_buttons = procedure::Buttons::kScan;
+  kind.offer_method = "trammel_offer_sheet";
+  kind.start_method = "trammel_sheet";
+  return kind;
+}
+
+service::JobKind OffsetScanJob() {
+  service::JobKind kind;
+  kind.name = "offset_scan";
+  kind.arguments = {kFile};
+  kind.check = CheckScanJob;
+  kind.words = {"offset", "measure"};
+  kind.looks = false;
+  kind.apply = [](const std::string& folder, const Arguments&) {
+    return std::vector<std::string>{"offset", "apply", folder, "--apply", "--brief"};
+  };
+  kind.set_line = "applied   tool";  // of SetOffsets
+  kind.set_in_part = "applied in part (trammel offset apply --undo takes it back)";
+  kind.use = [](const Arguments&) {
+    return std::string("Set the new offsets until Klipper restarts");
+  };
+  kind.answer = AnswerIn;
+  kind.picture = kOffsetPicture;
+  kind.start_method = "trammel_offset_scan";
+  return kind;
+}
+
+}  // namespace trammel::app
