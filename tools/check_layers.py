@@ -96,6 +96,7 @@ INNER = {
         "phone": {"camera", "sheet", "scanner"},
         "spindle": {"print"},
         "casting": set(),
+        "survey": set(),
         "klipper": {"print", "cell"},
         "camera": {"print", "laser", "klipper"},
         "photo": {"print", "camera"},
