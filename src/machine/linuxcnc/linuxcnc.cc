@@ -155,6 +155,18 @@ Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
   return state;
 }
 
+Result<LinuxCncFacts> LinuxCncLink::Facts(int joints, const std::stop_token& stop) {
+  const auto state = State(joints, stop);
+  if (!state) return tl::unexpected(state.error());
+  LinuxCncFacts facts;
+  facts.state = *state;
+  return facts;
+}
+
+Result<LinuxCncFacts> LinuxCnc::Facts(const std::stop_token& stop) {
+  return link_->Facts(options_.joints, stop);
+}
+
 Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
   const auto state = State(stop);
   if (!state) return tl::unexpected(state.error());

@@ -58,6 +58,9 @@ class LinuxCnc {
 
   [[nodiscard]] Result<LinuxCncState> State(const std::stop_token& stop);
 
+  /// Sends nothing that the machine does. In an emergency stop and unhomed, too.
+  [[nodiscard]] Result<LinuxCncFacts> Facts(const std::stop_token& stop);
+
   /// Refuses (kSafety, with what to do) unless the machine is out of emergency stop, on, homed,
   /// metric and idle, and the spindle stopped, for `motion` held in its place, too. Then takes MDI
   /// mode.

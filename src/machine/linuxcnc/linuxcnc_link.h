@@ -7,8 +7,10 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "machine/linuxcnc/linuxcnc_limits.h"
 
 namespace trammel::machine {
 
@@ -26,6 +28,23 @@ struct LinuxCncState {
   double fastest_mm_s = std::numeric_limits<double>::infinity();
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< actual, machine coordinates
   double c_deg = 0;
+};
+
+/// How a machine is built and set up; read without a command to it.
+struct LinuxCncFacts {
+  LinuxCncState state;  ///< `homed`: of all joints that there are
+  /// Whether the link tells the rest.
+  bool complete = false;
+  std::string axes;            ///< letters, as in "XYZC"
+  double unit_mm = 1;          ///< the machine's own unit of length
+  LinuxCncTravel travel;       ///< by the limits of the axes
+  int joints = 0;              ///< 1 … 16
+  std::vector<int> not_homed;  ///< joints, from 0
+  int tool = 0;                ///< number of the one in the spindle; 0: none
+  double tool_length_mm = 0;   ///< Z of that one in the tool table
+  int tools = 0;               ///< in the table
+
+  [[nodiscard]] bool HasAxis(char letter) const { return axes.find(letter) != std::string::npos; }
 };
 
 /// What changes while a machine moves.
@@ -52,6 +71,8 @@ class LinuxCncLink {
 
   /// @param joints  0 … joints - 1 must be homed for `homed`
   [[nodiscard]] virtual Result<LinuxCncState> State(int joints, const std::stop_token& stop) = 0;
+  /// @param joints  as of State, where the link cannot tell how many there are
+  [[nodiscard]] virtual Result<LinuxCncFacts> Facts(int joints, const std::stop_token& stop);
   [[nodiscard]] virtual Result<LinuxCncMotion> Motion(const std::stop_token& stop) = 0;
   [[nodiscard]] virtual Result<void> TakeMdi(const std::stop_token& stop) = 0;
   /// A block that does not move the machine.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -16,6 +17,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr int kMostJoints = 16;  // of LinuxCNC
 constexpr double kJoin_s =
     20;  // Python starts and loads LinuxCNC's libraries, on a busy computer too
 
@@ -148,9 +150,13 @@ Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
 Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& stop) {
   const auto answer = Ask({{"do", "state"}}, stop);
   if (!answer) return tl::unexpected(answer.error());
-  const auto motion = ParseMotion(*answer);
+  return ParseState(*answer, joints);
+}
+
+Result<LinuxCncState> LinuxCncSession::ParseState(const json& answer, int joints) {
+  const auto motion = ParseMotion(answer);
   if (!motion) return tl::unexpected(motion.error());
-  Members members(*answer);
+  Members members(answer);
   LinuxCncState state;
   state.estop = members.Flag("estop");
   state.on = members.Flag("on");
@@ -159,7 +165,7 @@ Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& 
   state.feed_override = members.Number("feed_override");
   state.fastest_mm_s = members.Number("fastest_mm_s");
   const json* homed = members.List("homed");
-  if (!members.sound()) return Strange(TextOf(*answer));
+  if (!members.sound()) return Strange(TextOf(answer));
   state.homed = homed->size() >= static_cast<std::size_t>(joints);
   for (int joint = 0; state.homed && joint < joints; ++joint) {
     state.homed = (*homed)[static_cast<std::size_t>(joint)] == 1;
@@ -170,6 +176,37 @@ Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& 
   state.position_mm = motion->position.head<3>();
   state.c_deg = motion->position[3];
   return state;
+}
+
+Result<LinuxCncFacts> LinuxCncSession::Facts(int, const std::stop_token& stop) {
+  const auto answer = Ask({{"do", "facts"}}, stop);
+  if (!answer) return tl::unexpected(answer.error());
+  Members members(*answer);
+  LinuxCncFacts facts;
+  facts.complete = true;
+  facts.axes = members.Text("axes");
+  facts.unit_mm = members.Number("unit_mm");
+  facts.joints = static_cast<int>(std::clamp(members.Number("joints"), 0.0, double(kMostJoints)));
+  facts.tool = static_cast<int>(std::clamp(members.Number("tool"), 0.0, 1e6));
+  facts.tool_length_mm = members.Number("tool_length") * facts.unit_mm;
+  facts.tools = static_cast<int>(std::clamp(members.Number("tools"), 0.0, 1e6));
+  const json* homed = members.List("homed");
+  const auto low = members.Place("low");
+  const auto high = members.Place("high");
+  const bool sound = members.sound() && facts.joints > 0 && facts.unit_mm > 0 &&
+                     homed->size() >= static_cast<std::size_t>(facts.joints);
+  if (!sound) return Strange(TextOf(*answer));
+  auto state = ParseState(*answer, facts.joints);
+  if (!state) return tl::unexpected(state.error());
+  facts.state = std::move(*state);
+  for (int joint = 0; joint < facts.joints; ++joint) {
+    if ((*homed)[static_cast<std::size_t>(joint)] != 1) facts.not_homed.push_back(joint);
+  }
+  const auto within = [&](const Eigen::Vector4d& place) -> Eigen::Vector3d {
+    return (facts.unit_mm * place.head<3>()).cwiseMax(-kFarthest_mm).cwiseMin(kFarthest_mm);
+  };
+  facts.travel = {within(*low), within(*high)};
+  return facts;
 }
 
 Result<void> LinuxCncSession::TakeMdi(const std::stop_token& stop) {

@@ -28,6 +28,7 @@ class LinuxCncSession : public LinuxCncLink {
       const LinuxCncSessionOptions& options, const std::stop_token& stop);
 
   [[nodiscard]] Result<LinuxCncState> State(int joints, const std::stop_token& stop) override;
+  [[nodiscard]] Result<LinuxCncFacts> Facts(int joints, const std::stop_token& stop) override;
   [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop) override;
   [[nodiscard]] Result<void> TakeMdi(const std::stop_token& stop) override;
   [[nodiscard]] Result<void> Mdi(const std::string& block, const std::stop_token& stop) override;
@@ -47,6 +48,7 @@ class LinuxCncSession : public LinuxCncLink {
   [[nodiscard]] Result<nlohmann::json> Ask(nlohmann::json request, const std::stop_token& stop);
   [[nodiscard]] Result<void> Do(nlohmann::json request, const std::stop_token& stop);
   [[nodiscard]] static Result<LinuxCncMotion> ParseMotion(const nlohmann::json& answer);
+  [[nodiscard]] static Result<LinuxCncState> ParseState(const nlohmann::json& answer, int joints);
 
   std::unique_ptr<DialogueProcess> helper_;
   LinuxCncSessionOptions options_;

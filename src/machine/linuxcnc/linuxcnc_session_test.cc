@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "machine/linuxcnc/linuxcnc.h"
 #include "support/temporary_folder.h"
@@ -59,6 +62,48 @@ TEST_F(LinuxCncSessionAnswers, WhatIsNoAnswerIsNamedAndNothingIsMadeOfIt) {
     ASSERT_FALSE(motion) << answer;
     EXPECT_EQ(motion.error().kind, ErrorKind::kMachine) << answer;
     EXPECT_THAT(motion.error().message, HasSubstr("no answer")) << answer;
+  }
+}
+
+constexpr const char* kInches =
+    R"({"id": 1, "position": [1, 2, 3, 0], "commanded": [1, 2, 3, 0], "mode": "MANUAL", "idle": true,)"
+    R"( "spindle_stopped": true, "estop": false, "on": true, "metric": false, "c_axis": false,)"
+    R"( "feed_override": 1, "fastest_mm_s": 10, "homed": [1, 0, 1], "axes": "XYZ", "unit_mm": 25.4,)"
+    R"( "joints": 3, "tool": 7, "tool_length": 2, "tools": 4, "low": [0, 0, -1e99, 0],)"
+    R"( "high": [10, 20, 0, 0]})";
+
+TEST_F(LinuxCncSessionAnswers, FactsAreInMillimetresWhateverTheMachinesOwnUnit) {
+  const auto session = Join(R"({"id": 0})", kInches);
+  ASSERT_TRUE(session) << session.error().message;
+  const auto facts = (*session)->Facts(3, {});
+  ASSERT_TRUE(facts) << facts.error().message;
+  EXPECT_TRUE(facts->complete);
+  EXPECT_FALSE(facts->state.metric);
+  EXPECT_FALSE(facts->state.homed);
+  EXPECT_EQ(facts->not_homed, std::vector<int>{1});
+  EXPECT_TRUE(facts->HasAxis('Z'));
+  EXPECT_FALSE(facts->HasAxis('C'));
+  EXPECT_EQ(facts->tool, 7);
+  EXPECT_DOUBLE_EQ(facts->tool_length_mm, 50.8);
+  EXPECT_EQ(facts->travel.low_mm, Eigen::Vector3d(0, 0, -kFarthest_mm));
+  EXPECT_EQ(facts->travel.high_mm, Eigen::Vector3d(254, 508, 0));
+}
+
+TEST_F(LinuxCncSessionAnswers, FactsThatCannotBeAreNamed) {
+  for (const auto& [was, is] : std::vector<std::pair<std::string, std::string>>{
+           {"\"joints\": 3", "\"joints\": 0"},
+           {"\"joints\": 3", "\"joints\": 9"},
+           {"\"unit_mm\": 25.4", "\"unit_mm\": -1"},
+           {"\"unit_mm\": 25.4", "\"unit_mm\": \"mm\""},
+           {"\"high\": [10, 20, 0, 0]", "\"high\": [10, 20]"},
+           {"\"axes\": \"XYZ\"", "\"axes\": 7"}}) {
+    std::string answer = kInches;
+    answer.replace(answer.find(was), was.size(), is);
+    const auto session = Join(R"({"id": 0})", answer);
+    ASSERT_TRUE(session);
+    const auto facts = (*session)->Facts(3, {});
+    ASSERT_FALSE(facts) << is;
+    EXPECT_THAT(facts.error().message, HasSubstr("no answer")) << is;
   }
 }
 

@@ -145,6 +145,18 @@ class Session:
                      "fastest_mm_s": stat.max_velocity})
         return seen
 
+    def facts(self):
+        """Says how the machine is built and set up, lengths in its own unit."""
+        told = self.state()
+        stat = self.stat
+        fitted = next((t for t in stat.tool_table if t.id == stat.tool_in_spindle), None) if stat.tool_in_spindle > 0 else None
+        limits = [(stat.axis[i]["min_position_limit"], stat.axis[i]["max_position_limit"]) for i in (0, 1, 2, 5)]
+        told.update({"axes": "".join(name for i, name in enumerate("XYZABCUVW") if stat.axis_mask & 1 << i),
+                     "unit_mm": 1 / stat.linear_units, "joints": stat.joints, "tool": max(0, stat.tool_in_spindle),
+                     "tool_length": fitted.zoffset if fitted else 0, "tools": len({t.id for t in stat.tool_table if t.id > 0}),
+                     "low": [low for low, _ in limits], "high": [high for _, high in limits]})
+        return told
+
     def take_alone(self):
         path = f"/tmp/trammel-linuxcnc-{os.getuid()}.lock"
         try:
@@ -243,7 +255,7 @@ class Session:
         do = request["do"]
         if self.taken:
             raise Failed("taken", self.taken)
-        if do in ("look", "state", "take"):
+        if do in ("look", "state", "facts", "take"):
             return getattr(self, do)()
         if do == "abort":
             return self.abort(request.get("orphaned", False))
