@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -16,6 +17,7 @@
 #include "app/option_values.h"
 #include "app/shop/sim_commands.h"
 #include "app/shop/sim_spindle_traits.h"
+#include "app/shop/sim_spindle_views.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
 #include "machine/page/page_writer.h"
@@ -35,6 +37,7 @@ struct SimSpindleArguments {
   std::string scene = "laboratory";
   double distance_mm = 300;
   std::string camera = "real";
+  std::string views;
   bool half_turn = false;
   std::optional<double> clamp_angle_rad;
   bool no_pictures = false;
@@ -63,6 +66,11 @@ Result<sim::SpindleSetup> SceneOf(const SimSpindleArguments& arguments) {
     setup.lens = setup.stated_lens = sim::AsRealCamera(setup.lens);
   } else if (arguments.camera != "table1") {
     return Fail("--camera " + arguments.camera.substr(0, 40) + ": must be real or table1");
+  }
+  if (!arguments.views.empty()) {
+    auto stops = ReadSpindleStops(arguments.views, setup.machine);
+    if (!stops) return tl::unexpected(stops.error());
+    setup.stops = std::move(*stops);
   }
   if (arguments.half_turn) {
     const std::vector<sim::SpindleStop> stops = setup.stops;
@@ -235,6 +243,8 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
       ->add_option("--camera", arguments->camera,
                    "real (along its +z) or table1 (along -z, as the paper prints it: mirrored)")
       ->capture_default_str();
+  spindle->add_option("--views", arguments->views,
+                      "a plan (align plan, align init): its places instead of the scene's own");
   spindle->add_flag("--half-turn", arguments->half_turn, "every stop again with C at 180 degrees");
   spindle
       ->add_option("--clamp-angle", arguments->clamp_angle_rad,

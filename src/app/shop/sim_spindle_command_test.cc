@@ -75,6 +75,41 @@ TEST_F(SimSpindleCommand, TakesAPictureOfEveryView) {
   }
 }
 
+TEST_F(SimSpindleCommand, GoesWhereAPlanSendsIt) {
+  ASSERT_EQ(Run("--out a --no-pictures --seed 7").exit_code, 0);
+  nlohmann::json plan = Read("a/observations.json");
+  plan["views"].erase(plan["views"].begin() + 4, plan["views"].end());
+  const nlohmann::json places = plan["views"];
+  test::WriteWhole(At("plan.json"), plan.dump());
+  const CommandResult run = Run("--out b --no-pictures --seed 7 --half-turn --views plan.json");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const nlohmann::json views = Read("b/observations.json")["views"];
+  ASSERT_EQ(views.size(), 2 * places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    EXPECT_EQ(views[i]["spindle_mm"], places[i]["spindle_mm"]);
+  }
+  // Turned as it stands, it is the same plan.
+  plan["views"] = views;
+  test::WriteWhole(At("turned.json"), plan.dump());
+  ASSERT_EQ(Run("--out c --no-pictures --seed 7 --views turned.json").exit_code, 0);
+  const nlohmann::json again = Read("c/observations.json")["views"];
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = 0; column < 3; ++column) {
+        EXPECT_NEAR(again[i]["spindle_rotation"][row][column],
+                    double(views[i]["spindle_rotation"][row][column]), 1e-12);
+      }
+    }
+  }
+  plan["views"][0]["spindle_rotation"] = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}};
+  test::WriteWhole(At("tilted.json"), plan.dump());
+  ExpectRefused("--views tilted.json", "views[0].spindle_rotation");
+  plan["views"] = nlohmann::json::array();
+  test::WriteWhole(At("empty.json"), plan.dump());
+  ExpectRefused("--views empty.json", "views");
+  ExpectRefused("--views nowhere.json", "nowhere.json");
+}
+
 TEST_F(SimSpindleCommand, TurnsTheSpindleAndItsSceneWhenAsked) {
   ASSERT_EQ(Run("--out a --no-pictures --half-turn").exit_code, 0);
   EXPECT_EQ(Read("a/observations.json")["views"].size(), 16U);
