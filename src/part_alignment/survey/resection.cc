@@ -191,6 +191,7 @@ std::optional<StationFit> FitStation(const Network& network,
   fit.station = alone.stations[0];
   fit.focal_px = alone.lens[kFocal];
   fit.observations = placed.size();
+  fit.cost = cost;
   if (free_focal) {
     const Eigen::VectorXd focal = Eigen::VectorXd::Unit(unknowns, 6);
     const double variance = geometry::SolveSymmetric(normal.matrix, focal)(6, 0);

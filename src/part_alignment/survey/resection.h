@@ -37,6 +37,7 @@ struct StationFit {
   double focal_px = 0;
   double focal_sigma_px = 0;  ///< k = 1, with the stated sigmas
   std::size_t observations = 0;
+  double cost = 0;  ///< squares of residuals in stated sigmas, under the loss
 };
 /// @param free_focal  solves for the focal length too, of this picture alone.
 [[nodiscard]] std::optional<StationFit> FitStation(const Network& network,

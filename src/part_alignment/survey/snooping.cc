@@ -199,6 +199,7 @@ std::optional<FocalStep> FindFocalStep(const Network& network) {
   constexpr std::size_t kLeastStations = 2;  // on either side
   constexpr std::size_t kLeastObservations = 6;
   constexpr double kLeastGain = 60;
+  constexpr double kMostCostOfObservation = 5;  // in what they scatter by: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto observations = ObservationsByStation(network);
   std::vector<std::pair<std::size_t, double>> focals;
@@ -207,6 +208,10 @@ std::optional<FocalStep> FindFocalStep(const Network& network) {
     if (!network.stations[s].placed || observations[s].size() < kLeastObservations) continue;
     const auto fit = FitWithFocal(network, observations[s], network.stations[s], scatter);
     if (!fit || fit->observations < kLeastObservations) continue;
+    // Few observations have other minima, with focal lengths that are off by their half.
+    const auto most_cost =
+        kMostCostOfObservation * scatter * scatter * static_cast<double>(fit->observations);
+    if (!(fit->cost < most_cost)) continue;
     focals.emplace_back(s, fit->focal_px);
     weights.push_back(1 / std::pow(scatter * fit->focal_sigma_px, 2));
   }
