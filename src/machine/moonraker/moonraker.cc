@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 
 #include "base/bounded_json.h"
@@ -239,9 +240,40 @@ void Moonraker::OnDown(const Error& error) {
   });
 }
 
+namespace {
+
+// Puts U+FFFD for escapes of half a surrogate pair. As such the server's Python hands on the bytes
+// of a file's name that are no UTF-8, in every list and message that names the file.
+std::string WithoutHalfPairs(std::string_view text) {
+  constexpr std::size_t kEscape = 6;  // \uXXXX
+  const auto code_at = [&](std::size_t at) {
+    unsigned code = 0;
+    if (text.substr(at, 2) != "\\u" || at + kEscape > text.size()) return code;
+    const char* const end = text.data() + at + kEscape;
+    return std::from_chars(end - 4, end, code, 16).ptr == end ? code : 0U;
+  };
+  const auto is_first = [](unsigned code) { return code >= 0xD800 && code <= 0xDBFF; };
+  const auto is_second = [](unsigned code) { return code >= 0xDC00 && code <= 0xDFFF; };
+  std::string whole;
+  for (std::size_t at = 0; at < text.size();) {
+    const unsigned code = code_at(at);
+    std::size_t length = text[at] != '\\' ? 1 : code != 0 ? kEscape : 2;
+    if (is_first(code) && is_second(code_at(at + kEscape))) length = 2 * kEscape;
+    const bool half = length == kEscape && (is_first(code) || is_second(code));
+    whole += half ? "\\ufffd" : text.substr(at, length);
+    at += length;
+  }
+  return whole;
+}
+
+}  // namespace
+
 void Moonraker::OnMessage(std::string_view text) {
   const double received_s = HostNow();
   Result<json> parsed = ParseBoundedJson(text, "the message");
+  if (!parsed && text.find("\\ud") != std::string_view::npos) {
+    parsed = ParseBoundedJson(WithoutHalfPairs(text), "the message");
+  }
   if (!parsed || !parsed->is_object()) {
     connection_.Drop(
         {ErrorKind::kMachine,

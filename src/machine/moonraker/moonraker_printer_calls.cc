@@ -212,11 +212,14 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
       return state;
     }
     if (state.readiness != PrinterReadiness::kReady) {
-      return Fail(
-          fmt::format("the printer is '{}' ({}) while waiting for {}; find the cause, then "
-                      "FIRMWARE_RESTART{}",
-                      ToString(state.readiness), state.message, what, moonraker_.LastMessages()),
-          ErrorKind::kMachine);
+      const bool away = state.readiness == PrinterReadiness::kDisconnected;
+      return Fail(fmt::format("the printer is '{}' ({}) while waiting for {}; {}{}",
+                              ToString(state.readiness),
+                              state.message.substr(0, state.message.find('\n')), what,
+                              away ? "begin again when Moonraker and Klipper are back"
+                                   : "find the cause, then FIRMWARE_RESTART",
+                              moonraker_.LastMessages()),
+                  ErrorKind::kMachine);
     }
     const WaitLimit rest = Rest(limit, began_s);
     lock.lock();

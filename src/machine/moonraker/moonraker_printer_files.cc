@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/bounded_json.h"
 #include "machine/moonraker/http_files.h"
@@ -68,15 +69,27 @@ Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name,
   if (!web) return tl::unexpected(web.error());
   Result<HttpAnswer> answer =
       GetFile(web->address, web->options, "config", name, most_bytes, limit);
+  if (!answer && answer.error().kind == ErrorKind::kInput) {
+    return Fail(fmt::format(
+        "{} has more than the {:.0f} MiB that are read of a file ({}): store a "
+        "smaller one",
+        name, std::ldexp(static_cast<double>(most_bytes), -20), answer.error().message));
+  }
   if (!answer) {
-    return Fail(fmt::format("cannot download {} (at most {} bytes): {}", name, most_bytes,
-                            answer.error().message),
+    return Fail(fmt::format("cannot download {}: {}", name, answer.error().message),
                 answer.error().kind);
   }
   if (answer->status == 200) return std::move(answer->body);
   const std::string tried = fmt::format("cannot download {}: ", name);
   if (answer->status == 404) {
-    return Fail(tried + "there is no such file beside the printer's configuration");
+    return Fail(tried +
+                "there is no such file beside the printer's configuration: look at its name");
+  }
+  constexpr int kForbidden = 403;  // whom Moonraker does not let in gets a 401
+  if (answer->status == kForbidden) {
+    return Fail(tried +
+                "the server hands it to nobody (HTTP 403): it is a folder, or a file that "
+                "Moonraker may not read");
   }
   return Fail(tried + HttpRefusal(answer->status, answer->server, web->address,
                                   !web->options.api_key.empty()),

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <mutex>
 
 #include "base/bug_note.h"
 #include "base/check.h"
@@ -21,6 +22,7 @@ using test::StatusUpdate;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST_F(MoonrakerPrinterTest, UpdatesArePutOverWhatIsKnown) {
   Connect();
@@ -89,6 +91,20 @@ TEST_F(MoonrakerPrinterTest, WaitingEndsEarlyWhenThePrinterShutsDown) {
   EXPECT_THAT(state.error().message, AllOf(HasSubstr("'shutdown'"), HasSubstr("the moon")));
 }
 
+TEST_F(MoonrakerPrinterTest, WhereTheServerWentNobodyIsSentToRestartThePrinter) {
+  Connect();
+  auto waiting = std::async(std::launch::async, [&] {
+    return printer_->WaitUntil([](const PrinterState&) { return false; }, "the moon", kPatience);
+  });
+  EXPECT_FALSE(server_.WaitForRequest("printer.objects.query").is_null());
+  server_.BreakConnections();
+  const Result<PrinterState> state = waiting.get();
+  ASSERT_FALSE(state);
+  EXPECT_THAT(state.error().message,
+              AllOf(HasSubstr("'disconnected'"), HasSubstr("when Moonraker and Klipper are back"),
+                    Not(HasSubstr("FIRMWARE_RESTART"))));
+}
+
 TEST_F(MoonrakerPrinterTest, AnUnansweredCallIsNamed) {
   Connect();
   server_.Handle("server.webcams.list", [](const json&) { return std::vector<json>(); });
@@ -106,6 +122,23 @@ TEST_F(MoonrakerPrinterTest, NonsenseDropsTheLinkWithAReason) {
         << nonsense;
     EXPECT_TRUE(printer_->WaitUntilReady(kPatience));
   }
+}
+
+TEST_F(MoonrakerPrinterTest, AFilesNameThatIsNoUtf8CostsItsBytesAlone) {
+  Connect();
+  std::vector<std::string> said;
+  std::mutex mutex;
+  printer_->OnMessage([&](const std::string& line) {
+    const std::lock_guard lock(mutex);
+    said.push_back(line);
+  });
+  // As Python's JSON has it. Pairs and other escapes stay, and what is no escape does, too.
+  server_.PushBytes(R"({"jsonrpc":"2.0","method":"notify_gcode_response","params":)"
+                    R"(["// \udcff\udc80.jpg \ud83d\ude00 \\\\udcff \ud83d.\u00e4"]})");
+  Settle();
+  const std::lock_guard lock(mutex);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_EQ(said.front(), "// \uFFFD\uFFFD.jpg \U0001F600 \\\\udcff \uFFFD.\u00e4");
 }
 
 TEST_F(MoonrakerPrinterTest, AMessageBeyondTheLimitDropsTheLink) {

@@ -204,10 +204,14 @@ void ServeFile(Hub& hub, const std::string& method, const std::string& name,
 
 void ServeConfigFile(Hub& hub, const std::string& name, const HttpReply& reply) {
   std::optional<std::string> data;
+  bool folder = false;
   hub.machine().With([&](VirtualKlipper& klipper) {
     const auto found = klipper.config_files().find(name);
     if (found != klipper.config_files().end()) data = found->second.data;
+    const auto inside = klipper.config_files().lower_bound(name + "/");
+    folder = inside != klipper.config_files().end() && inside->first.starts_with(name + "/");
   });
+  if (folder) return reply(Failure(403, "Forbidden"));
   if (!data) return reply(Failure(404, "Not Found"));
   reply({200, "application/octet-stream", *data});
 }
