@@ -64,9 +64,13 @@ Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind)
     return AnswerInWords{measured.verdict(), fmt::format("{}: {}", VerdictWords(measured.verdict()),
                                                          measured.reason())};
   }
-  return AnswerInWords{Verdict::kGood, fmt::format("{} = {}", answer->name,
-                                                   report::WithInterval(measured.quantity(),
-                                                                        {.unit = answer->unit}))};
+  AnswerInWords good{Verdict::kGood, fmt::format("{} = {}", answer->name,
+                                                 report::WithInterval(measured.quantity(),
+                                                                      {.unit = answer->unit}))};
+  for (const std::string& notice : outcome->notices) {
+    if (!kind.notice.empty() && notice.starts_with(kind.notice)) good.notice = notice;
+  }
+  return good;
 }
 
 Desk::Desk(DeskOptions options)
@@ -271,7 +275,7 @@ void Desk::ConcludeResult(const Plan& plan, RunRecord run, const std::string& er
     return EndRun(std::move(run), {}, std::move(words));
   }
   const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};
-  EndRun(std::move(run), proposal, ProposalWords(proposal, *plan.kind, answer->words));
+  EndRun(std::move(run), proposal, ProposalWords(proposal, *plan.kind, *answer));
 }
 
 std::string Desk::InForce(const JobKind& kind) const {
@@ -281,15 +285,19 @@ std::string Desk::InForce(const JobKind& kind) const {
 }
 
 Desk::Words Desk::ProposalWords(const Proposal& proposal, const JobKind& kind,
-                                const std::string& answer) const {
+                                const AnswerInWords& answer) const {
   const std::string now = InForce(kind);
-  // The console is told of the macro, the dialog has buttons.
+  const std::string also = kind.use_also ? kind.use_also(options_.place) : "";
+  const std::string notice = answer.notice.empty() ? "" : ". " + answer.notice;
+  // The console is told of the macro, the dialog has buttons. What is cut there stands last.
   return {
-      fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it", answer,
-                  now.empty() ? "" : ", now ", now),
+      fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it{}", answer.words,
+                  now.empty() ? "" : ", now ", now, notice),
       procedure::Buttons::kUse,
-      fmt::format("{}.{} {}?", answer, now.empty() ? "" : fmt::format(" In force now: {}.", now),
-                  kind.use ? kind.use(proposal.arguments) : "Use it")};
+      fmt::format("{}.{} {}{}{}?{}", answer.words,
+                  now.empty() ? "" : fmt::format(" In force now: {}.", now),
+                  kind.use ? kind.use(proposal.arguments) : "Use it", also.empty() ? "" : ", and ",
+                  also, answer.notice.empty() ? "" : " " + answer.notice)};
 }
 
 void Desk::EndRun(RunRecord run, std::optional<Proposal> proposal, Words words) {
@@ -350,6 +358,10 @@ Result<std::string> Desk::NoteNewNozzle() {
 void Desk::Keep() const {
   if (auto kept = WriteKeptState(state_path_, {run_, proposal_}); !kept) {
     options_.log("trammel: not kept over a restart of the service: " + kept.error().message);
+    // What stands there is of before: an answer that was applied or dropped since, or of the old
+    // nozzle. A full disk lets it be removed.
+    std::error_code ignored;
+    fs::remove(state_path_, ignored);
   }
 }
 

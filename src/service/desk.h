@@ -35,6 +35,14 @@ inline constexpr int kBusy = -32001;     ///< a job is at work, or another progr
 inline constexpr int kNothing = -32002;  ///< no such run, or nothing of the kind that was asked for
 inline constexpr int kRefused = -32003;  ///< it cannot be done; the message says why
 
+/// A result's answer: "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is
+/// none.
+struct AnswerInWords {
+  Verdict verdict = Verdict::kRefused;
+  std::string words;
+  std::string notice = {};  ///< that belongs to it; empty: none
+};
+
 struct DeskOptions {
   PrinterPlace place;
   std::string address;               ///< of the printer, as its settings have it
@@ -119,7 +127,7 @@ class Desk {
   /// What the printer says is in force now, in words; empty where it is not told.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
   [[nodiscard]] Words ProposalWords(const Proposal& proposal, const JobKind& kind,
-                                    const std::string& answer) const;
+                                    const AnswerInWords& answer) const;
   void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
   [[nodiscard]] bool Dismiss();
   /// Notes that the nozzle was changed, and drops the answer that waits: it was the old one's.
@@ -134,6 +142,8 @@ class Desk {
   void Answer(const Call& call);
   void AnswerStart(const Call& call);
   void ShowOffer(const Call& call);
+  /// Of the answer that waits, as things are now; absent: none does.
+  [[nodiscard]] std::optional<Words> WaitingWords() const;
   void OfferProposalAgain(const std::stop_token& stop);
   void Tell(Words words);  // written down now, shown by Serve's thread
   void Show(const Words& words, bool ending);
@@ -152,6 +162,7 @@ class Desk {
   std::optional<Proposal> proposal_;
   std::shared_ptr<JobProcess> process_;      // of the run under way
   bool ending_ = false;                      // nothing more is begun
+  std::stop_token stop_;                     // Serve's, of its thread
   std::optional<procedure::Screen> screen_;  // of Serve's thread
   std::jthread worker_;                      // last: it uses everything above
 };

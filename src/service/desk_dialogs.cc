@@ -62,6 +62,7 @@ Result<bool> Desk::Serve(machine::Printer& printer, const std::stop_token& stop)
     ending_ = false;
   }
   screen_.emplace(printer);
+  stop_ = stop;
   printer.OnRequest(
       [this](const std::string& method, const json& params) { return Answer(method, params); });
   auto registered = Register(stop);
@@ -152,21 +153,26 @@ void Desk::ShowOffer(const Call& call) {
   Show({std::move(offer->question), job.start_buttons, {}, std::move(offer->start)}, false);
 }
 
-// Whoever was asked before the service ended has not answered yet.
-void Desk::OfferProposalAgain(const std::stop_token& stop) {
-  constexpr double kPatience_s = 600;
+std::optional<Desk::Words> Desk::WaitingWords() const {
   std::optional<Proposal> proposal;
   {
     const std::lock_guard lock(mutex_);
     proposal = proposal_;
   }
   const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
-  if (kind == nullptr) return;
+  if (kind == nullptr) return std::nullopt;
   const auto answer = ReadAnswer(proposal->folder, *kind);
-  if (!answer || answer->verdict != Verdict::kGood) return;
+  if (!answer || answer->verdict != Verdict::kGood) return std::nullopt;
+  return ProposalWords(*proposal, *kind, *answer);
+}
+
+// Whoever was asked before the service ended has not answered yet.
+void Desk::OfferProposalAgain(const std::stop_token& stop) {
+  constexpr double kPatience_s = 600;
+  if (!WaitingWords()) return;
   // Klipper starts later than Moonraker. Until it is ready it calls no macro either.
   if (!printer_->WaitUntilReady({kPatience_s, stop})) return;
-  Tell(ProposalWords(*proposal, *kind, answer->words));
+  if (auto words = WaitingWords()) Tell(std::move(*words));
 }
 
 void Desk::Tell(Words words) {
@@ -195,6 +201,19 @@ void Desk::Show(const Words& words, bool ending) {
   constexpr double kPatience_s = 300;
   constexpr double kLastPatience_s = 10;
   const machine::WaitLimit limit{ending ? kLastPatience_s : kPatience_s};
+  bool waited = false;
+  // How a run ended is worth waiting for: after an emergency stop nothing is seen until the
+  // restart, and no macro calls until then.
+  while (words.buttons && !ending && !stop_.stop_requested() &&
+         printer_->LastState().readiness != machine::PrinterReadiness::kReady) {
+    waited = true;
+    if (printer_->WaitUntilReady({kPatience_s, stop_})) break;
+  }
+  // What is in force is another value after a restart.
+  if (waited && words.buttons == procedure::Buttons::kUse) {
+    const auto now = WaitingWords();
+    return now ? Show(*now, ending) : void();
+  }
   auto shown = screen_->Show(words.text, limit);
   if (shown && words.buttons)
     shown = screen_->Ask(words.question.empty() ? words.text : words.question, *words.buttons,

@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -83,10 +85,16 @@ class DeskTest : public ::testing::Test {
       return std::vector<std::string>{"pa", "apply", folder};
     };
     kind.set_line = "applied ";
-    kind.in_force = [this](const machine::PrinterState&) {
+    kind.in_force = [this](const machine::PrinterState& state) {
       in_force_();
-      return std::string("0.0450 s");
+      const bool ready = state.readiness == machine::PrinterReadiness::kReady;
+      return std::string(ready ? "0.0450 s" : "0.0999 s");
     };
+    kind.use_also = [this](const PrinterPlace& place) {
+      EXPECT_EQ(place.address, "voron");
+      return also_;
+    };
+    kind.notice = "Nobody knows";
     kind.quantity = "pressure_advance";
     if (several_) {
       kind.quantity.clear();
@@ -176,6 +184,7 @@ class DeskTest : public ::testing::Test {
   std::optional<AnswerInWords> several_;
   std::function<Result<Offer>(machine::Printer&, const PrinterPlace&, const Arguments&)> offer_;
   std::string blocker_;
+  std::string also_;
   std::string message_;
   bool was_working_ = false;
   std::unique_ptr<Desk> desk_;
@@ -278,6 +287,22 @@ TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
               Contains("TRAMMEL_ASK BUTTONS=start TOOLS=0,1 MSG=\"Is it extruder?\""));
 }
 
+TEST_F(DeskTest, TheDialogSaysAllThatUsingTheAnswerWritesAndWhatBelongsToIt) {
+  measurement::Outcome outcome = OutcomeWith(kGoodAnswer);
+  outcome.notices = {"crop_px was not given", "Nobody knows what was printed"};
+  test::WriteWhole(folder_.path() / "result.json", files::ToJson(outcome));
+  also_ = "keep it in Spoolman";
+  Serve();
+  Start();
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("TRAMMEL_APPLY sets it. Nobody knows what was printed")));
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("In force now: 0.0450 s. Use it, and keep it in Spoolman? Nobody "
+                                 "knows what was printed")));
+}
+
 TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {
   Answers(Measured::CannotTell("too few lines"));
   Program("cp \"$here/result.json\" \"$folder\"\n", 2);
@@ -302,6 +327,37 @@ TEST_F(DeskTest, AFailureIsToldInItsLastErrorsWords) {
   StopServing();
   EXPECT_THAT(printer_.scripts,
               Contains(HasSubstr("BUTTONS=close MSG=\"no calibration: the camera")));
+}
+
+TEST_F(DeskTest, WhyARunEndedIsSaidWhenThePrinterIsBackFromItsEmergencyStop) {
+  Program("while [ ! -e \"$here/go\" ]; do sleep 0.01; done\necho 'trammel: it was stopped' >&2\n",
+          3);
+  Serve();
+  Start();
+  WaitUntil([this] { return Status()["busy"].get<bool>(); });
+  (void)printer_.EmergencyStop({1});
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("TRAMMEL_ASK BUTTONS=close MSG=\"no calibration: "
+                                 "it was stopped")));
+}
+
+TEST_F(DeskTest, AnAnswerOfAnEmergencyStopIsOfferedWithWhatIsInForceAfterwards) {
+  Program(
+      "while [ ! -e \"$here/go\" ]; do sleep 0.01; done\ncp \"$here/result.json\" \"$folder\"\n");
+  Serve();
+  Start();
+  WaitUntil([this] { return Status()["busy"].get<bool>(); });
+  (void)printer_.EmergencyStop({1});
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("In force now: 0.0450 s. Use it")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("0.0999"))));
 }
 
 TEST_F(DeskTest, AGoodExitWithoutAResultIsAFailure) {
@@ -384,6 +440,25 @@ TEST_F(DeskTest, AProposalSurvivesARestartAndIsOfferedAgainUntilItIsDecidedOn) {
   EXPECT_EQ(Status()["proposal"], nullptr);
   StopServing();
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TRAMMEL_ASK"))));
+}
+
+TEST_F(DeskTest, WhatWasDroppedOnAFullDiskIsNotOfferedAgain) {
+  Serve();
+  Start();
+  WaitForEnd();
+  StopServing();
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = before;
+  full.rlim_cur = 0;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const json dropped = Ask("dismiss");
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  (void)std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(dropped["dismissed"], true);
+  MakeDesk();
+  EXPECT_EQ(Status()["proposal"], nullptr);
 }
 
 TEST_F(DeskTest, AProposalWithoutItsResultIsNone) {

@@ -68,6 +68,10 @@ struct JobKind {
   std::string set_in_part = "applied, and not kept as asked for";
   /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
   std::function<std::string(const Arguments&)> use = {};
+  /// What using it writes besides by the settings of a printer, "in Spoolman"; may be empty.
+  std::function<std::string(const PrinterPlace&)> use_also = {};
+  /// How a notice in result.json begins that belongs to the answer; empty: none does.
+  std::string notice = {};
   /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
   std::function<std::string(const machine::PrinterState&)> in_force = {};
   std::string quantity;  ///< of its answer, as result.json names it; empty: it has none such
