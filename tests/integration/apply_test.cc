@@ -221,6 +221,18 @@ TEST_F(ApplyToSpool, SetsNothingWhereSpoolmanCannotTakeIt) {
   EXPECT_THAT(none.standard_error, HasSubstr("knows of no Spoolman"));
 }
 
+TEST_F(ApplyToSpool, WhileThePrinterStartsItSaysThat) {
+  spoolman_->AddSpool("", "PLA", "PLA");
+  ShopOptions options = WithSpoolman(spoolman_);
+  options.faults.startup_s = 1e6;
+  const MachineShop slow{std::move(options)};
+  const ProcessEnd end =
+      slow.Run({"pa", "apply", "0.0472", "--spoolman", "--printer", slow.address()});
+  EXPECT_EQ(end.exit_code, 3);
+  EXPECT_THAT(end.standard_error, HasSubstr("the printer is \"startup\""));
+  EXPECT_EQ(spoolman_->Extra("filament", 1, "pressure_advance"), std::nullopt);
+}
+
 // By the settings a store that is away does not keep the value from the printer.
 TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   const auto run = [&](const std::string& value) {

@@ -11,6 +11,13 @@ Result<ActiveNozzle> AskActiveNozzle(const Session& session) {
   constexpr double kAsk_s = 10;
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
+  if (state->readiness != machine::PrinterReadiness::kReady) {
+    return Fail(fmt::format("the printer is \"{}\", and tells nothing of its nozzle: begin again "
+                            "when it is ready{}",
+                            machine::ToString(state->readiness),
+                            state->message.empty() ? "" : ". " + state->message),
+                ErrorKind::kMachine);
+  }
   auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
   if (!told) return tl::unexpected(told.error());
   const std::string& extruder = state->active_extruder;
