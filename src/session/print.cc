@@ -154,6 +154,9 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
                 .phase = "printing",
                 .done = 0});
   if (auto told = KeepAlive(session); !told) return told;
+  if (options.before_start) {
+    if (auto may = options.before_start(); !may) return may;
+  }
   if (auto free = CheckStillFree(session); !free) return free;
   auto started = session.printer.StartPrint(name, session.Within(kCommand_s));
   return started ? WaitForPrint(session, options) : started;

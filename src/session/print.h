@@ -1,6 +1,7 @@
 // Prints a G-code file on the printer and waits until it is done.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -12,8 +13,9 @@ namespace trammel::procedure {
 struct PrintOptions {
   double nozzle_temperature_c = 0;  ///< 0: the file heats by itself
   double bed_temperature_c = 0;
-  double heat_time_limit_s = 900;  ///< of each heater
-  double print_time_s = 0;         ///< expected, without heating
+  double heat_time_limit_s = 900;                   ///< of each heater
+  double print_time_s = 0;                          ///< expected, without heating
+  std::function<Result<void>()> before_start = {};  ///< called when it is hot; an error ends it
 };
 
 /// Uploads the file under the session's own_file, heats, prints, and waits for the end. Heating is

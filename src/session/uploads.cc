@@ -7,8 +7,29 @@
 #include <utility>
 
 namespace trammel::procedure {
+namespace {
 
 using nlohmann::json;
+
+/// Whether a file of this name can be asked for; its owner may have to rename it first.
+Result<void> CheckFetchable(const std::string& name) {
+  std::string shown = name;
+  bool plain = true;
+  for (char& c : shown) {
+    const bool good = static_cast<unsigned char>(c) >= ' ' && c != 0x7F && c != '"' && c != '\\';
+    plain = plain && good;
+    if (!good) c = '?';
+  }
+  // The server's word for a byte that is no UTF-8, as machine/moonraker reads it.
+  plain = plain && name.find("\uFFFD") == std::string::npos;
+  if (plain) return {};
+  return Fail(
+      fmt::format("{}: a file with a quotation mark, a backslash, a line end or a broken "
+                  "character in its name cannot be fetched: rename it",
+                  shown));
+}
+
+}  // namespace
 
 Result<std::vector<UploadedFile>> ListUploads(
     const Session& session, const std::function<bool(const std::string&)>& wanted) {
@@ -35,6 +56,7 @@ Result<std::vector<UploadedFile>> ListUploads(
 
 Result<std::string> DownloadUpload(const Session& session, const std::string& name,
                                    std::size_t most_bytes) {
+  if (auto fetchable = CheckFetchable(name); !fetchable) return tl::unexpected(fetchable.error());
   constexpr double kDownload_s = 120;
   session.Say("fetching " + name);
   return session.printer.DownloadConfig(fmt::format("{}/{}", kUploadFolder, name), most_bytes,

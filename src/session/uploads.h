@@ -27,8 +27,8 @@ struct UploadedFile {
 [[nodiscard]] Result<std::vector<UploadedFile>> ListUploads(
     const Session& session, const std::function<bool(const std::string&)>& wanted);
 
-/// Downloads one of them. Errors: kInput: there is none of that name, or it has more bytes;
-/// kMachine.
+/// Downloads one of them. Errors: kInput: there is none of that name, it has more bytes, or a name
+/// that no server can be asked for; kMachine.
 [[nodiscard]] Result<std::string> DownloadUpload(const Session& session, const std::string& name,
                                                  std::size_t most_bytes);
 

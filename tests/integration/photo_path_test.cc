@@ -19,6 +19,7 @@ namespace trammel::test {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -91,7 +92,14 @@ class PhotoPath : public testing::Test {
 };
 
 TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
-  const ProcessEnd printed = Run({"pa", "print", "--photo", "--out", "printed"});
+  const ProcessEnd none = Run({"pa", "photo"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.standard_error, HasSubstr("there is no photo in the folder trammel"));
+  Upload("last week.jpg", "of another pattern");
+  const ProcessEnd printed =
+      Run({"pa", "print", "--photo", "--filament", "Generic PLA", "--out", "printed", "--set",
+           "pressure_advances=[0, 0.004, 0.008, 0.012, 0.016, 0.02, 0.024, 0.028, 0.032, 0.036, "
+           "0.04, 0.044, 0.048, 0.052, 0.056, 0.06, 0.064, 0.068, 0.072, 0.076, 0.08]"});
   ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
   EXPECT_THAT(printed.standard_output, HasSubstr("pa analyze PHOTO --plan"));
   const PrinterLook look = shop_.Look();
@@ -99,16 +107,24 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
   EXPECT_EQ(look.nozzle_target_c, 0);
   EXPECT_EQ(look.state, "ready");
 
-  const ProcessEnd none = Run({"pa", "photo"});
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.standard_error, HasSubstr("there is no photo in the folder trammel"));
+  const ProcessEnd old = Run({"pa", "photo"});
+  EXPECT_EQ(old.exit_code, 1);
+  EXPECT_THAT(old.standard_error,
+              AllOf(HasSubstr("last week.jpg, the newest photo there, is of 20"),
+                    HasSubstr("the pattern's print ended 20"), HasSubstr("FILE=")));
+  // Somebody vouches for it.
+  const ProcessEnd named = Run({"pa", "photo", "--file", "last week.jpg"});
+  EXPECT_THAT(named.standard_error, Not(HasSubstr("is of 20")));
 
   const std::string photo = PhotoOf("printed");
   Upload("IMG 1.jpg", photo);
   // Neither of these is a photo, and both are newer.
   Upload("notes.txt", "21 lines");
   Upload("pressure_advance-20260102T030405Z.png", "a result's picture");
-  ExpectTruth("recordings/measured");
+  const ProcessEnd other = Run({"pa", "photo", "--filament", "petg"});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.standard_error, HasSubstr("printed for the filament 'Generic PLA'"));
+  ExpectTruth("recordings/measured", {"--filament", "generic_pla"});
   const auto kept =
       files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMostBytes);
   ASSERT_TRUE(kept);
@@ -118,10 +134,25 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.standard_error, HasSubstr("was measured before"));
   ExpectTruth("recordings/again", {"--file", "IMG 1.jpg"});
+  // Its values are those of its plan, and nobody knows them without.
+  std::filesystem::rename(shop_.folder() / "printed", shop_.folder() / "elsewhere");
+  const ProcessEnd lost = Run({"pa", "photo", "--file", "IMG 1.jpg"});
+  EXPECT_EQ(lost.exit_code, 1);
+  EXPECT_THAT(lost.standard_error, HasSubstr("the plan of the pattern that was printed"));
 
   const ProcessEnd applied = Run({"pa", "apply", "recordings/measured"});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
+}
+
+TEST_F(PhotoPath, OfAPatternThatSomebodyPrintedByHandTheAnswerSaysSo) {
+  const ProcessEnd written = shop_.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"});
+  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
+  Upload("by hand.jpg", PhotoOf("."));
+  const ProcessEnd measured = Run({"pa", "photo", "--out", "recordings/by-hand"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.standard_error;
+  EXPECT_THAT(measured.standard_output, HasSubstr("No print of this pattern is noted: look whether "
+                                                  "by hand.jpg is its photo"));
 }
 
 TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
@@ -135,6 +166,18 @@ TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
     EXPECT_THAT(refused.standard_error, HasSubstr(name));
     EXPECT_THAT(refused.standard_output, IsEmpty());
   }
+  Upload("folder.jpg/inside.txt", "no photo");
+  const ProcessEnd folder = Run({"pa", "photo", "--file", "folder.jpg"});
+  EXPECT_EQ(folder.exit_code, 1);
+  EXPECT_THAT(folder.standard_error, AllOf(HasSubstr("it is a folder"), Not(HasSubstr("API key"))));
+  shop_.With([](sim::VirtualKlipper& klipper) {
+    constexpr double kYear2100_s = 4.1e9;
+    klipper.StoreConfigFile("trammel/two\nlines\".jpg", "a photo", kYear2100_s);
+  });
+  const ProcessEnd odd = Run({"pa", "photo"});
+  EXPECT_EQ(odd.exit_code, 1);
+  EXPECT_THAT(odd.standard_error,
+              AllOf(HasSubstr("two?lines?.jpg: a file with"), HasSubstr("rename it")));
   const ProcessEnd both = Run({"pa", "photo", "--file", "a.jpg", "--webcam"});
   EXPECT_EQ(both.exit_code, 1);
   const ProcessEnd planned = Run({"pa", "print", "--photo", "--gcode", "a.gcode"});

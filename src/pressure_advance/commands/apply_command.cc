@@ -235,17 +235,10 @@ void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
   }
 }
 
-// Whether a result may be kept for a filament: of two names one has to hold the other, as "PETG
-// Jet" and "Prusament PETG-Jet" do.
+// Whether a result may be kept for a filament.
 Result<void> CheckSameFilament(const measurement::Subject& subject, const std::string& filament,
                                bool force) {
-  if (force || subject.filament.empty() || filament.empty()) return {};
-  const auto measured = procedure::FilamentKey(subject.filament);
-  const auto kept = procedure::FilamentKey(filament);
-  const auto holds = [](const std::string& a, const std::string& b) {
-    return a.find(b) != std::string::npos;
-  };
-  if (!measured || !kept || holds(*measured, *kept) || holds(*kept, *measured)) return {};
+  if (force || MayBeSameFilament(subject.filament, filament)) return {};
   return Fail(
       fmt::format("the result is of the filament '{}', and would be kept for '{}': name "
                   "that one, or --force",

@@ -22,6 +22,7 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/measured_subject.h"
+#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/validation.h"
@@ -261,6 +262,11 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (arguments.photo) {
+    request.note_print = [&](const fs::path& folder, bool ended) {
+      return NotePrint(session, config->scan.address, folder, arguments.filament, ended);
+    };
+  }
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
   procedure::RecordingCutter cutter;
   if (!arguments.keep_full) request.cutter = &cutter;
@@ -318,12 +324,17 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
       print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
   CLI::Option* plan =
       print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
+  CLI::Option* photo =
+      print
+          ->add_flag("--photo", print_only->photo,
+                     "the pattern of pa pattern --photo; needs no laser, and everything is off "
+                     "afterwards")
+          ->excludes(gcode)
+          ->excludes(plan);
   print
-      ->add_flag("--photo", print_only->photo,
-                 "the pattern of pa pattern --photo; needs no laser, and everything is off "
-                 "afterwards")
-      ->excludes(gcode)
-      ->excludes(plan);
+      ->add_option("--filament", print_only->filament,
+                   "which filament it is: pa photo measures no photo of it for another one")
+      ->needs(photo);
 
   const auto scan_only = std::make_shared<CalibrateArguments>();
   scan_only->print = false;

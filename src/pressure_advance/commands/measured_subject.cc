@@ -20,6 +20,14 @@ Result<void> CheckFilamentOption(const std::string& name) {
   return Fail("--filament: " + key.error().message, key.error().kind);
 }
 
+bool MayBeSameFilament(const std::string& a, const std::string& b) {
+  if (a.empty() || b.empty()) return true;
+  const auto key = procedure::FilamentKey(a);
+  const auto other = procedure::FilamentKey(b);
+  return !key || !other || key->find(*other) != std::string::npos ||
+         other->find(*key) != std::string::npos;
+}
+
 std::optional<machine::Spool> SpoolNow(const procedure::Session& session, bool wanted) {
   auto spool = procedure::SpoolOnPrinter(session);
   if (spool) return std::move(*spool);

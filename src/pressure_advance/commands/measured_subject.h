@@ -12,6 +12,10 @@
 
 namespace trammel::app {
 
+/// Whether two names can be of one filament: one of them has to hold the other, as "PETG Jet" and
+/// "Prusament PETG-Jet" do. An empty one, and one that no key can be made of, can be any.
+[[nodiscard]] bool MayBeSameFilament(const std::string& a, const std::string& b);
+
 /// Checks the name that --filament gives; an empty one is none. Errors: those of FilamentKey, with
 /// the option's name.
 [[nodiscard]] Result<void> CheckFilamentOption(const std::string& name);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -22,6 +23,7 @@
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/measured_subject.h"
+#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/pattern_photo.h"
@@ -45,32 +47,50 @@ struct PhotoArguments {
   bool json = false;
 };
 
-Result<PatternPhoto> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
-                                const files::Config& config, const fs::path& recordings) {
-  if (arguments.webcam) return procedure::TakePhoto(session, config.scan);
-  auto photo = procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
-  if (!photo || !arguments.file.empty()) return photo;
+/// A photo, and what the answer has to say of it; empty: nothing.
+struct Fetched {
+  PatternPhoto photo;
+  std::string notice = {};
+};
+
+Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
+                           const files::Config& config,
+                           const std::optional<files::PatternPrint>& print,
+                           const fs::path& recordings) {
+  auto photo = arguments.webcam
+                   ? procedure::TakePhoto(session, config.scan)
+                   : procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
+  if (!photo) return tl::unexpected(photo.error());
+  if (arguments.webcam || !arguments.file.empty()) return Fetched{std::move(*photo)};
   // Nobody named it, so that it may be that of another filament.
   const std::string kept = kPhotoName + procedure::PictureEnding(photo->name);
   const auto before = FindKeptCopy(recordings, {&kept, 1}, photo->bytes);
   if (!before) return tl::unexpected(before.error());
-  if (before->empty()) return photo;
-  return Fail(
-      fmt::format("{}, the newest photo there, was measured before ({}): upload a photo of "
-                  "this pattern, or name that one once more with --file",
-                  photo->name, before->string()));
+  if (!before->empty()) {
+    return Fail(
+        fmt::format("{}, the newest photo there, was measured before ({}): upload a photo of "
+                    "this pattern, or name that one once more (FILE=, --file)",
+                    photo->name, before->string()));
+  }
+  auto notice = CheckPhotoIsOf(*photo, print, arguments.filament);
+  if (!notice) return tl::unexpected(notice.error());
+  return Fetched{std::move(*photo), std::move(*notice)};
 }
 
 int Measure(const PhotoArguments& arguments, const procedure::Session& session,
-            const files::Config& config, const fs::path& folder, const PatternPhoto& photo,
+            const files::Config& config, const fs::path& folder, const Fetched& fetched,
             const PhotoPlan& plan) {
+  const PatternPhoto& photo = fetched.photo;
   const fs::path path = folder / (kPhotoName + procedure::PictureEnding(photo.name));
   if (auto kept = files::WriteWholeFile(path, photo.bytes, files::IfThere::kRefuse); !kept) {
     return PrintError(kept.error());
   }
   session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
-  const auto run = AnalysePhoto(path, plan, pressure_advance::Method::kResponse);
-  if (!run) return PrintError(run.error());
+  auto run = AnalysePhoto(path, plan, pressure_advance::Method::kResponse);
+  if (!run) {
+    return PrintError({run.error().kind, fmt::format("{}: {}", photo.name, run.error().message)});
+  }
+  if (!fetched.notice.empty()) run->analysis.notices.push_back(fetched.notice);
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, SpoolNow(session, arguments.filament.empty()));
@@ -89,8 +109,11 @@ int RunPhoto(const PhotoArguments& arguments) {
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
-  const auto plan = arguments.plan.empty() ? Result<PhotoPlan>(PlanOfPhotoPattern())
-                                           : ReadPhotoPlan(arguments.plan);
+  // What is noted is the pattern of pa print --photo, and no other.
+  const auto print = arguments.plan.empty() ? LastNotedPrint(config->scan.address)
+                                            : Result<std::optional<files::PatternPrint>>();
+  if (!print) return PrintError(print.error());
+  const auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
   if (!plan) return PrintError(plan.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
@@ -98,7 +121,7 @@ int RunPhoto(const PhotoArguments& arguments) {
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return PrintError(folder.error());
   const auto photo =
-      FetchPhoto(arguments, session, *config, fs::absolute(folder->path()).parent_path());
+      FetchPhoto(arguments, session, *config, *print, fs::absolute(folder->path()).parent_path());
   if (!photo) return PrintError(photo.error());
   return Measure(arguments, session, *config, folder->path(), *photo, *plan);
 }

@@ -7,6 +7,7 @@
 #include "app/job_arguments.h"
 #include "app/serve_command.h"
 #include "pressure_advance/commands/analysis_output.h"
+#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/pattern_photo.h"
 #include "settings/material.h"
@@ -90,6 +91,12 @@ std::string UseWords(const service::Arguments& arguments) {
                      !key || key->empty() ? "" : ", and keep it for filament " + *key);
 }
 
+/// What the settings have pa apply write besides.
+std::string UseAlso(const service::PrinterPlace& place) {
+  const auto config = LoadSettings(OptionsAt(place));
+  return config && config->scan.keep_in_spoolman ? "keep it in Spoolman" : "";
+}
+
 std::vector<std::string> ApplyWords(const std::string& folder,
                                     const service::Arguments& arguments) {
   std::vector<std::string> words = {"pa", "apply", folder};
@@ -109,6 +116,7 @@ service::JobKind Measuring(const char* name) {
   kind.apply = ApplyWords;
   kind.set_line = "applied ";  // of Apply in apply_command.cc
   kind.use = UseWords;
+  kind.use_also = UseAlso;
   kind.in_force = [](const machine::PrinterState& state) {
     return state.pressure_advance_s ? fmt::format("{:.4f} s", *state.pressure_advance_s) : "";
   };
@@ -135,7 +143,6 @@ service::JobKind PhotoPatternJob() {
   kind.name = "photo_pattern";
   kind.arguments = {kFilament, "material", kTemperature};
   kind.settings = {{kTemperature, kTemperatureSetting}};
-  kind.carried = {kFilament};
   kind.check = CheckPattern;
   kind.words = {"pa", "print", "--photo"};
   kind.looks = false;
@@ -154,6 +161,7 @@ service::JobKind PhotoJob() {
   service::JobKind kind = Measuring("photo");
   kind.arguments = {kFilament, "file"};
   kind.check = CheckPhoto;
+  kind.notice = kNoPrintNoted;
   kind.words = {"pa", "photo"};
   kind.start_method = "trammel_photo";
   return kind;

@@ -31,5 +31,14 @@ TEST(PressureAdvanceJob, ATemperatureThatIsNoPlainNumberOrOutOfRangeIsRefused) {
   }
 }
 
+TEST(PressureAdvanceJob, TheDialogNamesSpoolmanWhereTheSettingsWriteThere) {
+  for (const service::JobKind& kind : {PressureAdvanceJob(), PhotoJob()}) {
+    service::PrinterPlace place = PlaceWithPetg();
+    EXPECT_EQ(kind.use_also(place), "");
+    place.set = {"moonraker.keep_in_spoolman=true"};
+    EXPECT_EQ(kind.use_also(place), "keep it in Spoolman");
+  }
+}
+
 }  // namespace
 }  // namespace trammel::app

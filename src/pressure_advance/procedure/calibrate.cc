@@ -64,6 +64,9 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
                                        files::FormatPlan(plan), files::IfThere::kRefuse);
   if (!planned) return planned;
   PrintOptions options;
+  if (request.note_print) {
+    options.before_start = [&] { return request.note_print(request.folder, /*ended=*/false); };
+  }
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
   if (ours) {
@@ -147,7 +150,9 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
   const PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
-    if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
+    auto printed = PrintPattern(session, request, config, plan);
+    if (printed && request.note_print) printed = request.note_print(request.folder, /*ended=*/true);
+    if (!printed) return printed;
   }
   if (recorder == nullptr) return {};
   return SweepLines(session, request, config, plan, *recorder, camera, guard);

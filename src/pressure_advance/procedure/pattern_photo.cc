@@ -7,19 +7,27 @@
 #include <utility>
 
 #include "machine/camera/camera.h"
+#include "machine/net/json_field.h"
 #include "pressure_advance/procedure/guarded_run.h"
 
 namespace trammel::procedure {
 namespace {
 
-/// The folder's own pictures: name of the last one.
-Result<std::string> NewestPhoto(const Session& session,
-                                const std::function<bool(const std::string&)>& is_result) {
+using nlohmann::json;
+
+/// Of the folder's own pictures the last one, without its bytes.
+Result<PatternPhoto> NewestPhoto(const Session& session,
+                                 const std::function<bool(const std::string&)>& is_result) {
   auto photos = ListUploads(session, [&is_result](const std::string& name) {
     return !PictureEnding(name).empty() && !is_result(name);
   });
   if (!photos) return tl::unexpected(photos.error());
-  if (!photos->empty()) return std::move(photos->back().name);
+  if (!photos->empty()) {
+    UploadedFile& newest = photos->back();
+    PatternPhoto photo{std::move(newest.name), {}};
+    if (newest.modified_s > 0) photo.stored_s = newest.modified_s;
+    return photo;
+  }
   return Fail(
       fmt::format("there is no photo in the folder {} beside the printer's configuration: upload "
                   "one there (JPEG, PNG, WebP or HEIC)",
@@ -27,6 +35,14 @@ Result<std::string> NewestPhoto(const Session& session,
 }
 
 }  // namespace
+
+std::optional<double> ServerTime_s(const Session& session) {
+  constexpr double kTell_s = 3;  // also where somebody stops the program: of a print that has ended
+  const auto told = session.printer.CallServer("machine.proc_stats", nullptr, {kTell_s, {}});
+  const json* const times = told ? machine::Member(*told, "moonraker_stats") : nullptr;
+  if (times == nullptr || !times->is_array() || times->empty()) return std::nullopt;
+  return machine::Number(times->back(), "time");
+}
 
 std::string PictureEnding(const std::string& name) {
   constexpr std::array<std::string_view, 6> kEndings = {".jpg",  ".jpeg", ".png",
@@ -40,7 +56,7 @@ Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& na
   if (name.empty()) {
     auto newest = NewestPhoto(session, is_result);
     if (!newest) return tl::unexpected(newest.error());
-    photo.name = std::move(*newest);
+    photo = std::move(*newest);
   } else if (PictureEnding(name).empty()) {
     return Fail(
         fmt::format("{}: must be the name of a picture (.jpg, .png, .webp, .heic) in the "

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "base/result.h"
@@ -19,7 +20,13 @@ inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 struct PatternPhoto {
   std::string name;  ///< of the file, without a folder; "webcam.jpg"
   std::string bytes;
+  /// When the file was stored, by ServerTime_s' clock; absent where it was named, or not told.
+  std::optional<double> stored_s = {};
 };
+
+/// The clock by which the printer's server dates its files, s since 1970, at most some two seconds
+/// late; absent where it is not told.
+[[nodiscard]] std::optional<double> ServerTime_s(const Session& session);
 
 /// Downloads a photo from the folder beside the printer's configuration.
 /// @param name  in it; empty: the picture (JPEG, PNG, WebP, HEIC) that was stored last

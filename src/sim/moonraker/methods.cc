@@ -1,6 +1,9 @@
 // The methods of the virtual Moonraker's API.
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cmath>
+
 #include "sim/klipper/status.h"
 #include "sim/moonraker/hub.h"
 
@@ -9,6 +12,12 @@ namespace {
 
 constexpr double kNoTime = 0;
 const char* const kVersion = "v0.10.0-virtual";
+
+/// The clock that dates files, since 1970: the computer's, as the real one's.
+double Now_s() {
+  const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
+  return now.count();
+}
 
 Answer Missing(const char* argument) {
   return Answer::Error(400, fmt::format("Missing Argument [{}]", argument));
@@ -173,6 +182,12 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
     AskAgent(params, reply);
   } else if (method == "server.info") {
     reply(Answer::Ok(ServerInfo()));
+  } else if (method == "machine.proc_stats") {
+    // Looked at once a second; the newest comes last.
+    reply(Answer::Ok({{"moonraker_stats", Json::array({{{"time", std::floor(Now_s())},
+                                                        {"cpu_usage", 1.5},
+                                                        {"memory", 30000},
+                                                        {"mem_units", "kB"}}})}}));
   } else if (method == "server.webcams.list") {
     reply(Answer::Ok(Webcams()));
   } else if (method == "server.files.roots") {

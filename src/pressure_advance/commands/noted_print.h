@@ -1,0 +1,44 @@
+// The printed pattern that a photo is of: noted by pa print --photo, asked for by pa photo.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/files/pattern_prints.h"
+#include "pressure_advance/procedure/pattern_photo.h"
+#include "session/session.h"
+
+namespace trammel::app {
+
+/// How a notice begins where no print of the pattern is noted, which would tell whether a photo is
+/// older. The printer's own screen says it with the answer.
+inline constexpr const char* kNoPrintNoted = "No print of this pattern is noted";
+
+/// Notes in the state folder that the pattern's print begins or has ended, by both clocks.
+/// Errors: kInput of a begin, which is not written; of an end it is only said.
+/// @param run  folder of the run; holds its plan
+[[nodiscard]] Result<void> NotePrint(const procedure::Session& session, const std::string& address,
+                                     const std::filesystem::path& run, const std::string& filament,
+                                     bool ended);
+
+/// The last print of the pattern on a printer. Errors: kInput: the notes cannot be read.
+[[nodiscard]] Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& address);
+
+/// What the last print of the pattern was printed with; that of `pa pattern --photo` where none is
+/// noted. Errors: kInput: its plan is not there any more.
+[[nodiscard]] Result<PhotoPlan> PlanOfPrint(const std::optional<files::PatternPrint>& print);
+
+/// Whether a photo that nobody named can be of the last print: it is not older by the clock of the
+/// printer's server, and not for another filament.
+/// @param print  absent: none is noted
+/// @param filament  of the photo; empty: nobody named it
+/// @returns a notice for the answer, where the times do not tell; empty: they do.
+/// Errors: kInput: it cannot.
+[[nodiscard]] Result<std::string> CheckPhotoIsOf(const procedure::PatternPhoto& photo,
+                                                 const std::optional<files::PatternPrint>& print,
+                                                 const std::string& filament);
+
+}  // namespace trammel::app

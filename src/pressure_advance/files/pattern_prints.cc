@@ -1,0 +1,64 @@
+#include "pressure_advance/files/pattern_prints.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "files/json_object.h"
+#include "files/new_file.h"
+#include "measurement/json_lines.h"
+
+namespace trammel::files {
+namespace {
+
+constexpr const char* kBegun = "begun";
+constexpr const char* kEnded = "ended";
+
+std::optional<PatternPrint> ParseLine(std::string_view line) {
+  const auto json = ParseJson(line, "");
+  if (!json || !json->is_object()) return std::nullopt;
+  JsonObject object(*json, "");
+  PatternPrint print;
+  print.utc = object.Text("utc");
+  print.printer = object.Text("printer");
+  print.folder = object.Text("folder");
+  const std::string step = object.Choice("step", {kBegun, kEnded});
+  print.ended = step == kEnded;
+  if (object.failed()) return std::nullopt;
+  if (const auto* const name = object.Find("filament"); name != nullptr && name->is_string()) {
+    print.filament = name->get<std::string>();
+  }
+  if (const auto* const time = object.Find("server_s"); time != nullptr && time->is_number()) {
+    const double time_s = time->get<double>();
+    if (std::isfinite(time_s)) print.server_s = time_s;
+  }
+  return print;
+}
+
+}  // namespace
+
+Result<void> NotePatternPrint(const std::filesystem::path& path, const PatternPrint& print) {
+  nlohmann::ordered_json json = {{"utc", print.utc},
+                                 {"printer", print.printer},
+                                 {"folder", print.folder},
+                                 {"step", print.ended ? kEnded : kBegun}};
+  if (!print.filament.empty()) json["filament"] = print.filament;
+  if (print.server_s) json["server_s"] = *print.server_s;
+  return AppendLine(path, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+Result<std::optional<PatternPrint>> LastPatternPrint(const std::filesystem::path& path,
+                                                     std::string_view printer) {
+  std::optional<PatternPrint> last;
+  std::error_code ignored;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) return last;
+  const auto read = ForEachLine(path, [&](std::optional<std::string_view> line, std::size_t) {
+    auto print = line ? ParseLine(*line) : std::nullopt;
+    if (print && print->printer == printer) last = std::move(print);
+  });
+  if (!read) return tl::unexpected(read.error());
+  return last;
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,38 @@
+// When trammel printed the pattern for a photo: a file of JSON lines that only grows. What was
+// photographed before is a photo of something else.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace trammel::files {
+
+/// In the state folder.
+inline constexpr std::string_view kPatternPrintsFile = "patterns.jsonl";
+
+struct PatternPrint {
+  std::string utc;            ///< this computer's clock: ISO 8601 to the second, ending in Z
+  std::string printer;        ///< as measurement::Subject has it
+  std::string folder;         ///< absolute; holds pattern.plan.json
+  std::string filament = {};  ///< empty: nobody named it
+  bool ended = false;         ///< else it was about to begin: the program may have died since
+  /// The same moment by the clock that dates the files of the printer's server, in s since 1970;
+  /// absent: not told.
+  std::optional<double> server_s = {};
+};
+
+/// Adds a line. Errors: those of AppendLine.
+[[nodiscard]] Result<void> NotePatternPrint(const std::filesystem::path& path,
+                                            const PatternPrint& print);
+
+/// A printer's last one, by the order of lines; absent where none is noted, or the file is not
+/// there. Lines that are none are passed over. Errors: those of ForEachLine. Memory: a line of at
+/// most 1 MiB.
+[[nodiscard]] Result<std::optional<PatternPrint>> LastPatternPrint(
+    const std::filesystem::path& path, std::string_view printer);
+
+}  // namespace trammel::files
