@@ -76,7 +76,9 @@ void Screen::LearnCommands(const machine::WaitLimit& limit) {
   has_dialogs_ = has("TRAMMEL_ASK");
   // A server that does not tell is asked again, and spoken to in the commonest way meanwhile.
   if (!told && say_.empty()) say_ = kEcho;
-  learnt_ = told;
+  // While it is shut down a printer tells of the few commands that it takes then; RESPOND, which is
+  // one of them, never fails, and would be all that is known of it for ever.
+  learnt_ = told && printer_.LastState().readiness == machine::PrinterReadiness::kReady;
 }
 
 Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit) {

@@ -44,6 +44,28 @@ TEST(Screen, SaysASemicolonAsAComma) {
   EXPECT_EQ(printer.scripts.back(), "M118 trammel: timeout during homing, look at the cable");
 }
 
+// Klipper takes RESPOND then, and tells of no macro.
+class SpeaksInShutdown : public FakePrinter {
+ public:
+  Result<void> Run(std::string_view script, const machine::WaitLimit&) override {
+    scripts.emplace_back(script);
+    return {};
+  }
+};
+
+TEST(Screen, LooksAgainOnceThePrinterIsBackFromItsShutdown) {
+  SpeaksInShutdown printer;
+  printer.state.readiness = machine::PrinterReadiness::kShutdown;
+  printer.unknown = {{"TRAMMEL_SAY", true}, {"TRAMMEL_ASK", true}, {"M117", true}};
+  Screen screen(printer);
+  ASSERT_TRUE(screen.Show("a", {1}));
+  printer.state.readiness = machine::PrinterReadiness::kReady;
+  printer.unknown.clear();
+  ASSERT_TRUE(screen.Ask("b", Buttons::kClose, {}, {1}));
+  EXPECT_THAT(printer.scripts, ElementsAre("RESPOND TYPE=echo MSG=\"trammel: a\"",
+                                           "TRAMMEL_ASK BUTTONS=close MSG=\"b\""));
+}
+
 TEST(Screen, LooksAgainAfterAFailure) {
   FakePrinter printer;
   printer.unknown = {{"RESPOND", true}, {"M118", true}, {"M117", true}};
