@@ -418,6 +418,8 @@ TEST_F(OffsetStart, AStopWhileItHeatsEndsColdAtOnce) {
   EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   ExpectAllOff();
+  // Nothing was printed of it: it is not the sheet whose scan is waited for.
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
 }
 
 TEST_F(OffsetStart, KilledBetweenPrintAndScanTheNextOneGoesOn) {

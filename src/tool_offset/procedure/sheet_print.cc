@@ -298,9 +298,10 @@ Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
   if (auto still = watch.Look(); !still) return still;
   if (auto near = WaitUntilCold(session, watch); !near) return near;
   const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
+  if (auto hot = HeatBeside(session, print); !hot) return hot;
+  // Not before: a run that is stopped while it heats leaves the sheet before it the last one.
   print.record.stage = files::StartStage::kPrinting;
   if (auto noted = files::WriteStart(print.folder, print.record); !noted) return noted;
-  if (auto hot = HeatBeside(session, print); !hot) return hot;
   PrintOptions options;
   options.heat_time_limit_s =
       print.settings->heat_time_limit_s * static_cast<double>(print.plan.settings.tools.size());
