@@ -43,8 +43,11 @@ struct AskedSheet {
 };
 
 Result<AskedSheet> AskedFor(const PrinterPlace& place, const Arguments& arguments) {
-  AskedSheet asked{{.config = place.config, .set = place.set, .material = place.material},
-                   place.address};
+  AskedSheet asked;
+  asked.options.config = place.config;
+  asked.options.set = place.set;
+  asked.options.material = place.material;
+  asked.address = place.address;
   const auto given = [&arguments](const char* name) {
     const auto found = arguments.find(name);
     return found == arguments.end() ? std::string() : found->second;
