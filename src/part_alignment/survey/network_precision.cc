@@ -23,8 +23,12 @@ constexpr double kSingular = 1e-11;
 MatrixXd ScaledInverse(const MatrixXd& matrix, bool& determined) {
   const VectorXd root = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = root.asDiagonal() * matrix * root.asDiagonal();
-  const Eigen::LDLT<MatrixXd> factor(scaled);
-  if (!scaled.allFinite() || !(factor.vectorD().minCoeff() > kSingular)) determined = false;
+  const Eigen::LLT<MatrixXd> factor(scaled);
+  if (!scaled.allFinite() || factor.info() != Eigen::Success ||
+      !(factor.matrixLLT().diagonal().cwiseAbs2().minCoeff() > kSingular)) {
+    determined = false;
+    return MatrixXd::Zero(matrix.rows(), matrix.cols());
+  }
   const MatrixXd inverse = factor.solve(MatrixXd::Identity(matrix.rows(), matrix.cols()));
   return root.asDiagonal() * inverse * root.asDiagonal();
 }
@@ -38,23 +42,81 @@ MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, 
   return 0.5 * (inverse + inverse.transpose());
 }
 
-// J Q J^T of one whitened observation, its station eliminated.
-Eigen::Matrix2d CovarianceOfFitted(const ObservationPartials& partials,
-                                   const ReducedNormal::Eliminated& station, Index point_row,
-                                   const ReducedNormal& normal, const MatrixXd& within,
-                                   const Eigen::Matrix<double, 6, 6>& block_inverse) {
-  MatrixXd row = -partials.by_station * block_inverse * station.coupling.transpose();
-  const auto column_of = [&](Index unknown) {
-    return std::lower_bound(station.unknowns.begin(), station.unknowns.end(), unknown) -
-           station.unknowns.begin();
+// One station beside the reduced unknowns that its observations meet.
+struct StationCovariance {
+  MatrixXd own;     // 6 × 6
+  MatrixXd with;    // 6 × the unknowns
+  MatrixXd within;  // of the unknowns
+};
+
+StationCovariance CovarianceOf(const ReducedNormal::Eliminated& station, const MatrixXd& inverse,
+                               bool& determined) {
+  const MatrixXd block_inverse = ScaledInverse(station.block, determined);
+  const MatrixXd gain = block_inverse * station.coupling.transpose();
+  StationCovariance covariance;
+  covariance.within = inverse(station.unknowns, station.unknowns);
+  covariance.with = -gain * covariance.within;
+  covariance.own = block_inverse - covariance.with * gain.transpose();
+  return covariance;
+}
+
+// Where a point's and the lens's unknowns stand among the station's; the columns of their partials.
+struct UnknownColumns {
+  std::vector<Index> of_station;
+  std::vector<Index> of_partials;  // x, y, z, then the lens
+};
+
+UnknownColumns ColumnsOf(const ReducedNormal::Eliminated& station, const ReducedNormal& normal,
+                         Index first_of_point) {
+  UnknownColumns columns;
+  const auto add = [&](Index unknown, Index partial) {
+    const auto at = std::lower_bound(station.unknowns.begin(), station.unknowns.end(), unknown);
+    columns.of_station.push_back(at - station.unknowns.begin());
+    columns.of_partials.push_back(partial);
   };
-  row.middleCols<3>(column_of(point_row)) += partials.by_point;
+  for (Index axis = 0; first_of_point >= 0 && axis < 3; ++axis) add(first_of_point + axis, axis);
   for (Index i = 0; i < kLensParameters; ++i) {
     const Index unknown = normal.index_of_lens[static_cast<std::size_t>(i)];
-    if (unknown >= 0) row.col(column_of(unknown)) += partials.by_lens.col(i);
+    if (unknown >= 0) add(unknown, 3 + i);
   }
-  return row * within * row.transpose() +
-         partials.by_station * block_inverse * partials.by_station.transpose();
+  return columns;
+}
+
+// J Q J^T of one whitened observation.
+Eigen::Matrix2d CovarianceOfFitted(const ObservationPartials& partials,
+                                   const UnknownColumns& columns,
+                                   const StationCovariance& covariance) {
+  Eigen::Matrix<double, 2, 3 + kLensParameters> both;
+  both << partials.by_point, partials.by_lens;
+  const MatrixXd row = both(Eigen::all, columns.of_partials);
+  const MatrixXd with = covariance.with(Eigen::all, columns.of_station);
+  const Eigen::Matrix2d cross = partials.by_station * with * row.transpose();
+  const MatrixXd within = covariance.within(columns.of_station, columns.of_station);
+  return partials.by_station * covariance.own * partials.by_station.transpose() + cross +
+         cross.transpose() + row * within * row.transpose();
+}
+
+NetworkPrecision::StationPrecision StationPrecisionOf(const ReducedNormal::Eliminated& station,
+                                                      const ReducedNormal& normal,
+                                                      const StationCovariance& covariance) {
+  const UnknownColumns lens = ColumnsOf(station, normal, -1);
+  std::vector<Index> rows;
+  for (const Index partial : lens.of_partials) rows.push_back(6 + partial - 3);
+  NetworkPrecision::StationPrecision precision;
+  precision.station = station.station;
+  precision.covariance.setZero();
+  precision.covariance.topLeftCorner<6, 6>() = covariance.own;
+  const MatrixXd with = covariance.with(Eigen::all, lens.of_station);
+  const MatrixXd within = covariance.within(lens.of_station, lens.of_station);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    precision.covariance.block<6, 1>(0, rows[i]) = with.col(at);
+    precision.covariance.block<1, 6>(rows[i], 0) = with.col(at).transpose();
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      precision.covariance(rows[i], rows[k]) = within(at, static_cast<Index>(k));
+    }
+  }
+  return precision;
 }
 
 void CheckObservations(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
@@ -65,16 +127,15 @@ void CheckObservations(const Network& network, const ReducedNormal& normal, cons
       of_station[network.observations[i].station].push_back(i);
   }
   for (const auto& station : normal.stations) {
-    const MatrixXd within = inverse(station.unknowns, station.unknowns);
-    const Eigen::Matrix<double, 6, 6> block_inverse =
-        ScaledInverse(station.block, precision.determined);
+    const StationCovariance covariance = CovarianceOf(station, inverse, precision.determined);
+    precision.stations.push_back(StationPrecisionOf(station, normal, covariance));
     for (const std::size_t i : of_station[station.station]) {
       const NetworkObservation& observation = network.observations[i];
       const ObservationPartials partials = PartialsOf(network, observation);
+      const UnknownColumns columns =
+          ColumnsOf(station, normal, normal.first_of_point[observation.point]);
       const Eigen::Matrix2d left =
-          Eigen::Matrix2d::Identity() - CovarianceOfFitted(partials, station,
-                                                           normal.first_of_point[observation.point],
-                                                           normal, within, block_inverse);
+          Eigen::Matrix2d::Identity() - CovarianceOfFitted(partials, columns, covariance);
       auto& check = precision.observations[i];
       check.redundancy = 0.5 * left.trace();
       precision.observation_redundancy += left.trace();

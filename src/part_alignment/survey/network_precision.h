@@ -34,6 +34,13 @@ struct NetworkPrecision {
     double redundancy = 0;
   };
   std::vector<BarCheck> bars;
+  /// Of each station that takes part: covariance of its place, its turn before the camera and the
+  /// lens (rows of parameters that were not free are 0), in the same datum.
+  struct StationPrecision {
+    std::size_t station = 0;
+    Eigen::Matrix<double, 6 + kLensParameters, 6 + kLensParameters> covariance;
+  };
+  std::vector<StationPrecision> stations;
   double observation_chi_square = 0;
   double observation_redundancy = 0;  ///< sum over all coordinates
 };

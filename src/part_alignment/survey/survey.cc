@@ -14,6 +14,7 @@
 #include "part_alignment/survey/survey_answer.h"
 #include "part_alignment/survey/survey_discs.h"
 #include "part_alignment/survey/survey_input.h"
+#include "part_alignment/survey/survey_plain.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -69,7 +70,7 @@ void Settle(const NetworkStartOptions& start, const FreeLens& free, Network& net
 }
 
 // Leaves out stations and points that too little holds. True if there were any.
-bool DropWeak(const SurveyOptions& options, const std::vector<std::string>& ids, Survey& survey,
+bool DropWeak(const SurveyOptions& options, const IndexedSurvey& indexed, Survey& survey,
               Network& network) {
   bool dropped = false;
   const auto support = SupportOf(network);
@@ -82,10 +83,11 @@ bool DropWeak(const SurveyOptions& options, const std::vector<std::string>& ids,
     }
     network.points[p].placed = false;
     dropped = true;
+    if (p >= indexed.coded) continue;
     survey.notices.push_back(fmt::format(
         "target {} is not given: {} observations, at most {:.0f} degrees apart; {} and {:.0f} are "
         "needed: photograph it from more sides",
-        ids[p], of.observations, Degrees(of.widest_angle_rad), options.least_observations,
+        indexed.ids[p], of.observations, Degrees(of.widest_angle_rad), options.least_observations,
         Degrees(options.least_angle_rad)));
   }
   constexpr int kLeastOfStation = 4;  // 8 equations for 6 numbers
@@ -118,23 +120,45 @@ void LeaveOutMoved(const SurveyInput& input, const std::vector<std::string>& ids
 
 struct Adjusted {
   NetworkPrecision precision;
-  double scatter = 1;
+  double scatter = 1;        // of coded targets' centres
+  double plain_scatter = 1;  // of plain ones'
 };
+
+// What the observations of points from one to another scatter by, in their sigmas.
+double ScatterOf(const Network& network, const NetworkPrecision& precision, std::size_t first,
+                 std::size_t end) {
+  double squares = 0;
+  double redundancy = 0;
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    if (observation.point < first || observation.point >= end || !TakesPart(network, observation))
+      continue;
+    const auto misclosure = Misclosure(network, observation);
+    if (!misclosure) continue;
+    squares += misclosure->squaredNorm() / (observation.sigma_px * observation.sigma_px);
+    redundancy += 2 * precision.observations[i].redundancy;
+  }
+  return std::max(std::sqrt(squares / std::max(redundancy, 1.0)), kLeastScatter);
+}
 
 // Least squares with data snooping; the observations' sigmas then are what they scatter by.
 Adjusted Adjust(const BundleOptions& bundle, const SurveyOptions& options,
-                const std::vector<std::string>& ids, Survey& survey, Network& network) {
-  NetworkPrecision precision;
-  (void)DropWeak(options, ids, survey, network);
+                const IndexedSurvey& indexed, Survey& survey, Network& network) {
+  Adjusted adjusted;
+  (void)DropWeak(options, indexed, survey, network);
   do {
-    precision = SnoopObservations(bundle, options.false_alarm, network);
-  } while (DropWeak(options, ids, survey, network));
-  const double scatter = std::max(
-      std::sqrt(precision.observation_chi_square / std::max(precision.observation_redundancy, 1.0)),
-      kLeastScatter);
-  for (NetworkObservation& observation : network.observations) observation.sigma_px *= scatter;
+    adjusted.precision = SnoopObservations(bundle, options.false_alarm, network);
+  } while (DropWeak(options, indexed, survey, network));
+  adjusted.scatter = ScatterOf(network, adjusted.precision, 0, indexed.coded);
+  adjusted.plain_scatter =
+      ScatterOf(network, adjusted.precision, indexed.coded, network.points.size());
+  for (NetworkObservation& observation : network.observations) {
+    observation.sigma_px *=
+        observation.point < indexed.coded ? adjusted.scatter : adjusted.plain_scatter;
+  }
   (void)AdjustBundle(bundle, network);
-  return {PrecisionOf(network, bundle.free, bundle.bars), scatter};
+  adjusted.precision = PrecisionOf(network, bundle.free, bundle.bars);
+  return adjusted;
 }
 
 // The bar that contradicts the others most, if any does.
@@ -167,7 +191,7 @@ std::optional<std::string> AdjustWithBars(const SurveyInput& input, const Survey
     for (std::size_t i = 0; i < as_stated.size(); ++i) {
       network.observations[i].sigma_px = as_stated[i].sigma_px;
     }
-    adjusted = Adjust(bundle, options, indexed.ids, survey, network);
+    adjusted = Adjust(bundle, options, indexed, survey, network);
     NoteBars(input, indexed, adjusted.precision, network, survey);
     const auto worst = ContradictingBar(adjusted.precision);
     if (!worst) return std::nullopt;
@@ -190,6 +214,28 @@ std::optional<std::string> AdjustWithBars(const SurveyInput& input, const Survey
         BarName(bar), std::abs(check.misfit / check.redundancy),
         check.misfit < 0 ? "longer" : "shorter", std::abs(check.test)));
   }
+}
+
+// Plain targets join the network, and all of it is adjusted together.
+void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
+              Survey& survey, Adjusted& adjusted) {
+  Network& network = indexed.network;
+  const PlainSearch search = AddPlainTargets(input, adjusted.precision, adjusted.scatter, indexed);
+  std::vector<std::size_t> moved;
+  double variance_root = 0;
+  if (network.points.size() > search.first_point) {
+    LeaveOutMovedPlain(search, indexed, moved);
+    BundleOptions bundle;
+    bundle.free = FreeLensOf(input);
+    const Adjusted with_plain = Adjust(bundle, options, indexed, survey, network);
+    NoteBars(input, indexed, with_plain.precision, network, survey);
+    LayDatum(network);
+    adjusted.precision = PrecisionOf(network, bundle.free, true);
+    adjusted.scatter *= with_plain.scatter;
+    variance_root = search.noise * with_plain.plain_scatter;
+  }
+  survey.plain = SummarisePlain(input, search, moved, network);
+  survey.plain.variance_root = survey.plain.targets > 0 ? variance_root : 0;
 }
 
 // What ends a survey once its network stands, before any fine adjustment.
@@ -264,12 +310,17 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   if (const auto bars = AdjustWithBars(input, options, indexed, survey, network, adjusted)) {
     return Ended(survey, Verdict::kRefused, *bars);
   }
-  NoteOutliers(input, indexed, network, survey);
   if (const auto apart = FallsApart(input, survey, network)) {
+    NoteOutliers(input, indexed, network, survey);
     return Ended(survey, Verdict::kCannotTell, *apart);
   }
   LayDatum(network);
   adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
+  if (adjusted.precision.determined && adjusted.scatter <= options.most_variance_root &&
+      HasPlainPoints(input)) {
+    AddPlain(input, options, indexed, survey, adjusted);
+  }
+  NoteOutliers(input, indexed, network, survey);
   if (!adjusted.precision.determined) {
     return Ended(survey, Verdict::kCannotTell,
                  "the pictures do not determine where all of this is: the targets lie along one "

@@ -62,6 +62,7 @@ struct SurveyedTarget {
   double rms_px = 0;  ///< per axis
   /// The least share of an error that a residual of it would show, 0 … 1.
   double least_redundancy = 0;
+  bool plain = false;  ///< found by its places in the pictures, not read
 };
 
 struct SurveyStation {
@@ -89,11 +90,28 @@ struct SurveyedBar {
   double test = 0;       ///< in its standard deviations; 0 for the only bar
 };
 
+/// What became of the plain points in the pictures that are used.
+struct PlainSummary {
+  bool refused = false;  ///< no plain target is given; the coded ones are
+  std::string reason;    ///< why
+  int points = 0;
+  int used = 0;  ///< of targets that are given
+  int targets = 0;
+  double variance_root = 0;  ///< what they scatter by, in their stated sigmas; 0 without targets
+  struct LeftOver {
+    std::string reason;  ///< after "points that …"
+    int points = 0;
+    int pictures = 0;  ///< that show any of them
+  };
+  std::vector<LeftOver> left_over;  ///< most first
+};
+
 /// Targets, covariance, lens are meant only with verdict good.
 struct Survey {
   Verdict verdict = Verdict::kRefused;
   std::string reason;
-  std::vector<SurveyedTarget> targets;  ///< by id: numbers ascending, then texts
+  /// By id: numbers ascending, then texts; then the plain ones, P1, P2, …, by x.
+  std::vector<SurveyedTarget> targets;
   /// (3 · targets)², mm², k = 1: x, y, z of each target in turn; singular by six. Datum: free
   /// network, inner constraints over all targets; origin in their centroid, x along their largest
   /// extent, z along the least one and to the cameras' side. Scale: the bars, as observations.
@@ -107,13 +125,15 @@ struct Survey {
   double variance_root = 0;
   int observations = 0;
   int redundancy = 0;
+  PlainSummary plain;
   std::vector<std::string> notices;
 };
 
 /// Starting values from codes alone; then a bundle adjustment of stations, targets and lens.
 /// Outliers are found by data snooping (Baarda), one at a time in each picture and target; a moved
 /// target, exchanged codes, a picture of something else, a change of focal length and bars that
-/// disagree are told apart and named.
+/// disagree are told apart and named. Plain targets are matched between the stations that the coded
+/// ones give (plain_matching.h), and all are adjusted together.
 /// Verdicts other than good: pictures of different sizes, a focal length that changed, bars that
 /// contradict one another, residuals beyond reason (refused); pictures that do not hang together,
 /// no bar (cannot_tell).

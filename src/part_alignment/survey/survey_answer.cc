@@ -254,7 +254,7 @@ void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const 
       read_as;  // station, point: stands there
   for (const NetworkObservation& observation : network.observations) {
     if (observation.used || !network.stations[observation.station].placed ||
-        !network.points[observation.point].placed) {
+        !network.points[observation.point].placed || observation.point >= indexed.coded) {
       continue;
     }
     const auto misclosure = Misclosure(network, observation);
@@ -326,6 +326,7 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
     target.seen_from = support[p].seen_from;
     target.rms_px = by_point[p].Rms();
     target.least_redundancy = least[p];
+    target.plain = p >= indexed.coded;
     survey.targets.push_back(std::move(target));
     row += 3;
   }

@@ -46,7 +46,7 @@ void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey);
 [[nodiscard]] std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
                                                     const Network& network);
 
-/// Observations left out of the network, with what stands at their place instead.
+/// Observations of coded targets left out of the network, with what stands at their place instead.
 void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
                   Survey& survey);
 

@@ -127,6 +127,7 @@ IndexedSurvey IndexSurvey(const SurveyInput& input) {
     index[id] = indexed.ids.size();
     indexed.ids.push_back(id);
   }
+  indexed.coded = indexed.ids.size();
   Network& network = indexed.network;
   network.points.resize(indexed.ids.size());
   network.stations.resize(input.pictures.size());

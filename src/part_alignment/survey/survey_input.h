@@ -20,6 +20,7 @@ namespace trammel::part_alignment {
 struct IndexedSurvey {
   Network network;                  ///< stations as the pictures, bars that are used
   std::vector<std::string> ids;     ///< of the points; numbers ascending, then texts
+  std::size_t coded = 0;            ///< points; what follows them are plain targets
   std::vector<std::size_t> bar_of;  ///< index into the input's bars of each of the network's
   /// Of each of network.observations, where its picture has discs.
   std::vector<std::optional<ImageEllipse>> discs;

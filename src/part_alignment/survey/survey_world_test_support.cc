@@ -4,7 +4,9 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "base/random.h"
 #include "geometry/decompositions.h"
@@ -35,6 +37,79 @@ void PlaceCodes(const SurveyScene& scene, Random& random, SurveyWorld& world) {
                         : WorldTarget{{sign * kHalfLength_mm, kHalfWidth_mm * u, z}, {sign, 0, 0}};
     }
     world.targets[std::to_string(i + 1)] = target;
+  }
+}
+
+// Rows lie along x at even steps, as rivets do: from two pictures along them any of a row fits any
+// other.
+void PlacePlain(const SurveyScene& scene, Random& random, SurveyWorld& world) {
+  SurveyWorld scattered;
+  SurveyScene as_codes = scene;
+  as_codes.codes = scene.plain;
+  PlaceCodes(as_codes, random, scattered);
+  for (const auto& [id, target] : scattered.targets) world.plain.push_back(target);
+  for (int row = 0; row < scene.rows; ++row) {
+    const double y = kHalfWidth_mm * random.Uniform(-0.9, 0.9);
+    const double step = random.Uniform(30, 90);
+    for (int i = 0; i < scene.row_length; ++i) {
+      world.plain.push_back(
+          {{step * (i - 0.5 * scene.row_length), y, scene.flat ? 0 : 0.0}, Vector3d::UnitZ()});
+    }
+  }
+}
+
+struct Seen {
+  double column = 0;
+  double row = 0;
+};
+
+// Where a shot shows a place, without noise, if it does.
+std::optional<Seen> SeenIn(const SurveyScene& scene, const WorldShot& shot, const Vector3d& at,
+                           const Vector3d& normal) {
+  const Vector3d ray = at - shot.place_mm;
+  const double depth = ray.dot(shot.ahead);
+  const double facing = -ray.normalized().dot(normal);
+  if (depth < 100 || facing < std::cos(scene.steepest_incidence_rad)) return std::nullopt;
+  const double a = ray.dot(shot.right) / depth;
+  const double b = ray.dot(shot.down) / depth;
+  const double q = a * a + b * b;
+  const double stretch = 1 + scene.k1 * q + scene.k2 * q * q + scene.k3 * q * q * q;
+  const double shift_a = 2 * scene.p1 * a * b + scene.p2 * (3 * a * a + b * b);
+  const double shift_b = scene.p1 * (a * a + 3 * b * b) + 2 * scene.p2 * a * b;
+  const Seen seen = {
+      (scene.width_px - 1) / 2.0 + scene.column_off_px + shot.focal_px * (a * stretch + shift_a),
+      (scene.height_px - 1) / 2.0 + scene.row_off_px + shot.focal_px * (b * stretch + shift_b)};
+  constexpr double kMargin_px = 25;
+  if (q > 1.5 || seen.column < kMargin_px || seen.row < kMargin_px ||
+      seen.column > scene.width_px - kMargin_px || seen.row > scene.height_px - kMargin_px) {
+    return std::nullopt;
+  }
+  return seen;
+}
+
+void PhotographPlain(const SurveyWorld& world, std::size_t shot, Random& random,
+                     SurveyPicture& picture) {
+  const SurveyScene& scene = world.scene;
+  for (std::size_t i = 0; i < world.plain.size(); ++i) {
+    Vector3d at = world.plain[i].at_mm;
+    for (const auto& motion : world.moved) {
+      if (motion.target == i && shot >= motion.first_after) at += motion.by_mm;
+    }
+    const double noise_column = scene.sigma_px * random.Normal();
+    const double noise_row = scene.sigma_px * random.Normal();
+    const bool covered = random.Uniform() < scene.hidden;
+    const auto seen = SeenIn(scene, world.shots[shot], at, world.plain[i].normal);
+    if (covered || !seen) continue;
+    picture.plain.push_back({seen->column + noise_column, seen->row + noise_row, scene.sigma_px});
+  }
+  const auto stray = static_cast<int>(scene.stray * random.Uniform(0.5, 1.5));
+  for (int i = 0; i < stray; ++i) {
+    picture.plain.push_back({random.Uniform(0, scene.width_px - 1),
+                             random.Uniform(0, scene.height_px - 1), scene.sigma_px});
+  }
+  // No order tells anything.
+  for (std::size_t i = picture.plain.size(); i > 1; --i) {
+    std::swap(picture.plain[i - 1], picture.plain[static_cast<std::size_t>(random.Below(i))]);
   }
 }
 
@@ -79,12 +154,15 @@ SurveyWorld MakeSurveyWorld(const SurveyScene& scene, std::uint64_t seed) {
   PlaceBar("901", "902", {-700, -850, floor_mm}, {1000, 12, 3}, random, world);
   PlaceBar("903", "904", {1250, -450, floor_mm}, {20, 1000, -4}, random, world);
   for (int i = 0; i < scene.pictures; ++i) world.shots.push_back(Shoot(scene, i, random));
+  Random plain_random = Random(seed).Fork(9);
+  PlacePlain(scene, plain_random, world);
   return world;
 }
 
 SurveyInput Photograph(const SurveyWorld& world, std::uint64_t seed) {
   const SurveyScene& scene = world.scene;
   Random random = Random(seed).Fork(7);
+  Random plain_random = Random(seed).Fork(8);
   SurveyInput input;
   input.bars = world.bars;
   for (std::size_t s = 0; s < world.shots.size(); ++s) {
@@ -97,52 +175,89 @@ SurveyInput Photograph(const SurveyWorld& world, std::uint64_t seed) {
       Vector3d at = target.at_mm;
       if (const auto there = shot.displaced_mm.find(id); there != shot.displaced_mm.end())
         at += there->second;
-      const Vector3d ray = at - shot.place_mm;
-      const double depth = ray.dot(shot.ahead);
-      const double facing = -ray.normalized().dot(target.normal);
       const double noise_column = scene.sigma_px * random.Normal();
       const double noise_row = scene.sigma_px * random.Normal();
       const bool covered = random.Uniform() < scene.hidden;
-      if (covered || depth < 100 || facing < std::cos(scene.steepest_incidence_rad)) continue;
-      const double a = ray.dot(shot.right) / depth;
-      const double b = ray.dot(shot.down) / depth;
-      const double q = a * a + b * b;
-      const double stretch = 1 + scene.k1 * q + scene.k2 * q * q + scene.k3 * q * q * q;
-      const double shift_a = 2 * scene.p1 * a * b + scene.p2 * (3 * a * a + b * b);
-      const double shift_b = scene.p1 * (a * a + 3 * b * b) + 2 * scene.p2 * a * b;
-      const double column = (scene.width_px - 1) / 2.0 + scene.column_off_px +
-                            shot.focal_px * (a * stretch + shift_a) + noise_column;
-      const double row = (scene.height_px - 1) / 2.0 + scene.row_off_px +
-                         shot.focal_px * (b * stretch + shift_b) + noise_row;
-      constexpr double kMargin_px = 25;
-      if (q > 1.5 || column < kMargin_px || row < kMargin_px ||
-          column > scene.width_px - kMargin_px || row > scene.height_px - kMargin_px) {
-        continue;
-      }
-      picture.observations.push_back({id, column, row, scene.sigma_px});
+      const auto seen = SeenIn(scene, shot, at, target.normal);
+      if (covered || !seen) continue;
+      picture.observations.push_back(
+          {id, seen->column + noise_column, seen->row + noise_row, scene.sigma_px});
     }
+    PhotographPlain(world, s, plain_random, picture);
   }
   return input;
 }
 
-SurveyErrors ErrorsOf(const SurveyWorld& world, const Survey& survey) {
-  const auto count = static_cast<Eigen::Index>(survey.targets.size());
-  Eigen::MatrixXd found(3, count);
-  Eigen::MatrixXd truth(3, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const SurveyedTarget& target = survey.targets[static_cast<std::size_t>(i)];
-    found.col(i) = target.at_mm;
-    truth.col(i) = world.targets.at(target.id).at_mm;
+namespace {
+
+// Rotation and translation that bring the world's coded targets to the survey's.
+struct ToSurvey {
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d from = Vector3d::Zero();
+  Vector3d to = Vector3d::Zero();
+  [[nodiscard]] Vector3d operator()(const Vector3d& at) const {
+    return rotation * (at - from) + to;
   }
-  const Vector3d from = truth.rowwise().mean();
-  const Vector3d to = found.rowwise().mean();
-  const Matrix3d cross = (found.colwise() - to) * (truth.colwise() - from).transpose();
+};
+
+ToSurvey FitDatum(const Eigen::MatrixXd& truth, const Eigen::MatrixXd& found) {
+  ToSurvey fit;
+  fit.from = truth.rowwise().mean();
+  fit.to = found.rowwise().mean();
+  const Matrix3d cross = (found.colwise() - fit.to) * (truth.colwise() - fit.from).transpose();
   const Eigen::JacobiSVD<Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3d mirror = Matrix3d::Identity();
   mirror(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  const Matrix3d rotation = svd.matrixU() * mirror * svd.matrixV().transpose();
+  fit.rotation = svd.matrixU() * mirror * svd.matrixV().transpose();
+  return fit;
+}
+
+}  // namespace
+
+std::vector<PlainNearest> NearestPlain(const SurveyWorld& world, const Survey& survey) {
+  std::vector<Vector3d> truth;
+  std::vector<Vector3d> found;
+  for (const SurveyedTarget& target : survey.targets) {
+    if (target.plain) continue;
+    truth.push_back(world.targets.at(target.id).at_mm);
+    found.push_back(target.at_mm);
+  }
+  const auto matrix = [](const std::vector<Vector3d>& columns) {
+    Eigen::MatrixXd m(3, static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      m.col(static_cast<Eigen::Index>(i)) = columns[i];
+    return m;
+  };
+  const ToSurvey fit = FitDatum(matrix(truth), matrix(found));
+  std::vector<PlainNearest> nearest;
+  for (const SurveyedTarget& target : survey.targets) {
+    if (!target.plain) continue;
+    PlainNearest best{target.id, 0, 1e9};
+    for (std::size_t i = 0; i < world.plain.size(); ++i) {
+      const double off = (fit(world.plain[i].at_mm) - target.at_mm).norm();
+      if (off < best.off_mm) best = {target.id, i, off};
+    }
+    nearest.push_back(best);
+  }
+  return nearest;
+}
+
+SurveyErrors ErrorsOf(const SurveyWorld& world, const Survey& survey) {
+  std::vector<std::size_t> nearest;
+  for (const PlainNearest& plain : NearestPlain(world, survey)) nearest.push_back(plain.target);
+  const auto count = static_cast<Eigen::Index>(survey.targets.size());
+  Eigen::MatrixXd found(3, count);
+  Eigen::MatrixXd truth(3, count);
+  std::size_t plain = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const SurveyedTarget& target = survey.targets[static_cast<std::size_t>(i)];
+    found.col(i) = target.at_mm;
+    truth.col(i) =
+        target.plain ? world.plain[nearest[plain++]].at_mm : world.targets.at(target.id).at_mm;
+  }
+  const ToSurvey fit = FitDatum(truth, found);
   SurveyErrors errors;
-  errors.true_mm = (rotation * (truth.colwise() - from)).colwise() + to;
+  errors.true_mm = (fit.rotation * (truth.colwise() - fit.from)).colwise() + fit.to;
   const Eigen::MatrixXd off = found - errors.true_mm;
   errors.coordinates = off.reshaped();
   const auto eigen = geometry::DecomposeSymmetric(survey.covariance);

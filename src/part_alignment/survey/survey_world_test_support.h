@@ -33,6 +33,10 @@ struct SurveyScene {
   bool rolled = true;                     ///< a quarter turn in every other picture
   bool flat = false;                      ///< all codes on top, no depth at all
   double steepest_incidence_rad = 1.134;  // 65 degrees
+  int plain = 0;                          ///< plain targets, scattered over all faces
+  int rows = 0;                           ///< rows of plain targets along the top besides
+  int row_length = 20;
+  double stray = 0;  ///< points a picture that are nothing, in the mean
 };
 
 struct WorldTarget {
@@ -54,6 +58,14 @@ struct SurveyWorld {
   std::map<std::string, WorldTarget> targets;
   std::vector<WorldShot> shots;
   std::vector<ScaleBar> bars;  ///< as calibrated: true length and an error of bar_sigma_mm
+  std::vector<WorldTarget> plain;
+  /// Plain targets that stood elsewhere from some shot on: index, shot, by how much.
+  struct PlainMotion {
+    std::size_t target = 0;
+    std::size_t first_after = 0;
+    Eigen::Vector3d by_mm = Eigen::Vector3d::Zero();
+  };
+  std::vector<PlainMotion> moved;
 };
 
 [[nodiscard]] SurveyWorld MakeSurveyWorld(const SurveyScene& scene, std::uint64_t seed);
@@ -61,7 +73,18 @@ struct SurveyWorld {
 /// With noise of the scene's sigma, drawn anew for each seed.
 [[nodiscard]] SurveyInput Photograph(const SurveyWorld& world, std::uint64_t seed);
 
-/// What a survey's targets are off by, the datum fitted (rotation and translation, no scale): mm.
+/// The plain target of the world nearest to each of the survey's plain ones: index and distance,
+/// the datum fitted to the coded ones.
+struct PlainNearest {
+  std::string id;
+  std::size_t target = 0;
+  double off_mm = 0;
+};
+[[nodiscard]] std::vector<PlainNearest> NearestPlain(const SurveyWorld& world,
+                                                     const Survey& survey);
+
+/// What a survey's coded targets are off by, the datum fitted (rotation and translation, no scale):
+/// mm.
 struct SurveyErrors {
   Eigen::VectorXd coordinates;  ///< in the survey's own axes, as its covariance
   Eigen::MatrixXd true_mm;      ///< 3 × targets, moved into the survey's frame

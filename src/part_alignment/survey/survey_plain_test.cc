@@ -1,0 +1,256 @@
+// Plain targets of a survey: found among points without names.
+#include "part_alignment/survey/survey_plain.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/chi_square.h"
+#include "base/random.h"
+#include "part_alignment/survey/survey.h"
+#include "part_alignment/survey/survey_world_test_support.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kThere_mm = 1;  // ten sigmas of the least known; neighbours are farther
+
+test::SurveyScene PlainScene() {
+  test::SurveyScene scene;
+  scene.codes = 40;
+  scene.pictures = 40;
+  scene.plain = 60;
+  scene.rows = 2;
+  scene.row_length = 15;
+  scene.stray = 8;
+  return scene;
+}
+
+Survey Solved(const SurveyInput& input) {
+  const auto survey = SolveSurvey(input, {});
+  EXPECT_TRUE(survey) << (survey ? "" : survey.error().message);
+  return survey ? *survey : Survey{};
+}
+
+/// Plain targets of the world by index, and how many of the survey's are none of them.
+struct Found {
+  std::set<std::size_t> targets;
+  int none = 0;
+};
+Found FoundIn(const test::SurveyWorld& world, const Survey& survey) {
+  Found found;
+  for (const auto& nearest : test::NearestPlain(world, survey)) {
+    if (nearest.off_mm < kThere_mm) {
+      found.targets.insert(nearest.target);
+    } else {
+      ++found.none;
+    }
+  }
+  return found;
+}
+
+/// Plain targets of the world that so many pictures show, if nothing covers them.
+int ShownIn(const test::SurveyWorld& world, int least) {
+  test::SurveyWorld bare = world;
+  bare.scene.stray = 0;
+  bare.scene.hidden = 0;
+  int shown = 0;
+  for (const test::WorldTarget& target : world.plain) {
+    bare.plain = {target};
+    int pictures = 0;
+    for (const auto& picture : test::Photograph(bare, 1).pictures)
+      pictures += picture.plain.empty() ? 0 : 1;
+    if (pictures >= least) ++shown;
+  }
+  return shown;
+}
+
+int LeftOver(const Survey& survey, const std::string& reason) {
+  for (const auto& left : survey.plain.left_over) {
+    if (left.reason.find(reason) != std::string::npos) return left.points;
+  }
+  return 0;
+}
+
+void ExpectConsistent(const test::SurveyWorld& world, const Survey& survey) {
+  ASSERT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
+  const auto errors = test::ErrorsOf(world, survey);
+  EXPECT_LT(errors.nees, ChiSquareQuantile(1 - 1e-5, errors.freedom));
+  EXPECT_GT(errors.nees, ChiSquareQuantile(1e-5, errors.freedom));
+}
+
+TEST(SurveyPlain, FindsTargetsInRowsAndScatteredWithinTheirCovariance) {
+  for (const std::uint64_t seed : {1, 2}) {
+    SCOPED_TRACE(seed);
+    const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), seed);
+    const SurveyInput input = test::Photograph(world, seed);
+    const Survey survey = Solved(input);
+    const Found found = FoundIn(world, survey);
+    EXPECT_EQ(found.none, 0);
+    constexpr double kShare = 0.95;
+    EXPECT_GE(static_cast<double>(found.targets.size()), kShare * ShownIn(world, 6));
+    EXPECT_EQ(static_cast<std::size_t>(survey.plain.targets), found.targets.size());
+    EXPECT_NEAR(survey.plain.variance_root, 1, 0.1);
+    ExpectConsistent(world, survey);
+    int left = 0;
+    for (const auto& left_over : survey.plain.left_over) left += left_over.points;
+    EXPECT_EQ(survey.plain.used + left, survey.plain.points);
+  }
+}
+
+TEST(SurveyPlain, TellsWhatPlainPointsScatterBy) {
+  for (const double factor : {0.5, 2.5}) {
+    SCOPED_TRACE(factor);
+    const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 3);
+    SurveyInput input = test::Photograph(world, 3);
+    for (auto& picture : input.pictures) {
+      for (auto& point : picture.plain) point.sigma_px /= factor;
+    }
+    const Survey survey = Solved(input);
+    EXPECT_NEAR(survey.plain.variance_root, factor, 0.1 * factor);
+    EXPECT_NEAR(survey.variance_root, 1, 0.1);
+    EXPECT_EQ(FoundIn(world, survey).none, 0);
+    ExpectConsistent(world, survey);
+  }
+}
+
+TEST(SurveyPlain, ChangesNoCodedTargetByMoreThanItsUncertainty) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 4);
+  SurveyInput input = test::Photograph(world, 4);
+  const Survey with = Solved(input);
+  for (auto& picture : input.pictures) picture.plain.clear();
+  const Survey without = Solved(input);
+  ASSERT_GE(without.targets.size(), 30U);
+  EXPECT_EQ(without.plain.points, 0);
+  for (std::size_t i = 0; i < without.targets.size(); ++i) {
+    ASSERT_EQ(with.targets[i].id, without.targets[i].id);
+    EXPECT_FALSE(with.targets[i].plain);
+  }
+  EXPECT_EQ(with.targets.size() - without.targets.size(),
+            static_cast<std::size_t>(with.plain.targets));
+}
+
+TEST(SurveyPlain, FindsTargetsThatThreePicturesShow) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 5);
+  SurveyInput input = test::Photograph(world, 5);
+  // Pictures that look down, where most targets are seen.
+  std::vector<std::pair<double, std::size_t>> by_height;
+  for (std::size_t s = 0; s < world.shots.size(); ++s)
+    by_height.emplace_back(-world.shots[s].place_mm.z(), s);
+  std::sort(by_height.begin(), by_height.end());
+  for (std::size_t i = 3; i < by_height.size(); ++i)
+    input.pictures[by_height[i].second].plain.clear();
+  const Survey survey = Solved(input);
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  EXPECT_GE(found.targets.size(), 15U);
+  ExpectConsistent(world, survey);
+}
+
+TEST(SurveyPlain, TellsTwoTargetsThreePixelsApart) {
+  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 6);
+  for (std::size_t i = 0; i < 12; ++i) {
+    test::WorldTarget twin = world.plain[i];
+    const Eigen::Vector3d along =
+        std::abs(twin.normal.z()) > 0.5 ? Eigen::Vector3d(2, 1.8, 0) : Eigen::Vector3d(0, 0, 2.7);
+    twin.at_mm += along;
+    world.plain.push_back(twin);
+  }
+  const Survey survey = Solved(test::Photograph(world, 6));
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  EXPECT_GE(static_cast<int>(found.targets.size()), ShownIn(world, 6));
+  ExpectConsistent(world, survey);
+}
+
+TEST(SurveyPlain, LeavesOutTargetsThatMoved) {
+  for (const double by_mm : {0.4, 3.0, 25.0}) {
+    SCOPED_TRACE(by_mm);
+    test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 7);
+    std::vector<std::size_t> moved;
+    for (std::size_t i = 0; i < world.plain.size() && moved.size() < 3; i += 2) {
+      if (world.plain[i].normal.z() > 0.5) moved.push_back(i);
+    }
+    for (const std::size_t target : moved) {
+      world.moved.push_back({target, 21, {0.6 * by_mm, 0.8 * by_mm, 0}});
+    }
+    const Survey survey = Solved(test::Photograph(world, 7));
+    const Found found = FoundIn(world, survey);
+    EXPECT_EQ(found.none, 0);
+    for (const std::size_t target : moved) EXPECT_FALSE(found.targets.contains(target)) << target;
+    EXPECT_GE(static_cast<int>(found.targets.size()), ShownIn(world, 6) - 3);
+  }
+}
+
+// A highlight on a rounded edge: where it is seen depends on the camera's place.
+TEST(SurveyPlain, TakesNoReflectionForATarget) {
+  test::SurveyScene scene = PlainScene();
+  scene.hidden = 0;
+  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 8);
+  for (const double wander : {0.004, 0.02, 0.1}) {  // of the camera's motion
+    SCOPED_TRACE(wander);
+    SurveyInput input = test::Photograph(world, 8);
+    test::SurveyWorld shining = world;
+    shining.scene.stray = 0;
+    for (std::size_t s = 0; s < world.shots.size(); ++s) {
+      shining.plain.clear();
+      for (int i = 0; i < 10; ++i) {
+        // Along the edge, curved as the surface is.
+        const double along = wander * (world.shots[s].place_mm.x() - 150.0 * i);
+        const double down = wander * world.shots[s].place_mm.y();
+        shining.plain.push_back({{150.0 * i - 700 + along, 590 + down - 1e-3 * along * along, 0},
+                                 Eigen::Vector3d::UnitZ()});
+      }
+      const auto picture = test::Photograph(shining, 100 + s).pictures[s];
+      input.pictures[s].plain.insert(input.pictures[s].plain.end(), picture.plain.begin(),
+                                     picture.plain.end());
+    }
+    const Survey survey = Solved(input);
+    EXPECT_EQ(FoundIn(world, survey).none, 0);
+    EXPECT_GE(FoundIn(world, survey).targets.size(), 80U);
+  }
+}
+
+TEST(SurveyPlain, FindsNothingAmongStrayPoints) {
+  test::SurveyScene scene = PlainScene();
+  scene.plain = 0;
+  scene.rows = 0;
+  scene.stray = 150;
+  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 9);
+  const Survey survey = Solved(test::Photograph(world, 9));
+  EXPECT_EQ(survey.verdict, Verdict::kGood);
+  EXPECT_EQ(survey.plain.targets, 0);
+  EXPECT_GT(survey.plain.points, 3000);
+  EXPECT_EQ(LeftOver(survey, "no two other pictures") + LeftOver(survey, "by chance"),
+            survey.plain.points);
+}
+
+TEST(SurveyPlain, RefusesMorePointsThanCanBeToldApart) {
+  test::SurveyScene scene = PlainScene();
+  scene.stray = 5000;
+  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 10);
+  const Survey survey = Solved(test::Photograph(world, 10));
+  EXPECT_EQ(survey.verdict, Verdict::kGood);
+  EXPECT_TRUE(survey.plain.refused);
+  EXPECT_THAT(survey.plain.reason, HasSubstr("up to 2000"));
+  EXPECT_EQ(survey.plain.targets, 0);
+}
+
+TEST(SurveyPlain, RefusesNumbersThatCannotBe) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 11);
+  SurveyInput input = test::Photograph(world, 11);
+  input.pictures[3].plain[0].sigma_px = NAN;
+  const auto survey = SolveSurvey(input, {});
+  ASSERT_FALSE(survey);
+  EXPECT_THAT(survey.error().message, HasSubstr("p4: a plain point"));
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment
