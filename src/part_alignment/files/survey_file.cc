@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "base/json_text.h"
@@ -13,7 +14,9 @@
 namespace trammel::files {
 namespace {
 
+using part_alignment::ImageEllipse;
 using part_alignment::Observation;
+using part_alignment::PlainPoint;
 using part_alignment::SurveyPicture;
 
 constexpr std::size_t kMostBytes = 100'000'000;
@@ -21,6 +24,36 @@ constexpr std::size_t kMostPictures = 10'000;
 constexpr std::size_t kMostObservations = 10'000;  // of a picture
 constexpr double kMost_px = 1e6;
 constexpr double kMostTurn = 7;  // rad: a full one and a little
+
+// The outline of a disc about this centre, where there is one.
+std::optional<ImageEllipse> ReadDisc(JsonObject& object, double column_px, double row_px) {
+  if (!object.has("disc_px")) return std::nullopt;
+  const auto axes = object.Numbers("disc_px", 2, 2, {0, kMost_px});
+  const double angle_rad = object.Number("disc_angle_rad", {-kMostTurn, kMostTurn});
+  if (axes.size() != 2) return std::nullopt;
+  return ImageEllipse{column_px, row_px, axes[0], axes[1], angle_rad};
+}
+
+Result<std::vector<PlainPoint>> ReadPlainPoints(JsonObject& picture) {
+  std::vector<PlainPoint> points;
+  if (!picture.has("plain_points")) return points;
+  for (const nlohmann::json& entry : picture.List("plain_points", 0, kMostObservations)) {
+    JsonObject inner = picture.Inner(entry, fmt::format("plain_points[{}]", points.size()));
+    PlainPoint point;
+    point.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
+    point.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
+    point.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
+    point.disc = ReadDisc(inner, point.column_px, point.row_px);
+    if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    points.push_back(point);
+  }
+  return points;
+}
+
+void AddDisc(const ImageEllipse& disc, nlohmann::ordered_json& entry) {
+  entry["disc_px"] = {disc.semi_major_px, disc.semi_minor_px};
+  entry["disc_angle_rad"] = disc.angle_rad;
+}
 
 Result<SurveyPicture> ReadPicture(JsonObject object) {
   SurveyPicture picture;
@@ -38,17 +71,15 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
     observation.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
     observation.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
     observation.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
-    if (inner.has("disc_px")) {
-      const auto axes = inner.Numbers("disc_px", 2, 2, {0, kMost_px});
-      const double angle_rad = inner.Number("disc_angle_rad", {-kMostTurn, kMostTurn});
-      if (axes.size() == 2) {
-        picture.discs.push_back(
-            {observation.column_px, observation.row_px, axes[0], axes[1], angle_rad});
-      }
+    if (const auto disc = ReadDisc(inner, observation.column_px, observation.row_px)) {
+      picture.discs.push_back(*disc);
     }
     if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
     picture.observations.push_back(std::move(observation));
   }
+  auto plain = ReadPlainPoints(object);
+  if (!plain) return tl::unexpected(plain.error());
+  picture.plain = std::move(*plain);
   if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
   return picture;
 }
@@ -80,15 +111,21 @@ std::string SurveyFileText(const std::vector<SurveyPicture>& pictures) {
                                       {"column_px", observation.column_px},
                                       {"row_px", observation.row_px},
                                       {"sigma_px", observation.sigma_px}};
-      if (i < picture.discs.size()) {
-        entry["disc_px"] = {picture.discs[i].semi_major_px, picture.discs[i].semi_minor_px};
-        entry["disc_angle_rad"] = picture.discs[i].angle_rad;
-      }
+      if (i < picture.discs.size()) AddDisc(picture.discs[i], entry);
       observations.push_back(std::move(entry));
     }
     list.push_back({{"name", picture.name},
                     {"image_px", {picture.width_px, picture.height_px}},
                     {"observations", std::move(observations)}});
+    if (picture.plain.empty()) continue;
+    nlohmann::ordered_json plain = nlohmann::ordered_json::array();
+    for (const PlainPoint& point : picture.plain) {
+      nlohmann::ordered_json entry = {
+          {"column_px", point.column_px}, {"row_px", point.row_px}, {"sigma_px", point.sigma_px}};
+      if (point.disc) AddDisc(*point.disc, entry);
+      plain.push_back(std::move(entry));
+    }
+    list.back()["plain_points"] = std::move(plain);
   }
   return JsonText({{"format", 1}, {"pictures", std::move(list)}});
 }

@@ -25,9 +25,18 @@ TEST_F(SurveyFile, GivesEveryNumberBack) {
       {"a.jpg", 4000, 3000, {{"7", 1.0 / 3, 2.0 / 7, 0.03}, {"T8", 3999, 2999, 0.1}}, {}},
       {"b \"c\".jpg", 4000, 3000, {}, {}}};
   pictures[0].discs = {{1.0 / 3, 2.0 / 7, 6.1, 5.9, 0.7}, {3999, 2999, 8, 7, -0.3}};
+  pictures[1].plain = {{1.0 / 3, 2.0 / 7, 0.05}, {12, 13, 0.04, {{12, 13, 5.2, 4.1, 1.0 / 7}}}};
   const auto read = ReadSurveyFile(File(SurveyFileText(pictures)));
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_EQ(read->size(), 2U);
+  EXPECT_TRUE((*read)[0].plain.empty());
+  ASSERT_EQ((*read)[1].plain.size(), 2U);
+  EXPECT_EQ((*read)[1].plain[0].row_px, 2.0 / 7);
+  EXPECT_EQ((*read)[1].plain[0].sigma_px, 0.05);
+  EXPECT_FALSE((*read)[1].plain[0].disc);
+  ASSERT_TRUE((*read)[1].plain[1].disc);
+  EXPECT_EQ((*read)[1].plain[1].disc->semi_minor_px, 4.1);
+  EXPECT_EQ((*read)[1].plain[1].disc->angle_rad, 1.0 / 7);
   EXPECT_EQ((*read)[1].name, pictures[1].name);
   EXPECT_TRUE((*read)[1].observations.empty());
   EXPECT_EQ((*read)[0].width_px, 4000);

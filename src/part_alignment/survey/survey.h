@@ -16,7 +16,17 @@
 
 namespace trammel::part_alignment {
 
-/// What one picture shows of coded targets.
+/// The centre of something round and bright in a picture, with no code: of a plain target, a screw,
+/// a reflection.
+struct PlainPoint {
+  double column_px = 0;
+  double row_px = 0;
+  double sigma_px = 0;  ///< per axis, k = 1
+  /// Its outline, where the point is the centre of an ellipse: perspective is then taken out.
+  std::optional<ImageEllipse> disc = std::nullopt;
+};
+
+/// What one picture shows of coded targets, and of plain ones.
 struct SurveyPicture {
   std::string name;
   int width_px = 0;
@@ -25,6 +35,8 @@ struct SurveyPicture {
   /// Images of the discs whose centres the observations are, one for each: perspective is then
   /// taken out. None: the observations are taken for the images of the centres themselves.
   std::vector<ImageEllipse> discs = {};
+  /// In any order; one and the same has no name to be known by in another picture.
+  std::vector<PlainPoint> plain = {};
 };
 
 struct SurveyInput {

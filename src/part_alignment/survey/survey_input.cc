@@ -27,6 +27,31 @@ bool BeforeInOrder(const std::string& a, const std::string& b) {
   return key_a != key_b ? key_a < key_b : a < b;
 }
 
+Result<void> CheckDisc(const SurveyPicture& picture, const ImageEllipse& disc) {
+  if (disc.semi_minor_px > 0 && disc.semi_minor_px <= disc.semi_major_px &&
+      disc.semi_major_px < kMostPixels && std::isfinite(disc.angle_rad)) {
+    return {};
+  }
+  return Fail(
+      fmt::format("{}: a disc of {} by {} px at {} rad; the first must be the longer, both above 0",
+                  picture.name, disc.semi_major_px, disc.semi_minor_px, disc.angle_rad));
+}
+
+Result<void> CheckPlain(const SurveyPicture& picture) {
+  for (const PlainPoint& point : picture.plain) {
+    if (!std::isfinite(point.column_px) || !std::isfinite(point.row_px) ||
+        !(point.sigma_px > 0 && point.sigma_px < 1e3)) {
+      return Fail(fmt::format(
+          "{}: a plain point at column {}, row {}, sigma {} px: numbers must be finite, sigma "
+          "above 0",
+          picture.name, point.column_px, point.row_px, point.sigma_px));
+    }
+    if (!point.disc) continue;
+    if (auto checked = CheckDisc(picture, *point.disc); !checked) return checked;
+  }
+  return {};
+}
+
 Result<void> CheckPicture(const SurveyPicture& picture) {
   if (picture.width_px < 2 || picture.width_px > kMostPixels || picture.height_px < 2 ||
       picture.height_px > kMostPixels) {
@@ -38,14 +63,9 @@ Result<void> CheckPicture(const SurveyPicture& picture) {
                             picture.discs.size(), picture.observations.size()));
   }
   for (const ImageEllipse& disc : picture.discs) {
-    if (!(disc.semi_minor_px > 0 && disc.semi_minor_px <= disc.semi_major_px &&
-          disc.semi_major_px < kMostPixels && std::isfinite(disc.angle_rad))) {
-      return Fail(
-          fmt::format("{}: a disc of {} by {} px at {} rad; the first must be the longer, "
-                      "both above 0",
-                      picture.name, disc.semi_major_px, disc.semi_minor_px, disc.angle_rad));
-    }
+    if (auto checked = CheckDisc(picture, disc); !checked) return checked;
   }
+  if (auto checked = CheckPlain(picture); !checked) return checked;
   std::set<std::string> ids;
   for (const Observation& observation : picture.observations) {
     if (!std::isfinite(observation.column_px) || !std::isfinite(observation.row_px) ||
