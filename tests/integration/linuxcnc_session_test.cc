@@ -306,6 +306,37 @@ TEST_F(LinuxCncSessionTest, DoesNotJoinWhatIsInAutoAndSaysWhereNoneRuns) {
   EXPECT_THAT(without.error().message, HasSubstr("/nowhere/python3 cannot be started"));
 }
 
+TEST_F(LinuxCncSessionTest, InitReadsHowTheMachineIsBuiltAndLeavesItAlone) {
+  const json before = Screen("look");
+  const auto made =
+      test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path());
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const json stated = json::parse(test::ReadWhole(folder_.path() / "shop/observations.json"));
+  test::WriteWhole(folder_.path() / "camera.json",
+                   json{{"format", 1}, {"camera", stated["camera"]}}.dump());
+  test::WriteWhole(folder_.path() / "targets.json",
+                   json{{"format", 1}, {"targets", stated["targets"]}}.dump());
+  const std::string init =
+      "align init job --machine session --camera camera.json --targets targets.json --source shop "
+      "--rough 1400,1000,250 --obstacle none ";
+  const auto begun = test::RunTrammel(init, folder_.path());
+  ASSERT_EQ(begun.exit_code, 0) << begun.output;
+  EXPECT_THAT(begun.standard_error,
+              HasSubstr("axes XYZC, unit 1 mm, X -3000 … 3000, Y -3000 … 3000, Z -3000 … 3000 mm"));
+  EXPECT_THAT(begun.standard_output,
+              HasSubstr("--machine session --joints 4 --c-axis --safe-z 3000 --travel "
+                        "-3000,-3000,-3000,3000,3000,3000"));
+  const json after = Screen("look");
+  EXPECT_EQ(after["at"], before["at"]);
+  EXPECT_EQ(after["mode"], before["mode"]);
+  std::filesystem::remove_all(folder_.path() / "job");
+  const auto beyond =
+      test::RunTrammel(init + "--travel -3000,-3000,-3000,3000,3000,3001", folder_.path());
+  EXPECT_EQ(beyond.exit_code, 4) << beyond.output;
+  EXPECT_THAT(beyond.standard_error, HasSubstr("beyond LinuxCNC's limits"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "job/views.json"));
+}
+
 TEST_F(LinuxCncSessionTest, MeasuresAndCorrectsBesideTheScreen) {
   const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
   ASSERT_EQ(made.exit_code, 0) << made.output;

@@ -19,6 +19,7 @@ void AddAlignStudyCommand(CLI::App& parent, int& exit_code);
 void AddAlignSurveyCommand(CLI::App& parent, int& exit_code);
 void AddAlignTargetsCommand(CLI::App& parent, int& exit_code);
 void AddAlignCorrectCommand(CLI::App& parent, int& exit_code);
+void AddAlignInitCommand(CLI::App& parent, int& exit_code);
 void AddAlignMeasureCommand(CLI::App& parent, int& exit_code);
 void AddAlignPlanCommand(CLI::App& parent, int& exit_code);
 void AddAlignSolveCommand(CLI::App& parent, int& exit_code);

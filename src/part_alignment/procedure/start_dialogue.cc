@@ -1,0 +1,105 @@
+#include "part_alignment/procedure/start_dialogue.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+namespace trammel::procedure {
+namespace {
+
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kBlanks = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+Result<std::string> AskOne(const StartQuestion& question, Person& person,
+                           const std::function<void(const std::string&)>& say) {
+  constexpr double kLook_s = 1;
+  const auto prompt = [&] {
+    say(question.text + (question.fallback.empty() ? ": " : " [" + question.fallback + "]: "));
+  };
+  prompt();
+  for (;;) {
+    const auto line = person.LineWithin(kLook_s);
+    if (!line) return tl::unexpected(line.error());
+    if (!*line) continue;
+    std::string answer = Trimmed(**line);
+    if (answer.empty()) answer = question.fallback;
+    const Result<void> does = answer.empty() ? Fail("an answer is needed") : question.check(answer);
+    if (does) return answer;
+    say(does.error().message + "\n");
+    prompt();
+  }
+}
+
+}  // namespace
+
+Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Person* person,
+                             const std::function<void(const std::string&)>& say,
+                             StartAnswers& answers) {
+  std::string missing;
+  for (const StartQuestion& question : questions) {
+    const auto given = answers.find(question.name);
+    if (given != answers.end()) {
+      if (auto does = question.check(given->second); !does) {
+        return Fail(fmt::format("--{}: {}", question.name, does.error().message));
+      }
+    } else if (person == nullptr && question.fallback.empty()) {
+      missing += fmt::format("\n  --{}: {}", question.name, question.text);
+    }
+  }
+  if (!missing.empty()) {
+    return Fail("there is no terminal to ask at: run it in a terminal, or say" + missing);
+  }
+  for (const StartQuestion& question : questions) {
+    if (answers.contains(question.name)) continue;
+    if (person == nullptr) {
+      answers[question.name] = question.fallback;
+      continue;
+    }
+    auto answer = AskOne(question, *person, say);
+    if (!answer) return tl::unexpected(answer.error());
+    answers[question.name] = std::move(*answer);
+  }
+  return {};
+}
+
+Result<std::vector<double>> ParseNumbers(const std::string& text, std::size_t count) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (numbers.size() < count) {
+    double number = 0;
+    const auto read = std::from_chars(at, end, number);
+    if (read.ec != std::errc() || !std::isfinite(number)) break;
+    numbers.push_back(number);
+    at = read.ptr;
+    if (numbers.size() == count || at == end || *at != ',') break;
+    ++at;
+  }
+  if (numbers.size() == count && at == end) return numbers;
+  return Fail(fmt::format("\"{}\" is not {} with commas between them", text.substr(0, 80),
+                          count == 1 ? "a number" : fmt::format("{} numbers", count)));
+}
+
+Result<std::vector<double>> ParseBoxes(const std::string& text) {
+  std::vector<double> all;
+  if (text == "none") return all;
+  std::istringstream words(text);
+  constexpr std::size_t kNumbers = 6;
+  for (std::string word; words >> word;) {
+    const auto box = ParseNumbers(word, kNumbers);
+    if (!box) {
+      return Fail(box.error().message + ": a box is the least X,Y,Z and the most X,Y,Z");
+    }
+    all.insert(all.end(), box->begin(), box->end());
+  }
+  return all;
+}
+
+}  // namespace trammel::procedure
