@@ -49,7 +49,7 @@ int TimesRead(const VirtualKlipper& klipper, const std::string& text) {
   const bool dialog = text.starts_with("TRAMMEL_ASK");
   int times = 0;
   for (const sim::ReadLine& line : klipper.history().lines) {
-    times += line.text.starts_with(dialog ? "TRAMMEL_ASK" : "RESPOND") &&
+    times += line.text.starts_with(dialog ? "TRAMMEL_ASK" : "RESPOND TYPE=echo") &&
              line.text.find(text) != std::string::npos;
   }
   return times;
