@@ -23,10 +23,18 @@ constexpr std::size_t kMostBytes = 1 << 20;
 constexpr std::size_t kMostArguments = 20;
 constexpr std::size_t kLongestText = 4096;
 
+constexpr std::size_t kLongestMessage = kLongestText - 16;  // before its ellipsis
+
 Json JsonOfKept(const RunRecord& run) {
-  return {{"run", run.id},          {"job", run.job},           {"arguments", run.arguments},
-          {"folder", run.folder},   {"started", run.started},   {"ended", run.ended},
-          {"message", run.message}, {"end", ToString(run.end)}, {"verdict", run.verdict}};
+  return {{"run", run.id},
+          {"job", run.job},
+          {"arguments", run.arguments},
+          {"folder", run.folder},
+          {"started", run.started},
+          {"ended", run.ended},
+          {"message", Utf8OrReplaced(run.message, kLongestMessage)},
+          {"end", ToString(run.end)},
+          {"verdict", run.verdict}};
 }
 
 Json JsonOfKept(const Proposal& proposal) {

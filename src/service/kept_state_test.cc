@@ -74,6 +74,15 @@ TEST(KeptState, ARunThatDidNotEndIsUnknown) {
   EXPECT_THAT(read->run->message, HasSubstr("ended during this run"));
 }
 
+TEST(KeptState, AMessageOfAnyLengthCanBeReadAgain) {
+  KeptState state = Sample();
+  state.run->message.clear();
+  for (int i = 0; i < 3000; ++i) state.run->message += "µm";
+  const auto read = ParseKeptState(Written(state).dump(), "s.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_THAT(read->run->message, HasSubstr("µmµm"));
+}
+
 TEST(KeptState, WhatNoServiceWritesIsRefusedByItsName) {
   const auto changed = [](const auto& change) {
     json state = Written(Sample());
