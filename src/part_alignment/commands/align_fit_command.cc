@@ -35,6 +35,8 @@ struct FitArguments {
   std::string unit;
   std::optional<double> stock_allowance_mm;
   double least_stock_allowance_mm = 0;
+  double target_thickness_mm = 0;
+  double target_thickness_sigma_mm = 0;
   bool json = false;
   bool force = false;
 };
@@ -88,6 +90,8 @@ int RunFit(const FitArguments& arguments) {
   if (!part) return PrintError(part.error());
   const part_alignment::PartFitInput input{std::move(*points), std::move(part->surfaces),
                                            std::move(part->bars), part->start};
+  part->options.target_thickness_mm = arguments.target_thickness_mm;
+  part->options.target_thickness_sigma_mm = arguments.target_thickness_sigma_mm;
   auto fit = part_alignment::FitPart(input, part->options);
   if (!fit) {
     return PrintError({fit.error().kind, fmt::format("{} with {}: {}", arguments.points,
@@ -133,6 +137,10 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
                       "stock allowance that is wanted on a STEP or an STL, mm");
   command->add_option("--least-overstock", arguments->least_stock_allowance_mm,
                       "the same that every point must have, mm (default: 0)");
+  command->add_option("--target-thickness", arguments->target_thickness_mm,
+                      "of adhesive targets on the surfaces, mm: subtracted along the normal");
+  command->add_option("--target-thickness-sigma", arguments->target_thickness_sigma_mm,
+                      "standard uncertainty of it, mm, the same for all targets");
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--report", arguments->report,
                       "folder for report.html and the map of stock allowances");

@@ -119,7 +119,9 @@ Matrix6 PlacementCovariance(const Problem& problem, const Linear& linear,
     const double sigma_mm = problem.contacts[static_cast<std::size_t>(i)].sigma_mm;
     variance[i] = sigma_mm * sigma_mm;
   }
-  return by_error * variance.asDiagonal() * by_error.transpose();
+  const Vector6 by_thickness = problem.thickness_sigma_mm * by_error.rowwise().sum();
+  return by_error * variance.asDiagonal() * by_error.transpose() +
+         by_thickness * by_thickness.transpose();
 }
 
 void NoteCovariance(const PartFitInput& input, const Problem& problem, const Motion& motion,
@@ -279,6 +281,12 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
   fit.scale = bars.scale;
   fit.scale_sigma = bars.sigma;
   if (!bars.notice.empty()) fit.notices.push_back(bars.notice);
+  if (options.target_thickness_mm > 0) {
+    fit.notices.push_back(fmt::format(
+        "{:.3f} mm (k = 1: {:.3f} mm) of target were subtracted from every stock allowance, along "
+        "the surface's normal",
+        options.target_thickness_mm, options.target_thickness_sigma_mm));
+  }
   if (!bars.fault.empty()) {
     fit.reason = bars.fault;
     return fit;

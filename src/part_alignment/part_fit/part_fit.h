@@ -60,6 +60,10 @@ struct PartFitInput {
 
 struct PartFitOptions {
   double least_stock_allowance_mm = 0;
+  /// How far the targets' faces, which were measured, stand off the surfaces that they are stuck
+  /// to: subtracted along the normals. 0 for points of the surfaces themselves; up to 10.
+  double target_thickness_mm = 0;
+  double target_thickness_sigma_mm = 0;  ///< k = 1, the same error in all of them
   /// StockAllowance must exceed the least by so many of the point's sigmas.
   double guard_sigmas = 2;
   /// Scales farther from 1 are no matter of scale.

@@ -112,6 +112,14 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
         "(0 … 0.1)",
         options.least_stock_allowance_mm, options.guard_sigmas, options.most_scale_change));
   }
+  constexpr double kThickest_mm = 10;
+  if (!(options.target_thickness_mm >= 0 && options.target_thickness_mm <= kThickest_mm) ||
+      !(options.target_thickness_sigma_mm >= 0 &&
+        options.target_thickness_sigma_mm <= kThickest_mm)) {
+    return Fail(fmt::format("targets {} mm thick, sigma {} mm; 0 … {} are possible",
+                            options.target_thickness_mm, options.target_thickness_sigma_mm,
+                            kThickest_mm));
+  }
   const auto surfaces = CheckSurfaces(checked);
   if (!surfaces) return tl::unexpected(surfaces.error());
   const auto points = CheckPoints(checked, *surfaces);

@@ -66,7 +66,7 @@ Linear Linearise(const Problem& problem, const Motion& motion) {
     const SurfaceContact& contact = problem.contacts[at];
     const Vector3d ideal_mm = motion(contact.at_mm);
     const StockAllowance stock_allowance = StockAllowanceAt(*contact.surface, ideal_mm);
-    linear.stock_allowance_mm[i] = stock_allowance.mm;
+    linear.stock_allowance_mm[i] = stock_allowance.mm - problem.thickness_mm;
     linear.by_motion.row(i) << stock_allowance.outward.transpose(),
         (ideal_mm - linear.middle_mm).cross(stock_allowance.outward).transpose() / problem.size_mm;
     linear.triangles[at] = stock_allowance.triangle;
@@ -138,6 +138,8 @@ Problem Thinned(const Problem& problem, std::size_t most) {
   Problem thinned;
   thinned.size_mm = problem.size_mm;
   thinned.has_mesh = problem.has_mesh;
+  thinned.thickness_mm = problem.thickness_mm;
+  thinned.thickness_sigma_mm = problem.thickness_sigma_mm;
   for (const std::size_t i : picked) thinned.contacts.push_back(problem.contacts[i]);
   WeighSurfacesAlike(thinned);
   return thinned;
@@ -145,6 +147,8 @@ Problem Thinned(const Problem& problem, std::size_t most) {
 
 Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, double scale) {
   Problem problem;
+  problem.thickness_mm = options.target_thickness_mm;
+  problem.thickness_sigma_mm = options.target_thickness_sigma_mm;
   std::map<std::string, const IdealSurface*> surfaces;
   for (const IdealSurface& surface : input.surfaces) {
     surfaces[surface.id] = &surface;
@@ -155,8 +159,9 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
     if (point.surface.empty()) continue;
     problem.contacts.push_back(
         {i, surfaces[point.surface], scale * point.at_mm,
-         options.least_stock_allowance_mm + options.guard_sigmas * point.sigma_mm, point.sigma_mm,
-         1});
+         options.least_stock_allowance_mm +
+             options.guard_sigmas * std::hypot(point.sigma_mm, problem.thickness_sigma_mm),
+         point.sigma_mm, 1});
   }
   Vector3d middle = Vector3d::Zero();
   const auto n = static_cast<double>(problem.contacts.size());

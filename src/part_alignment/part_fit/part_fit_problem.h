@@ -37,6 +37,8 @@ struct Problem {
   std::vector<SurfaceContact> contacts;
   double size_mm = 1;  ///< turns are measured by what they do to points so far from the middle
   bool has_mesh = false;
+  double thickness_mm = 0;  ///< of the targets, which stock allowances are without
+  double thickness_sigma_mm = 0;
 };
 
 /// The problem for small motions about a placement: stock allowance (over fine triangles from the

@@ -87,6 +87,28 @@ TEST(PartFit, AnEvenBlockIsPlacedExactlyFromAnywhere) {
   EXPECT_EQ(fit->stock_allowances.size(), 54U);
 }
 
+TEST(PartFit, SubtractsTheTargetsThicknessAlongTheNormals) {
+  PartFitOptions options;
+  options.target_thickness_mm = 0.1;
+  const auto fit = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
+  ASSERT_TRUE(fit) << fit.error().message;
+  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
+  EXPECT_NEAR(fit->least_mm, kWanted_mm, 1e-9);
+  EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
+  EXPECT_THAT(fit->notices, Contains(HasSubstr("0.100 mm")));
+  // An error that all targets have moves no block that is measured from both sides; the guard
+  // keeps twice of it.
+  options.target_thickness_sigma_mm = 0.05;
+  const auto doubted = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
+  ASSERT_TRUE(doubted);
+  EXPECT_LT((doubted->covariance - fit->covariance).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(doubted->stock_allowances[0].least_mm, 2 * std::hypot(kSigma_mm, 0.05), 1e-12);
+  options.target_thickness_mm = -0.1;
+  const auto refused = FitPart(EvenBlock(), options);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("targets -0.1 mm thick"));
+}
+
 TEST(PartFit, UnequalSidesAreEvenedOut) {
   const auto fit = FitPart(Block({1, 5, 2, 2, 6, 4}), {});
   ASSERT_TRUE(fit);
