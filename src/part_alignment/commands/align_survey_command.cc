@@ -36,6 +36,8 @@ struct SurveyArguments {
   std::optional<double> focal_length_px;
   int bits = 14;
   double extra_sigma_px = 0.005;
+  bool plain = false;
+  std::string surface;
   std::string keep_observations;
   std::string out;
   std::string points;
@@ -90,6 +92,7 @@ Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& argumen
   if (!book) return tl::unexpected(book.error());
   options.book = std::move(*book);
   options.extra_sigma_px = arguments.extra_sigma_px;
+  options.plain = arguments.plain;
   const auto paths = PicturesOf(arguments.pictures);
   if (!paths) return tl::unexpected(paths.error());
   return procedure::ReadSurveyPictures(
@@ -99,15 +102,27 @@ Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& argumen
 Result<void> Write(const SurveyArguments& arguments, const part_alignment::Survey& survey,
                    const std::string& json) {
   if (!arguments.report.empty()) {
-    const auto written = WriteMetrologyReport(arguments.report, report::SurveyPage(Today(), survey),
-                                              {}, arguments.force);
+    std::vector<report::Figure> figures;
+    if (survey.verdict == Verdict::kGood) figures.push_back(report::SurveyNetworkFigure(survey));
+    const auto written = WriteMetrologyReport(
+        arguments.report, report::SurveyPage(Today(), survey, figures), figures, arguments.force);
     if (!written) return written;
   }
   if (survey.verdict != Verdict::kGood) return {};
   std::vector<OutputFile> files;
   if (!arguments.out.empty()) files.push_back({arguments.out, json});
-  if (!arguments.points.empty()) files.push_back({arguments.points, report::SurveyPoints(survey)});
+  if (!arguments.points.empty())
+    files.push_back({arguments.points, report::SurveyPoints(survey, arguments.surface)});
   return WriteOutputs(files, arguments.force);
+}
+
+// A name that a table of points can hold.
+Result<void> CheckSurface(const std::string& surface) {
+  if (surface.find_first_of(",;\t\n\r\"#") == std::string::npos) return {};
+  return Fail(
+      fmt::format("--surface {}: a name without comma, semicolon, tab, quote, # and line "
+                  "end is needed",
+                  surface));
 }
 
 Result<void> CheckPlaces(const SurveyArguments& arguments) {
@@ -120,6 +135,7 @@ Result<void> CheckPlaces(const SurveyArguments& arguments) {
 
 int RunSurvey(const SurveyArguments& arguments) {
   if (auto free = CheckPlaces(arguments); !free) return PrintError(free.error());
+  if (auto name = CheckSurface(arguments.surface); !name) return PrintError(name.error());
   part_alignment::SurveyInput input;
   input.focal_length_px = arguments.focal_length_px;
   if (!arguments.scale_bars.empty()) {
@@ -148,7 +164,7 @@ int RunSurvey(const SurveyArguments& arguments) {
 
 void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "survey", "coordinates of a part's coded targets, from pictures by a camera in hand");
+      "survey", "coordinates of a part's targets, from pictures by a camera in hand");
   const auto arguments = std::make_shared<SurveyArguments>();
   command->add_option("pictures", arguments->pictures,
                       "picture files or folders, in the order in which they were taken");
@@ -170,6 +186,10 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
                    "of each centre beside the detector's own: lens, vibration")
       ->check(NumberIn(0, 10))
       ->capture_default_str();
+  command->add_flag("--plain", arguments->plain,
+                    "also plain white discs, matched over the pictures: P1, P2, …");
+  command->add_option("--surface", arguments->surface,
+                      "name of the surface for plain targets in the table of --points");
   command->add_option("--keep-observations", arguments->keep_observations,
                       "file for what the pictures show");
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");

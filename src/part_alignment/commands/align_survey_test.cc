@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/survey_file.h"
@@ -16,6 +18,7 @@
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/targets/code_book.h"
 #include "support/run_trammel.h"
+#include "support/target_picture.h"
 
 namespace trammel {
 namespace {
@@ -48,10 +51,11 @@ class AlignSurvey : public testing::Test {
     Write("bars.json", json({{"format", 1}, {"scale_bars", list}}).dump());
   }
   /// A survey's observations and bars as files, and the world that they are of.
-  SurveyWorld WriteObservations() const {
+  SurveyWorld WriteObservations(int plain = 0) const {
     SurveyScene scene;
     scene.codes = 40;
     scene.pictures = 40;
+    scene.plain = plain;
     SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 31);
     const auto input = part_alignment::test::Photograph(world, 31);
     Write("observations.json", files::SurveyFileText(input.pictures));
@@ -105,6 +109,35 @@ TEST_F(AlignSurvey, LeavesTargetsThatSolveAndFitTake) {
   EXPECT_THAT(page, HasSubstr("How each target is seen"));
 }
 
+TEST_F(AlignSurvey, LeavesPlainTargetsForTheFit) {
+  constexpr int kPlain = 30;
+  WriteObservations(kPlain);
+  const auto run =
+      Run("--observations observations.json --scale-bars bars.json --out targets.json --points "
+          "points.csv --surface top --report report");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.standard_output, HasSubstr("plain targets of"));
+  EXPECT_THAT(run.standard_output, HasSubstr("target    P1 "));
+  const json answer = json::parse(test::ReadWhole(At("targets.json")));
+  const json& plain = answer.at("plain_targets");
+  ASSERT_GE(plain.size(), 20U);
+  EXPECT_EQ(plain.size(), answer.at("plain").at("targets"));
+  EXPECT_EQ(plain[0].at("id"), "P1");
+  EXPECT_GT(plain[0].at("covariance_mm2")[2][2].get<double>(), 0);
+  // Those that a camera in the spindle can read are targets of align solve.
+  const auto targets = files::ReadTargetFile(At("targets.json"));
+  ASSERT_TRUE(targets) << targets.error().message;
+  const auto points = files::ReadPointTable(At("points.csv"));
+  ASSERT_TRUE(points) << points.error().message;
+  ASSERT_EQ(points->size(), targets->targets.size() + plain.size());
+  EXPECT_EQ(points->back().surface, "top");
+  EXPECT_EQ(points->front().surface, "");
+  EXPECT_THAT(test::ReadWhole(At("report/report.html")), HasSubstr("Plain targets"));
+  EXPECT_TRUE(fs::exists(At("report/network.png")));
+  EXPECT_THAT(Run("--observations observations.json --surface a,b").standard_error,
+              HasSubstr("--surface a,b"));
+}
+
 TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {
   WriteObservations();
   const auto run = Run("--observations observations.json --out targets.json --json");
@@ -131,6 +164,54 @@ TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
             [{"target": 1, "column_px": 3, "row_px": 4, "sigma_px": -1}]}]})");
   EXPECT_THAT(Run("--observations observations.json").standard_error,
               HasSubstr("pictures[0].observations[0].sigma_px"));
+}
+
+// Eight discs among codes, dots of codes within them, one code half covered, a lamp's image.
+TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
+  const auto book = part_alignment::MakeCodeBook(14);
+  ASSERT_TRUE(book);
+  std::vector<test::DrawnTarget> drawn;
+  std::vector<Eigen::Vector2d> discs;
+  for (int i = 0; i < 8; ++i) {
+    test::DrawnTarget code = test::AffineTarget(120 + 150.3 * i, 150.7, 10, 0.3, 0.4 * i);
+    code.bits = book->bits;
+    code.word = book->words.at(static_cast<std::size_t>(i));
+    drawn.push_back(code);
+    discs.emplace_back(130.4 + 150 * i, 600.2 + 7 * i);
+    drawn.push_back(test::AffineTarget(discs.back().x(), discs.back().y(), 7, 0.5, 0.6 * i));
+  }
+  test::Look look;
+  look.paper = 60;
+  look.ink = 200;
+  look.gloss = {700, 400, 6, 400};
+  Random random(33);
+  test::GreyImage image = test::Draw(1400, 900, drawn, look);
+  for (int row = 100; row < 200; ++row) {
+    for (int column = 1180; column < 1250; ++column)
+      image.values[static_cast<std::size_t>(row * 1400 + column)] = 60;
+  }
+  const Page page = test::Expose(image, 1.0, random);
+  Write("one.pgm", "P5\n1400 900\n255\n" + std::string(page.samples.begin(), page.samples.end()));
+  EXPECT_EQ(Run("one.pgm --plain --keep-observations kept.json").exit_code, 2);
+  const auto kept = files::ReadSurveyFile(At("kept.json"));
+  ASSERT_TRUE(kept) << kept.error().message;
+  const auto& picture = kept->front();
+  EXPECT_EQ(picture.observations.size(), 7U);
+  ASSERT_EQ(picture.plain.size(), discs.size());
+  for (const auto& point : picture.plain) {
+    const Eigen::Vector2d at(point.column_px, point.row_px);
+    const bool known = std::any_of(discs.begin(), discs.end(), [&](const Eigen::Vector2d& disc) {
+      constexpr double kFiveSigmas = 5;
+      return (disc - at).cwiseAbs().maxCoeff() < kFiveSigmas * point.sigma_px + 0.02;
+    });
+    EXPECT_TRUE(known) << at.transpose();
+    ASSERT_TRUE(point.disc);
+    EXPECT_NEAR(point.disc->semi_major_px, 7, 0.2);
+  }
+  EXPECT_EQ(Run("one.pgm --keep-observations coded.json").exit_code, 2);
+  const auto coded = files::ReadSurveyFile(At("coded.json"));
+  ASSERT_TRUE(coded);
+  EXPECT_TRUE(coded->front().plain.empty());
 }
 
 TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {

@@ -35,6 +35,36 @@ void NoteRejected(const FoundTargets& found, const std::string& name,
   }
 }
 
+// A bright disc whose edge is no more than half burnt out, apart from all that has a ring: the dots
+// of a code, and of one that could not be read, are no targets.
+bool IsPlain(const FoundTarget& disc, const FoundTargets& found) {
+  constexpr double kMostBurnt = 0.5;
+  constexpr double kOfTarget = 3.4;  // radii, as far as a ring and what belongs to it reach
+  if (disc.number || disc.contrast <= 0 || disc.saturated_share > kMostBurnt) return false;
+  const auto apart = [&](double column_px, double row_px, double radius_px) {
+    return std::hypot(disc.disc.column_px - column_px, disc.disc.row_px - row_px) >
+           kOfTarget * radius_px;
+  };
+  return std::all_of(found.targets.begin(), found.targets.end(),
+                     [&](const FoundTarget& other) {
+                       return !other.number || apart(other.disc.column_px, other.disc.row_px,
+                                                     other.disc.semi_major_px);
+                     }) &&
+         std::all_of(found.rejected.begin(), found.rejected.end(),
+                     [&](const RejectedTarget& other) {
+                       return apart(other.column_px, other.row_px, other.radius_px);
+                     });
+}
+
+void AddPlain(const FoundTargets& found, double extra_sigma_px, SurveyPicture& picture) {
+  for (const FoundTarget& disc : found.targets) {
+    if (!IsPlain(disc, found)) continue;
+    const double sigma_px =
+        std::hypot(std::max(disc.sigma_column_px, disc.sigma_row_px), extra_sigma_px);
+    picture.plain.push_back({disc.disc.column_px, disc.disc.row_px, sigma_px, disc.disc});
+  }
+}
+
 Result<Page> ReadPicture(const std::filesystem::path& path) {
   auto pages = machine::ReadPages(path);
   if (!pages) return tl::unexpected(pages.error());
@@ -54,6 +84,8 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
                                          const std::function<void(const std::string&)>& tell) {
   SurveyReading reading;
   part_alignment::FinderWorkspace workspace;
+  part_alignment::FinderOptions finder = options.finder;
+  finder.plain_discs = options.plain;
   std::set<std::string> names;
   for (const std::filesystem::path& path : paths) {
     const std::string name = path.filename().string();
@@ -65,8 +97,7 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
     }
     const auto grey = ReadPicture(path);
     if (!grey) return tl::unexpected(grey.error());
-    const auto found =
-        part_alignment::FindTargets(grey->view(), options.book, options.finder, workspace);
+    const auto found = part_alignment::FindTargets(grey->view(), options.book, finder, workspace);
     if (!found) {
       return Fail(fmt::format("{}: {}", path.string(), found.error().message), found.error().kind);
     }
@@ -82,8 +113,10 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
           {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
       picture.discs.push_back(target.disc);
     }
+    if (options.plain) AddPlain(*found, options.extra_sigma_px, picture);
     NoteRejected(*found, name, reading.notices);
-    tell(fmt::format("{}: {} coded targets", name, picture.observations.size()));
+    tell(fmt::format("{}: {} coded targets{}", name, picture.observations.size(),
+                     options.plain ? fmt::format(", {} plain discs", picture.plain.size()) : ""));
   }
   return reading;
 }

@@ -1,4 +1,4 @@
-// Coded targets in the pictures of a survey.
+// Targets in the pictures of a survey.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +18,8 @@ struct SurveyReadOptions {
   part_alignment::FinderOptions finder;
   /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
   double extra_sigma_px = 0.005;
+  /// Also bright discs without a ring, as plain points.
+  bool plain = false;
 };
 
 struct SurveyReading {

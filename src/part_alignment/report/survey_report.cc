@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/json_text.h"
+#include "base/statistics.h"
 #include "document/html.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
@@ -93,6 +94,53 @@ Json BarsJson(const Survey& survey) {
                     {"test_sigmas", Number(bar.test)}});
   }
   return bars;
+}
+
+Json PlainJson(const Survey& survey) {
+  Json left_over = Json::array();
+  for (const auto& left : survey.plain.left_over) {
+    left_over.push_back(
+        {{"reason", left.reason}, {"points", left.points}, {"pictures", left.pictures}});
+  }
+  return {{"refused", survey.plain.refused},
+          {"reason", survey.plain.reason},
+          {"targets", survey.plain.targets},
+          {"points", survey.plain.points},
+          {"used", survey.plain.used},
+          {"variance_root",
+           survey.plain.targets > 0 ? Number(survey.plain.variance_root) : Json(nullptr)},
+          {"left_over", std::move(left_over)}};
+}
+
+// What the plain points came to, as lines of text.
+std::vector<std::string> PlainWords(const Survey& survey) {
+  const part_alignment::PlainSummary& plain = survey.plain;
+  if (plain.points == 0) return {};
+  if (plain.refused) return {fmt::format("no plain target is given: {}", plain.reason)};
+  std::vector<double> rays;
+  int three = 0;
+  double worst_mm = 0;
+  for (const SurveyedTarget& target : survey.targets) {
+    if (!target.plain) continue;
+    rays.push_back(target.observations);
+    if (target.observations == 3) ++three;
+    worst_mm = std::max(worst_mm, target.sigma_mm.maxCoeff());
+  }
+  std::vector<std::string> words;
+  if (rays.empty()) {
+    words.push_back(fmt::format("no plain target among {} points", plain.points));
+  } else {
+    words.push_back(fmt::format(
+        "{} plain targets of {} of {} points, by {:.0f} rays in the middle, each coordinate within "
+        "{:.3f} mm (95 %){}",
+        plain.targets, plain.used, plain.points, Median(rays), kNormal95 * worst_mm,
+        three > 0 ? fmt::format("; {} by three rays only, which check little", three) : ""));
+  }
+  for (const auto& left : plain.left_over) {
+    words.push_back(
+        fmt::format("{} points in {} pictures {}", left.points, left.pictures, left.reason));
+  }
+  return words;
 }
 
 // Root of the mean variance of a target's coordinates.
@@ -196,8 +244,20 @@ std::string ToJson(const Survey& survey) {
   const bool good = survey.verdict == Verdict::kGood;
   Json targets = Json::array();
   Json precision = Json::array();
-  for (const SurveyedTarget& target : survey.targets) {
-    targets.push_back({{"id", target.id}, {"ideal_mm", List(target.at_mm)}});
+  Json plain_targets = Json::array();
+  Eigen::Index coded = 0;
+  for (std::size_t i = 0; i < survey.targets.size(); ++i) {
+    const SurveyedTarget& target = survey.targets[i];
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    if (target.plain) {
+      plain_targets.push_back(
+          {{"id", target.id},
+           {"at_mm", List(target.at_mm)},
+           {"covariance_mm2", Matrix(survey.covariance.block<3, 3>(row, row))}});
+    } else {
+      targets.push_back({{"id", target.id}, {"ideal_mm", List(target.at_mm)}});
+      coded += 3;
+    }
     precision.push_back({{"id", target.id},
                          {"standard_uncertainty_mm", List(target.sigma_mm)},
                          {"observations", target.observations},
@@ -215,7 +275,10 @@ std::string ToJson(const Survey& survey) {
                    {"reason", survey.reason},
                    {"datum", kDatum},
                    {"targets", good ? targets : Json(nullptr)},
-                   {"targets_covariance_mm2", good ? Matrix(survey.covariance) : Json(nullptr)},
+                   {"targets_covariance_mm2",
+                    good ? Matrix(survey.covariance.topLeftCorner(coded, coded)) : Json(nullptr)},
+                   {"plain_targets", good ? plain_targets : Json(nullptr)},
+                   {"plain", PlainJson(survey)},
                    {"bar_ends", std::move(bar_ends)},
                    {"precision", good ? precision : Json(nullptr)},
                    {"lens", good ? LensJson(survey) : Json(nullptr)},
@@ -255,6 +318,9 @@ std::string SurveyText(const Survey& survey) {
                         target.id, target.at_mm.x(), target.at_mm.y(), target.at_mm.z(),
                         WithinText({half.data(), 3}, kMillimetres), target.observations);
   }
+  for (const std::string& words : PlainWords(survey)) {
+    if (survey.verdict == Verdict::kGood) text += fmt::format("plain     {}\n", words);
+  }
   for (const SurveyOutlier& outlier : survey.outliers) {
     text += fmt::format("notice    {}\n", OutlierWords(outlier));
   }
@@ -263,16 +329,18 @@ std::string SurveyText(const Survey& survey) {
   return text;
 }
 
-std::string SurveyPoints(const Survey& survey) {
+std::string SurveyPoints(const Survey& survey, const std::string& surface) {
   std::string text = "id,x_mm,y_mm,z_mm,sigma_mm,surface\n";
   for (const SurveyedTarget& target : survey.targets) {
-    text += fmt::format("{},{:.6f},{:.6f},{:.6f},{:.6f},\n", target.id, target.at_mm.x(),
-                        target.at_mm.y(), target.at_mm.z(), SigmaOf(target));
+    text += fmt::format("{},{:.6f},{:.6f},{:.6f},{:.6f},{}\n", target.id, target.at_mm.x(),
+                        target.at_mm.y(), target.at_mm.z(), SigmaOf(target),
+                        target.plain ? surface : "");
   }
   return text;
 }
 
-std::string SurveyPage(const std::string& date, const Survey& survey) {
+std::string SurveyPage(const std::string& date, const Survey& survey,
+                       const std::vector<Figure>& figures) {
   const std::string title = "Survey of " + date;
   std::vector<std::string> outliers;
   for (const SurveyOutlier& outlier : survey.outliers) outliers.push_back(OutlierWords(outlier));
@@ -293,7 +361,9 @@ std::string SurveyPage(const std::string& date, const Survey& survey) {
   if (survey.verdict == Verdict::kGood) {
     std::vector<std::string> bars;
     for (const SurveyedBar& bar : survey.bars) bars.push_back(BarWords(bar));
-    html += ListCard("Scale bars", bars) + TargetsCard(survey) + LensCard(survey);
+    for (const Figure& figure : figures) html += Card("The network", FigureHtml(figure));
+    html += ListCard("Plain targets", PlainWords(survey)) + ListCard("Scale bars", bars) +
+            TargetsCard(survey) + LensCard(survey);
   }
   return html + StationsCard(survey) + PageEnd();
 }

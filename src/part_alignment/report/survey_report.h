@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "document/figure.h"
 #include "part_alignment/survey/survey.h"
 
 namespace trammel::report {
@@ -14,10 +16,18 @@ namespace trammel::report {
 /// Several lines.
 [[nodiscard]] std::string SurveyText(const part_alignment::Survey& survey);
 
-/// The table of points of `align fit`, the column `surface` empty. REQUIRES verdict good.
-[[nodiscard]] std::string SurveyPoints(const part_alignment::Survey& survey);
+/// The table of points of `align fit`, the column `surface` empty but for plain targets. REQUIRES
+/// verdict good.
+/// @param surface  that the plain targets lie on; may be empty.
+[[nodiscard]] std::string SurveyPoints(const part_alignment::Survey& survey,
+                                       const std::string& surface);
+
+/// "network": coded and plain targets and the stations, from above and from the side. REQUIRES
+/// verdict good.
+[[nodiscard]] Figure SurveyNetworkFigure(const part_alignment::Survey& survey);
 
 /// @param date  as people write it.
-[[nodiscard]] std::string SurveyPage(const std::string& date, const part_alignment::Survey& survey);
+[[nodiscard]] std::string SurveyPage(const std::string& date, const part_alignment::Survey& survey,
+                                     const std::vector<Figure>& figures);
 
 }  // namespace trammel::report
