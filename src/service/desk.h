@@ -35,14 +35,6 @@ inline constexpr int kBusy = -32001;     ///< a job is at work, or another progr
 inline constexpr int kNothing = -32002;  ///< no such run, or nothing of the kind that was asked for
 inline constexpr int kRefused = -32003;  ///< it cannot be done; the message says why
 
-/// A result's answer: "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is
-/// none.
-struct AnswerInWords {
-  Verdict verdict = Verdict::kRefused;
-  std::string words;
-  std::string notice = {};  ///< that belongs to it; empty: none
-};
-
 struct DeskOptions {
   PrinterPlace place;
   std::string address;               ///< of the printer, as its settings have it

@@ -41,6 +41,7 @@ struct AnswerInWords {
   std::vector<std::string> lines =
       {};                        ///< before it in the console, of an answer of several values
   std::string why_not_set = {};  ///< of a good one that nothing can set; empty: it can be
+  std::string notice = {};       ///< that belongs to it; empty: none
 };
 
 /// A kind of job. What moves a machine is done by the command that the words are of, with all its
