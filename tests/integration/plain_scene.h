@@ -1,0 +1,64 @@
+// A virtual part with plain targets, as a survey is given its pictures; and what became of each.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "part_alignment/survey/survey.h"
+#include "sim/survey/survey_pictures.h"
+
+namespace trammel {
+
+struct PlainScene {
+  sim::SurveyPartTraits part;
+  sim::HandLens lens;
+  sim::HandWalk walk;
+  sim::SurveyPictureTraits pictures;
+  bool discs = true;          ///< ellipses told besides centres
+  double stated_of_true = 1;  ///< sigma that is told, of the true one
+  double moved_mm = 0;        ///< a plain target, by so much, from the middle picture on
+};
+
+struct PlainWorld {
+  PlainScene scene;
+  sim::SurveyPart part;
+  std::vector<sim::HandShot> shots;
+  std::vector<sim::SurveyShow> shows;
+};
+
+[[nodiscard]] PlainWorld DrawPlainWorld(const PlainScene& scene, std::uint64_t seed);
+
+/// Coded spots by their codes, all others as plain points.
+[[nodiscard]] part_alignment::SurveyInput PlainInput(const PlainWorld& world);
+
+/// What was made of a network. A plain target counts as *shown* where four pictures or more have it
+/// alone and two of their lines of sight are 15 degrees apart; without that no method can give it
+/// and know how well. It does not count where it moved.
+struct PlainCounts {
+  int shown = 0;
+  int found = 0;        ///< of those
+  int pairs_shown = 0;  ///< of the shown those within 10 mm of another
+  int pairs_found = 0;
+  int beyond = 0;       ///< given besides, of fewer pictures
+  int given = 0;        ///< plain ones, all
+  int twice = 0;        ///< given again where a target is given already
+  int coded_again = 0;  ///< of those: where a coded one is
+  int astray = 0;       ///< farther from every true place than 5 of its sigmas
+  int between = 0;      ///< of those: within a pair
+  int on_screws = 0;    ///< of those: within 8 mm of a screw
+  int moved_given = 0;  ///< where the moved target was, then or later
+  double nees = 0;      ///< of the plain ones found, by the full covariance
+  int freedom = 0;
+  double coded_nees = 0;
+  int coded_freedom = 0;
+  double squares_mm2 = 0;  ///< of all coordinates of the found
+  double stated_mm2 = 0;
+  double worst_mm = 0;
+  int coordinates = 0;
+};
+
+/// The truth is laid onto the survey by its coded targets, then by all that were found.
+[[nodiscard]] PlainCounts CountPlain(const PlainWorld& world, const part_alignment::Survey& survey);
+
+}  // namespace trammel
