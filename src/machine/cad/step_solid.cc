@@ -17,6 +17,7 @@
 #include <STEPConstruct_UnitContext.hxx>
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
+#include <Standard_Version.hxx>
 #include <StepBasic_ConversionBasedUnitAndLengthUnit.hxx>
 #include <StepBasic_MeasureWithUnit.hxx>
 #include <StepBasic_SiUnitAndLengthUnit.hxx>
@@ -41,6 +42,9 @@
 #include <TopoDS_Vertex.hxx>
 #include <XSControl_TransferReader.hxx>
 #include <XSControl_WorkSession.hxx>
+#if OCC_VERSION_HEX >= 0x070800
+#include <StepData_Factors.hxx>
+#endif
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -185,7 +189,11 @@ Result<std::optional<Length>> LengthIn(const Handle(StepRepr_RepresentationConte
   if (!found) return found;
   // What the reader multiplies by.
   STEPConstruct_UnitContext factors;
+#if OCC_VERSION_HEX >= 0x070800
+  factors.ComputeFactors(units, StepData_Factors());  // to mm
+#else
   factors.ComputeFactors(units);
+#endif
   const double by = factors.LengthFactor();
   constexpr double kSame = 1e-6;
   if (!factors.LengthDone() || !(std::abs(by - found->mm) <= kSame * found->mm)) {
