@@ -44,6 +44,37 @@ int Together(const PlainMatch& a, const PlainMatch& b) {
   return together;
 }
 
+constexpr int kNeighbours = 2;  // seen together so often, two targets are two
+
+// Targets that several pictures show beside a target.
+std::set<std::size_t> NeighboursOf(const std::vector<PlainView>& views, const PlainMatches& matches,
+                                   const std::vector<std::vector<std::size_t>>& owners,
+                                   std::size_t t) {
+  const PlainMatch& match = matches.targets[t];
+  std::set<std::size_t> neighbours;
+  for (const PlainMember& member : match.members) {
+    const PlainView& view = views[member.view];
+    // Merged from some sides, they are farther apart from others.
+    const double half = 2 * kBeside_px / view.focal_px();
+    view.Near(view.sights()[member.sight].slope, Vector2d(half, half), [&](std::size_t k) {
+      const std::size_t owner = owners[member.view][k];
+      if (owner != kNobody && owner != t && Together(match, matches.targets[owner]) >= kNeighbours)
+        neighbours.insert(owner);
+    });
+  }
+  return neighbours;
+}
+
+// Whether a sight is the one disc that a view makes of two: in the middle between them.
+bool IsMerged(const PlainView& view, const Vector2d& slope, const PlainMatches& matches,
+              const Vector2d& own, const std::set<std::size_t>& neighbours) {
+  constexpr double kMiddle_px = 2;
+  return std::any_of(neighbours.begin(), neighbours.end(), [&](std::size_t n) {
+    const auto other = view.Predict(matches.targets[n].at);
+    return other && ((own + other->slope) / 2 - slope).norm() < kMiddle_px / view.focal_px();
+  });
+}
+
 // Pictures that show a point beside the place and none at it; and how many would by chance.
 struct Beside {
   int pictures = 0;
@@ -53,8 +84,8 @@ struct Beside {
 Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches,
                 const std::vector<std::vector<std::size_t>>& owners,
                 const std::vector<double>& free, std::size_t t) {
-  constexpr int kNeighbours = 2;  // seen together so often, two targets are two
   const PlainMatch& match = matches.targets[t];
+  const std::set<std::size_t> neighbours = NeighboursOf(views, matches, owners, t);
   std::set<std::size_t> at_place;
   for (const PlainMember& member : match.members) at_place.insert(member.view);
   Beside beside;
@@ -66,7 +97,10 @@ Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches
     bool found = false;
     views[v].Near(prediction->slope, Vector2d(half, half), [&](std::size_t k) {
       const std::size_t owner = owners[v][k];
-      found = found || owner == kNobody || Together(match, matches.targets[owner]) < kNeighbours;
+      const bool strange = owner == kNobody ? !IsMerged(views[v], views[v].sights()[k].slope,
+                                                        matches, prediction->slope, neighbours)
+                                            : Together(match, matches.targets[owner]) < kNeighbours;
+      found = found || strange;
     });
     if (found) ++beside.pictures;
     beside.by_chance += 4 * half * half * free[v] / views[v].area();

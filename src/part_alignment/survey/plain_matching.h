@@ -38,6 +38,7 @@ enum class PlainFate : std::uint8_t {
   kResidual,   ///< of a target whose rays miss one another
   kNotStill,   ///< of one that other pictures show beside its place: moved, or a reflection
   kMoved,      ///< of one that stands elsewhere from some picture on
+  kCoded,      ///< the disc of a coded target whose code was not read there
 };
 
 struct PlainMember {

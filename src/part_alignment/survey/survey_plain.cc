@@ -122,6 +122,35 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
   return std::max(wide * std::sqrt(ratio * all / (all - stations)), kLeastNoise);
 }
 
+// Whether a plain target is a coded one, whose code could not be read in its pictures: it stands
+// where that does in nearly all of them. No two discs do.
+bool IsCoded(const Views& views, const PlainMatch& match, const Vector3d& coded_at) {
+  constexpr double kSame_px = 1.5;
+  constexpr double kShare = 0.8;
+  int same = 0;
+  for (const PlainMember& member : match.members) {
+    const PlainView& view = views.views[member.view];
+    const auto prediction = view.Predict(coded_at);
+    if (prediction && (prediction->slope - view.sights()[member.sight].slope).norm() <
+                          kSame_px / view.focal_px()) {
+      ++same;
+    }
+  }
+  return same >= kShare * static_cast<double>(match.members.size());
+}
+
+void DropCoded(const Views& views, const Network& network, PlainMatches& matches) {
+  std::erase_if(matches.targets, [&](const PlainMatch& match) {
+    const bool coded = std::any_of(
+        network.points.begin(), network.points.end(),
+        [&](const NetworkPoint& point) { return point.placed && IsCoded(views, match, point.at); });
+    for (const PlainMember& member : match.members) {
+      if (coded) matches.fates[member.view][member.sight] = PlainFate::kCoded;
+    }
+    return coded;
+  });
+}
+
 const char* WordsFor(PlainFate fate) {
   switch (fate) {
     case PlainFate::kFree:
@@ -139,6 +168,8 @@ const char* WordsFor(PlainFate fate) {
       return "belong to what stands beside its place in other pictures: moved, or a reflection";
     case PlainFate::kMoved:
       return "belong to targets that were put elsewhere meanwhile";
+    case PlainFate::kCoded:
+      return "are discs of coded targets whose codes were not read there";
     case PlainFate::kUsed:
       return "contradict the other points of their target";
   }
@@ -180,6 +211,7 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
   }
   const Views views = ViewsOf(input, network, precision, options.room, noise);
   PlainMatches matches = MatchPlainSights(views.views, options);
+  DropCoded(views, network, matches);
   if (matches.gave_up || matches.targets.size() > kMostPlainTargets) {
     search.refused =
         matches.gave_up

@@ -170,6 +170,66 @@ TEST(SurveyPlain, TellsTwoTargetsThreePixelsApart) {
   ExpectConsistent(world, survey);
 }
 
+// Oblique views make one disc of two neighbours.
+TEST(SurveyPlain, TellsNeighboursThatManyPicturesShowAsOne) {
+  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 8);
+  std::set<std::size_t> pairs;
+  for (std::size_t i = 0, count = world.plain.size(); i < count; ++i) {
+    if (world.plain[i].normal.z() < 0.5 || pairs.size() >= 20) continue;
+    world.plain.push_back(world.plain[i]);
+    world.plain.back().at_mm += Eigen::Vector3d(4.5, 4, 0);
+    pairs.insert({i, world.plain.size() - 1});
+  }
+  SurveyInput input = test::Photograph(world, 8);
+  int merged = 0;
+  for (SurveyPicture& picture : input.pictures) {
+    constexpr double kApart_px = 5;
+    std::vector<PlainPoint> seen;
+    for (const PlainPoint& point : picture.plain) {
+      const auto near = std::find_if(seen.begin(), seen.end(), [&](const PlainPoint& other) {
+        return std::hypot(other.column_px - point.column_px, other.row_px - point.row_px) <
+               kApart_px;
+      });
+      if (near == seen.end()) {
+        seen.push_back(point);
+        continue;
+      }
+      near->column_px = (near->column_px + point.column_px) / 2;
+      near->row_px = (near->row_px + point.row_px) / 2;
+      ++merged;
+    }
+    picture.plain = seen;
+  }
+  ASSERT_GE(merged, 40);
+  const Survey survey = Solved(input);
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  int given = 0;
+  for (const std::size_t target : pairs) given += found.targets.contains(target) ? 1 : 0;
+  EXPECT_GE(given, static_cast<int>(pairs.size()) - 2);
+  ExpectConsistent(world, survey);
+}
+
+TEST(SurveyPlain, TakesNoCodedTargetTwiceWhoseCodeWasNotRead) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 9);
+  SurveyInput input = test::Photograph(world, 9);
+  const std::string covered = input.pictures[0].observations.front().target;
+  int unread = 0;
+  for (SurveyPicture& picture : input.pictures) {
+    auto& observations = picture.observations;
+    const auto of = std::find_if(observations.begin(), observations.end(),
+                                 [&](const Observation& seen) { return seen.target == covered; });
+    if (of == observations.end() || ++unread % 2 == 0) continue;
+    picture.plain.push_back({of->column_px, of->row_px, of->sigma_px});
+    observations.erase(of);
+  }
+  const Survey survey = Solved(input);
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0) << "the covered target, given a second time";
+  EXPECT_GE(LeftOver(survey, "codes were not read"), 3);
+  ExpectConsistent(world, survey);
+}
+
 TEST(SurveyPlain, LeavesOutTargetsThatMoved) {
   for (const double by_mm : {0.4, 3.0, 25.0}) {
     SCOPED_TRACE(by_mm);
