@@ -65,7 +65,8 @@ std::set<std::size_t> NeighboursOf(const std::vector<PlainView>& views, const Pl
   return neighbours;
 }
 
-// Whether a sight is the one disc that a view makes of two: in the middle between them.
+// Whether a sight is the one disc that a view makes of two: in the middle between them, where such
+// sights of several views meet as those of a target do.
 bool IsMerged(const PlainView& view, const Vector2d& slope, const PlainMatches& matches,
               const Vector2d& own, const std::set<std::size_t>& neighbours) {
   constexpr double kMiddle_px = 2;
@@ -97,10 +98,13 @@ Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches
     bool found = false;
     views[v].Near(prediction->slope, Vector2d(half, half), [&](std::size_t k) {
       const std::size_t owner = owners[v][k];
-      const bool strange = owner == kNobody ? !IsMerged(views[v], views[v].sights()[k].slope,
-                                                        matches, prediction->slope, neighbours)
-                                            : Together(match, matches.targets[owner]) < kNeighbours;
-      found = found || strange;
+      const bool strange =
+          owner == kNobody || Together(match, matches.targets[owner]) < kNeighbours;
+      if (!strange ||
+          IsMerged(views[v], views[v].sights()[k].slope, matches, prediction->slope, neighbours)) {
+        return;
+      }
+      found = true;
     });
     if (found) ++beside.pictures;
     beside.by_chance += 4 * half * half * free[v] / views[v].area();
