@@ -76,6 +76,25 @@ bool IsMerged(const PlainView& view, const Vector2d& slope, const PlainMatches& 
   });
 }
 
+// Marks what several views make of two neighbours, one disc between them, where these are never
+// seen: no target of its own.
+void MarkMerged(const PlainMatches& matches, std::size_t t, const std::set<std::size_t>& neighbours,
+                std::vector<PlainFate>& fate) {
+  constexpr double kMiddle = 0.35;  // of the way from one to the other
+  const PlainMatch& one = matches.targets[t];
+  for (const std::size_t n : neighbours) {
+    const PlainMatch& other = matches.targets[n];
+    const double near = kMiddle * (one.at - other.at).norm();
+    for (std::size_t m = 0; m < matches.targets.size(); ++m) {
+      const PlainMatch& between = matches.targets[m];
+      if (m != t && m != n && ((one.at + other.at) / 2 - between.at).norm() < near &&
+          Together(between, one) == 0 && Together(between, other) == 0) {
+        fate[m] = PlainFate::kAmbiguous;
+      }
+    }
+  }
+}
+
 // Pictures that show a point beside the place and none at it; and how many would by chance.
 struct Beside {
   int pictures = 0;
@@ -84,9 +103,9 @@ struct Beside {
 
 Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches,
                 const std::vector<std::vector<std::size_t>>& owners,
-                const std::vector<double>& free, std::size_t t) {
+                const std::vector<double>& free, const std::set<std::size_t>& neighbours,
+                std::size_t t) {
   const PlainMatch& match = matches.targets[t];
-  const std::set<std::size_t> neighbours = NeighboursOf(views, matches, owners, t);
   std::set<std::size_t> at_place;
   for (const PlainMember& member : match.members) at_place.insert(member.view);
   Beside beside;
@@ -150,7 +169,9 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
     seen_from.push_back(SeenFrom(views, match));
     low = low.cwiseMin(match.at);
     high = high.cwiseMax(match.at);
-    const Beside beside = BesideOf(views, matches, owners, free, t);
+    const std::set<std::size_t> neighbours = NeighboursOf(views, matches, owners, t);
+    MarkMerged(matches, t, neighbours, fate);
+    const Beside beside = BesideOf(views, matches, owners, free, neighbours, t);
     if (beside.pictures >= kLeastBeside + kChances * beside.by_chance &&
         beside.pictures >= kBesideShare * static_cast<double>(match.members.size())) {
       fate[t] = PlainFate::kNotStill;
