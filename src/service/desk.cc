@@ -171,7 +171,6 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
       AddOption("material", options_.place.material, words);
     }
     for (const auto& [name, value] : plan.arguments) {
-      if (plan.kind->carried.contains(name)) continue;
       const auto setting = plan.kind->settings.find(name);
       const bool is_setting = setting != plan.kind->settings.end();
       AddOption(is_setting ? "set" : name, is_setting ? setting->second + "=" + value : value,

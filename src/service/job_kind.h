@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -51,8 +50,6 @@ struct JobKind {
   std::vector<std::string> arguments;  ///< that it takes
   /// Those of them that are a setting for the run: the setting's key.
   std::map<std::string, std::string> settings = {};
-  /// Those that are not the command's, and are handed on by the button of what it says when done.
-  std::set<std::string> carried = {};
   /// Looks whether it can be started, without asking the printer. Errors: why not.
   std::function<Result<Offer>(const PrinterPlace&, const Arguments&)> check;
   /// The same with a look at the printer, for a dialog; empty: `check` says all.

@@ -108,30 +108,17 @@ TEST(FacetError, WhatIsLeftOfACorrectedTriangleIsWithinWhatTwoWaysToSeeItDiffer)
 TEST(FacetError, AFlatFaceBesideARoundIsLeftToWhatTheBendsSay) {
   constexpr int kStrips = 24;
   constexpr double kRadius_mm = 10;
-  TriangleMesh mesh;  // a prism of a half disc over a flat face, smooth where they meet
+  // A flat face that goes over into a quarter of a cylinder without an edge.
   std::vector<Eigen::Vector2d> outline{{-40, 0}, {-40, kRadius_mm}};
   for (int i = 0; i <= kStrips; ++i) {
     const double angle = std::numbers::pi / 2 * (1 - static_cast<double>(i) / kStrips);
     outline.emplace_back(kRadius_mm * std::cos(angle), kRadius_mm * std::sin(angle));
   }
-  const auto n = static_cast<std::uint32_t>(outline.size());
-  for (const double z : {-30.0, 30.0}) {
-    for (const auto& at : outline) mesh.vertices_mm.emplace_back(at.x(), at.y(), z);
-  }
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t j = (i + 1) % n;
-    mesh.triangles.push_back({i, n + j, j});
-    mesh.triangles.push_back({i, n + i, n + j});
-  }
-  for (std::uint32_t i = 1; i + 1 < n; ++i) {
-    mesh.triangles.push_back({0, i, i + 1});
-    mesh.triangles.push_back({n, n + i + 1, n + i});
-  }
-  const MeshDistance distance = DistanceOf(mesh);
+  const MeshDistance distance = DistanceOf(test::PrismMesh(outline, 30));
   int beside = 0;
   for (std::uint32_t t = 0; t < distance.mesh().triangles.size(); ++t) {
     const FacetError error = FacetErrorOf(distance, t);
-    if (error.either_mm() == 0 || distance.FaceNormal(t).y() < 1 - 1e-9) continue;
+    if (error.either_mm() == 0 || distance.FaceNormal(t).z() < 1 - 1e-9) continue;
     ++beside;
     EXPECT_EQ(error.apart_mm, 2 * error.either_mm()) << t;
   }
@@ -165,23 +152,9 @@ TEST(FacetError, AFlatFaceBesideNarrowStripsHasTheErrorOfTheStrips) {
                            side * kRadius_mm * std::sin(angle));
     }
   }
-  TriangleMesh mesh;
-  const auto n = static_cast<std::uint32_t>(outline.size());
-  for (const double y : {-50.0, 50.0}) {
-    for (const auto& at : outline) mesh.vertices_mm.emplace_back(at.x(), y, at.y());
-  }
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t j = (i + 1) % n;
-    mesh.triangles.push_back({i, n + j, j});
-    mesh.triangles.push_back({i, n + i, n + j});
-  }
-  for (std::uint32_t i = 1; i + 1 < n; ++i) {
-    mesh.triangles.push_back({0, i, i + 1});
-    mesh.triangles.push_back({n, n + i + 1, n + i});
-  }
   const double bend = std::numbers::pi / kStrips;
   const double sagitta = kRadius_mm * (1 - std::cos(bend / 2));
-  const FacetError worst = WorstOf(DistanceOf(mesh));
+  const FacetError worst = WorstOf(DistanceOf(test::PrismMesh(outline, 50)));
   EXPECT_GT(worst.outward_mm, 0.9 * sagitta);
   EXPECT_LT(worst.outward_mm, 2.2 * sagitta);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <vector>
 
 #include "part_alignment/mesh/mesh_distance.h"
 #include "part_alignment/mesh/solid_mesh.h"
@@ -32,6 +33,25 @@ inline void Append(TriangleMesh& mesh, const TriangleMesh& other) {
   for (const Triangle& t : other.triangles) {
     mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   }
+}
+
+/// A prism along y over an outline of x and z, whose first corner sees all others.
+inline TriangleMesh PrismMesh(const std::vector<Eigen::Vector2d>& outline, double half_mm) {
+  TriangleMesh mesh;
+  const auto n = static_cast<std::uint32_t>(outline.size());
+  for (const double y : {-half_mm, half_mm}) {
+    for (const auto& at : outline) mesh.vertices_mm.emplace_back(at.x(), y, at.y());
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    mesh.triangles.push_back({i, n + j, j});
+    mesh.triangles.push_back({i, n + i, n + j});
+  }
+  for (std::uint32_t i = 1; i + 1 < n; ++i) {
+    mesh.triangles.push_back({0, i, i + 1});
+    mesh.triangles.push_back({n, n + i + 1, n + i});
+  }
+  return mesh;
 }
 
 /// A surface of revolution about z of radius(angle) at height(angle), angle from 0 (the upper pole)

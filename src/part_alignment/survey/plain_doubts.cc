@@ -83,6 +83,7 @@ void MarkMerged(const PlainMatches& matches, std::size_t t, const std::set<std::
   constexpr double kMiddle = 0.35;  // of the way from one to the other
   const PlainMatch& one = matches.targets[t];
   for (const std::size_t n : neighbours) {
+    if (n < t) continue;  // seen from there
     const PlainMatch& other = matches.targets[n];
     const double near = kMiddle * (one.at - other.at).norm();
     for (std::size_t m = 0; m < matches.targets.size(); ++m) {

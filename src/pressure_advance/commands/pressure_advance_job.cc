@@ -16,7 +16,6 @@ namespace trammel::app {
 namespace {
 
 constexpr const char* kFilament = "filament";
-constexpr const char* kTemperature = kTemperatureArgument;
 
 /// A filament's key, which a button can hand on; empty where none is named.
 Result<std::string> KeyOf(const service::Arguments& arguments) {
@@ -32,7 +31,7 @@ Result<files::Config> SettingsFor(const service::PrinterPlace& place,
   if (const auto material = arguments.find("material"); material != arguments.end()) {
     options.material = material->second;
   }
-  const auto temperature = arguments.find(kTemperature);
+  const auto temperature = arguments.find(kTemperatureArgument);
   if (temperature != arguments.end()) {
     if (auto plain = CheckTemperatureArgument(temperature->second); !plain) {
       return tl::unexpected(plain.error());
@@ -59,8 +58,9 @@ Result<service::Offer> OfferTo(const char* what, const service::PrinterPlace& pl
                                settings::DescribeTemperatures(config->pattern),
                                key->empty() ? "" : ", for filament " + *key);
   if (!key->empty()) offer.start[kFilament] = std::move(*key);
-  if (const auto temperature = arguments.find(kTemperature); temperature != arguments.end()) {
-    offer.start[kTemperature] = temperature->second;
+  if (const auto temperature = arguments.find(kTemperatureArgument);
+      temperature != arguments.end()) {
+    offer.start[kTemperatureArgument] = temperature->second;
   }
   return offer;
 }
@@ -129,8 +129,8 @@ service::JobKind Measuring(const char* name) {
 
 service::JobKind PressureAdvanceJob() {
   service::JobKind kind = Measuring("pressure_advance");
-  kind.arguments = {kFilament, "material", kTemperature};
-  kind.settings = {{kTemperature, kTemperatureSetting}};
+  kind.arguments = {kFilament, "material", kTemperatureArgument};
+  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
   kind.check = Check;
   kind.words = {"pa", "calibrate"};
   kind.offer_method = "trammel_offer";
@@ -141,15 +141,15 @@ service::JobKind PressureAdvanceJob() {
 service::JobKind PhotoPatternJob() {
   service::JobKind kind;
   kind.name = "photo_pattern";
-  kind.arguments = {kFilament, "material", kTemperature};
-  kind.settings = {{kTemperature, kTemperatureSetting}};
+  kind.arguments = {kFilament, "material", kTemperatureArgument};
+  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
   kind.check = CheckPattern;
   kind.words = {"pa", "print", "--photo"};
   kind.looks = false;
   kind.done = fmt::format(
       "Pattern printed, everything is off. Let the bed cool, take a photo from straight above, "
       "upload it into the folder {} beside printer.cfg. Measure it?",
-      procedure::kPhotoFolder);
+      procedure::kUploadFolder);
   kind.start_buttons = procedure::Buttons::kPrint;
   kind.done_buttons = procedure::Buttons::kPhoto;
   kind.offer_method = "trammel_offer_pattern";

@@ -31,7 +31,7 @@ Result<PatternPhoto> NewestPhoto(const Session& session,
   return Fail(
       fmt::format("there is no photo in the folder {} beside the printer's configuration: upload "
                   "one there (JPEG, PNG, WebP or HEIC)",
-                  kPhotoFolder));
+                  kUploadFolder));
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& na
     return Fail(
         fmt::format("{}: must be the name of a picture (.jpg, .png, .webp, .heic) in the "
                     "folder {} beside the printer's configuration",
-                    name, kPhotoFolder));
+                    name, kUploadFolder));
   }
   auto bytes = DownloadUpload(session, photo.name, kMostPhotoBytes);
   if (!bytes) return tl::unexpected(bytes.error());

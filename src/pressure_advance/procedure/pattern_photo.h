@@ -13,8 +13,6 @@
 
 namespace trammel::procedure {
 
-/// The folder of photos beside the printer's configuration, as front ends list it.
-inline constexpr const char* kPhotoFolder = kUploadFolder;
 inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 
 struct PatternPhoto {
