@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -21,20 +22,29 @@ constexpr double kHalfLength_mm = 1000;
 constexpr double kHalfWidth_mm = 600;
 constexpr double kHeight_mm = 400;
 
+WorldTarget DrawPlace(int face, Random& random) {
+  const double u = random.Uniform(-0.95, 0.95);
+  const double v = random.Uniform(-0.95, 0.95);
+  if (face < 2) return {{kHalfLength_mm * u, kHalfWidth_mm * v, 0}, Vector3d::UnitZ()};
+  const double z = 0.5 * kHeight_mm * (v - 1);
+  const double sign = face % 2 == 0 ? 1 : -1;
+  if (face < 4) return {{kHalfLength_mm * u, sign * kHalfWidth_mm, z}, {0, sign, 0}};
+  return {{sign * kHalfLength_mm, kHalfWidth_mm * u, z}, {sign, 0, 0}};
+}
+
+bool IsApart(const SurveyWorld& world, const WorldTarget& target) {
+  return std::all_of(world.targets.begin(), world.targets.end(), [&](const auto& other) {
+    return (other.second.at_mm - target.at_mm).norm() >= world.scene.apart_mm;
+  });
+}
+
 // Codes in turn on top (a third) and on the four sides.
 void PlaceCodes(const SurveyScene& scene, Random& random, SurveyWorld& world) {
   for (int i = 0; i < scene.codes; ++i) {
-    WorldTarget target;
     const int face = scene.flat ? 0 : i % 6;
-    const double u = random.Uniform(-0.95, 0.95);
-    const double v = random.Uniform(-0.95, 0.95);
-    if (face < 2 || scene.flat) {
-      target = {{kHalfLength_mm * u, kHalfWidth_mm * v, 0}, Vector3d::UnitZ()};
-    } else {
-      const double z = 0.5 * kHeight_mm * (v - 1);
-      const double sign = face % 2 == 0 ? 1 : -1;
-      target = face < 4 ? WorldTarget{{kHalfLength_mm * u, sign * kHalfWidth_mm, z}, {0, sign, 0}}
-                        : WorldTarget{{sign * kHalfLength_mm, kHalfWidth_mm * u, z}, {sign, 0, 0}};
+    WorldTarget target = DrawPlace(face, random);
+    for (int tries = 0; tries < 1000 && !IsApart(world, target); ++tries) {
+      target = DrawPlace(face, random);
     }
     world.targets[std::to_string(i + 1)] = target;
   }

@@ -14,6 +14,7 @@ namespace trammel::part_alignment::test {
 /// A block of 2 x 1.2 x 0.4 m with codes on top and sides, two bars of 1 m beside it.
 struct SurveyScene {
   int codes = 60;
+  double apart_mm = 0;  ///< no two codes are nearer than that
   int pictures = 100;
   int width_px = 4000;
   int height_px = 3000;
