@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +20,8 @@
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/solve.h"
+#include "part_alignment/survey/survey.h"
+#include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/views/view_plan.h"
 #include "sim/spindle/spindle_scene.h"
 
@@ -68,6 +72,43 @@ part_alignment::PartFitInput Measured(part_alignment::PartFitInput casting, Rand
   }
   casting.bars[0].length_mm += casting.bars[0].sigma_mm * random.Normal();
   return casting;
+}
+
+Vector3d OutwardAt(const part_alignment::PartFitInput& casting, const std::string& surface) {
+  for (const auto& plane : casting.surfaces) {
+    if (plane.id == surface) return plane.direction;
+  }
+  return Vector3d::UnitZ();
+}
+
+/// The casting photographed a hundred times by a camera in hand, and what the survey of it gives:
+/// a code on each of its points, two bars on the floor beside it.
+part_alignment::PartFitInput Surveyed(const part_alignment::PartFitInput& casting,
+                                      std::uint64_t seed) {
+  part_alignment::test::SurveyScene scene;
+  scene.codes = 0;
+  auto world = part_alignment::test::MakeSurveyWorld(scene, seed);
+  for (const auto& point : casting.points) {
+    world.targets[point.id] = {point.at_mm, OutwardAt(casting, point.surface)};
+  }
+  const auto survey =
+      part_alignment::SolveSurvey(part_alignment::test::Photograph(world, seed), {});
+  EXPECT_TRUE(survey && survey->verdict == Verdict::kGood)
+      << (survey ? survey->reason : survey.error().message);
+  part_alignment::PartFitInput surveyed;
+  surveyed.surfaces = casting.surfaces;
+  if (!survey || survey->verdict != Verdict::kGood) return surveyed;
+  for (const auto& point : casting.points) {
+    const auto& targets = survey->targets;
+    const auto found = std::find_if(targets.begin(), targets.end(),
+                                    [&](const auto& target) { return target.id == point.id; });
+    EXPECT_NE(found, targets.end()) << point.id;
+    if (found == targets.end()) continue;
+    // The table for `align fit` has one sigma a point.
+    surveyed.points.push_back(
+        {point.id, found->at_mm, found->sigma_mm.norm() / std::sqrt(3.0), point.surface});
+  }
+  return surveyed;
 }
 
 /// The laboratory with the casting's targets where they are, and a machine that repeats to 3 um.
@@ -176,18 +217,22 @@ void Count(const part_alignment::Alignment& solved, const sim::SpindleWorld& wor
   }
 }
 
-void CheckChain(const std::string& title, bool planned) {
+/// What measures the casting, given the place in the row.
+using Photogrammetry =
+    std::function<part_alignment::PartFitInput(const part_alignment::PartFitInput&, std::uint64_t)>;
+
+void CheckChain(const std::string& title, bool planned, std::uint64_t castings,
+                const Photogrammetry& measure) {
   const part_alignment::PartFitInput casting = TrueCasting();
   const auto exact = part_alignment::FitPart(casting, {});
   ASSERT_TRUE(exact && exact->verdict == Verdict::kGood);
   sim::SpindleSetup setup = ShopOf(*exact);
-  Random random(test::ClampingsSeed());
-  const std::uint64_t count = test::Clampings(1000);
+  const std::uint64_t count = test::Clampings(castings);
   Chain chain;
   double views = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    const auto fit = part_alignment::FitPart(Measured(casting, random), {});
-    ASSERT_TRUE(fit && fit->verdict == Verdict::kGood);
+    const auto fit = part_alignment::FitPart(measure(casting, i), {});
+    ASSERT_TRUE(fit && fit->verdict == Verdict::kGood) << (fit ? fit->reason : fit.error().message);
     if (planned) setup.stops = Planned(setup, *fit);
     views += static_cast<double>(setup.stops.size());
     const sim::SpindleName name = {test::ClampingsSeed() + (planned ? i : 0), i};
@@ -200,8 +245,12 @@ void CheckChain(const std::string& title, bool planned) {
     options.target_covariance = fit->covariance.topLeftCorner(12, 12);
     const auto solved = part_alignment::Solve(measurement, options);
     ASSERT_TRUE(solved);
-    chain.refused += solved->verdict == Verdict::kGood ? 0 : 1;
-    if (solved->verdict == Verdict::kGood) Count(*solved, world, chain);
+    if (solved->verdict == Verdict::kGood) {
+      Count(*solved, world, chain);
+      continue;
+    }
+    ++chain.refused;
+    fmt::print("casting {}: {}\n", i, solved->reason);
   }
   const double n = std::max(1, chain.good);
   fmt::print(
@@ -220,12 +269,26 @@ void CheckChain(const std::string& title, bool planned) {
   EXPECT_GE(chain.corners_inside / (3 * n), kLeastCovered - chance);
 }
 
+Photogrammetry DrawnErrors() {
+  return [random = std::make_shared<Random>(test::ClampingsSeed())](
+             const part_alignment::PartFitInput& casting, std::uint64_t) {
+    return Measured(casting, *random);
+  };
+}
+
 TEST(AlignChainStudy, FromCastingToOffsetWithTheLaboratorysViewsCovers) {
-  CheckChain("from casting to offset, two views of each target", false);
+  CheckChain("from casting to offset, two views of each target", false, 1000, DrawnErrors());
 }
 
 TEST(AlignChainStudy, FromCastingToOffsetWithPlannedViewsCovers) {
-  CheckChain("from casting to offset, views planned", true);
+  CheckChain("from casting to offset, views planned", true, 1000, DrawnErrors());
+}
+
+TEST(AlignChainStudy, FromPicturesOfTheCastingToOffsetCovers) {
+  CheckChain("from a survey of the casting to offset, views planned", true, 200,
+             [](const part_alignment::PartFitInput& casting, std::uint64_t shop) {
+               return Surveyed(casting, test::ClampingsSeed() + shop);
+             });
 }
 
 }  // namespace
