@@ -110,14 +110,10 @@ Result<std::unique_ptr<machine::Printer>> ConnectAsService(const settings::ScanS
   return ConnectWith(options, stop);
 }
 
-std::string Now(const char* format) {
-  return fmt::format(fmt::runtime(format), fmt::localtime(std::time(nullptr)));
-}
-
 std::string NewRunName() {
   std::random_device random;
-  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
-                     random());
+  return fmt::format("{:%Y%m%d-%H%M%S}-{:x}-{:08x}", fmt::gmtime(std::time(nullptr)),
+                     static_cast<long>(::getpid()), random());
 }
 
 namespace {

@@ -50,9 +50,6 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> ConnectAsService(
     const settings::ScanSettings& settings, const std::stop_token& stop);
 
-/// Local time, in fmt's format, for example "{:%H:%M}".
-[[nodiscard]] std::string Now(const char* format);
-
 /// A name for a run that no other has (files::IsRunName).
 [[nodiscard]] std::string NewRunName();
 

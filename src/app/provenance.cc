@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 
+#include <cmath>
 #include <ctime>
 #include <utility>
 
@@ -11,9 +12,15 @@ std::string_view ProgramVersion() { return "trammel " TRAMMEL_VERSION; }
 
 std::string UtcNow() { return UtcAfterDays(0); }
 
+std::string UtcOf(double since_1970_s) {
+  constexpr double kYear9999_s = 253402300799;
+  if (!(since_1970_s >= 0 && since_1970_s <= kYear9999_s)) return fmt::format("{}", since_1970_s);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                     fmt::gmtime(static_cast<std::time_t>(std::floor(since_1970_s))));
+}
+
 std::string UtcAfterDays(double days) {
-  const auto seconds = static_cast<std::time_t>(days * 86400);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr) + seconds));
+  return UtcOf(static_cast<double>(std::time(nullptr)) + days * 86400);
 }
 
 measurement::Provenance ProvenanceOf(measurement::Instrument instrument,

@@ -15,6 +15,9 @@ namespace trammel::app {
 /// Now, ISO 8601 to the second: "2026-01-02T03:04:05Z".
 [[nodiscard]] std::string UtcNow();
 
+/// The same of a time since 1970; of one that no calendar has, the number.
+[[nodiscard]] std::string UtcOf(double since_1970_s);
+
 /// The same so many days from now, 0 … 36500.
 [[nodiscard]] std::string UtcAfterDays(double days);
 

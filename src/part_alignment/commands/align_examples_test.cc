@@ -54,7 +54,7 @@ std::vector<std::string> CommandsOf(const fs::path& page) {
   return commands;
 }
 
-// Those that need no machine; `align-…Z` is the folder that a measurement left.
+// Those that need no machine; `part_alignment-…Z` is the folder that a measurement left.
 void RunInOrder(const fs::path& page, const fs::path& folder, int least = 5) {
   int count = 0;
   for (std::string command : CommandsOf(page)) {
@@ -62,11 +62,11 @@ void RunInOrder(const fs::path& page, const fs::path& folder, int least = 5) {
     const bool machine = command.find("127.0.0.1") != std::string::npos ||
                          command.find("--write session") != std::string::npos;
     if (!ours || machine) continue;
-    constexpr std::string_view kDated = "align-…Z";
+    constexpr std::string_view kDated = "part_alignment-…Z";
     if (const std::size_t at = command.find(kDated); at != std::string::npos) {
       for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename();
-        if (name.starts_with("align-")) command.replace(at, kDated.size(), name);
+        if (name.starts_with("part_alignment-")) command.replace(at, kDated.size(), name);
       }
     }
     const auto run = test::RunTrammel(command, folder);

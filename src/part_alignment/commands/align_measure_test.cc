@@ -106,7 +106,7 @@ class AlignMeasure : public testing::Test {
   }
   [[nodiscard]] fs::path PrintError() const {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path())) {
-      if (entry.path().filename().string().starts_with("align-")) return entry.path();
+      if (entry.path().filename().string().starts_with("part_alignment-")) return entry.path();
     }
     return {};
   }

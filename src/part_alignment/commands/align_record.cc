@@ -4,13 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <ctime>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "app/provenance.h"
 #include "files/new_file.h"
 
 namespace trammel::app {
@@ -37,15 +36,11 @@ Result<void> AlignmentRecord::CheckPlace() const {
 
 Result<void> AlignmentRecord::MakeFolder() {
   if (!folder_.empty()) return {};
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 40> name{};
-  std::strftime(name.data(), name.size(), "align-%Y-%m-%dT%H-%M-%SZ", &utc);
+  const std::string name = app::RecordingName(measurement::Instrument::kPartAlignment);
   std::error_code error;
   constexpr int kMost = 100;
   for (int i = 1; i <= kMost; ++i) {
-    const fs::path folder = parent_ / (i == 1 ? name.data() : fmt::format("{}-{}", name.data(), i));
+    const fs::path folder = parent_ / (i == 1 ? name : fmt::format("{}-{}", name, i));
     const bool made = fs::create_directory(folder, error);
     if (error) break;
     if (!made) continue;

@@ -11,7 +11,7 @@
 
 namespace trammel::app {
 
-/// Made with the first picture: DIR/align-2026-11-22T03-04-05Z, with a -2 behind it where there is
+/// Made with the first picture: DIR/part_alignment-20261122T030405Z, with a -2 behind it where there is
 /// one already. Holds view-01.png (or .jpg) … and observations.json, both readable at any moment.
 class AlignmentRecord {
  public:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "pressure_advance/procedure/sweep_plan.h"
@@ -26,7 +27,7 @@ procedure::CalibrationRequest RequestFor(const files::Config& config,
   request.pattern = config.pattern;
   request.settings = config.scan;
   request.folder = std::move(folder);
-  request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  request.started = UtcNow();
   request.run = NewRunName();
   return request;
 }

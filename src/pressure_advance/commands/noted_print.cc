@@ -1,11 +1,8 @@
 #include "pressure_advance/commands/noted_print.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstdio>
-#include <ctime>
 
 #include "app/provenance.h"
 #include "pressure_advance/commands/measured_subject.h"
@@ -16,18 +13,6 @@
 namespace trammel::app {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-/// "2026-01-02T03:04:05Z"; of a time that no calendar has, the number.
-std::string UtcOf(double since_1970_s) {
-  constexpr double kYear9999_s = 253402300799;
-  if (!(since_1970_s >= 0 && since_1970_s <= kYear9999_s)) return fmt::format("{}", since_1970_s);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(static_cast<std::time_t>(std::floor(since_1970_s))));
-}
-
-}  // namespace
 
 Result<void> NotePrint(const procedure::Session& session, const std::string& address,
                        const fs::path& run, const std::string& filament, bool ended) {

@@ -75,7 +75,7 @@ void AddTapCompareCommand(CLI::App& parent, int& exit_code) {
       "compare", "how well the contact and the published decomposition repeat on the same taps");
   command->footer(
       "Give ten and more taps of one place, or a mesh that was run twice:\n"
-      "  trammel tap compare recordings/taps-*.jsonl --report compare.html");
+      "  trammel tap compare recordings/tap-*.jsonl --report compare.html");
   const auto arguments = std::make_shared<CompareArguments>();
   AddTapFiles(*command, arguments->tap);
   AddTapMeasuring(*command, arguments->tap);

@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "session/name_stop.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
@@ -32,9 +33,10 @@ struct WatchArguments {
 
 /// The file that taps are added to, with its folder made.
 Result<fs::path> RecordingOf(const std::string& asked_for) {
-  const fs::path file = asked_for.empty()
-                            ? fs::path("recordings") / Now("taps-{:%Y%m%d-%H%M%S}.jsonl")
-                            : fs::path(asked_for);
+  const fs::path file =
+      asked_for.empty()
+          ? fs::path("recordings") / (RecordingName(measurement::Instrument::kTap) + ".jsonl")
+          : fs::path(asked_for);
   std::error_code ignored;
   if (fs::is_directory(file, ignored)) {
     return Fail(fmt::format("--out {}: is a folder; name a file", file.string()));
@@ -94,9 +96,8 @@ void AddTapWatchCommand(CLI::App& parent, int& exit_code) {
           "Moonraker's address: host, host:port, URL or unix:PATH; or klipper:PATH, Klipper's own "
           "socket (klippy's option -a)");
   AddTapOptions(*command, arguments->tap);
-  command->add_option(
-      "--out", arguments->out,
-      "JSON lines that every tap is added to (default recordings/taps-<now>.jsonl)");
+  command->add_option("-o,--out", arguments->out,
+                      "JSON lines that every tap is added to (default recordings/tap-<UTC>.jsonl)");
   command->add_flag("--answer", arguments->answer,
                     "hand the contact back to the macro TRAMMEL_TAP (klipper/README.md)");
   command

@@ -55,7 +55,7 @@ Result<void> WritePicture(const std::string& path, const report::OffsetAnalysis&
 
 Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
   files::OffsetReading reading;
-  reading.time = Now("{:%FT%T%z}");
+  reading.time = UtcNow();
   if (!analysis.plan.original) reading.sheet_id = analysis.plan.sheet_id;
   reading.reference_tool = analysis.plan.settings.reference_tool;
   for (const report::OffsetScan& scan : analysis.scans) reading.scans.push_back(scan.source);

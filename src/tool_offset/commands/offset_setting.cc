@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/printer_session.h"
+#include "app/provenance.h"
 #include "document/interval_text.h"
 #include "session/run_journal.h"
 #include "tool_offset/files/offset_history.h"
@@ -66,7 +66,7 @@ procedure::SetOffsetsOptions OffsetSetting(const std::string& history, const std
   procedure::SetOffsetsOptions options;
   options.history = history;
   options.printer = printer;
-  options.time = [] { return Now("{:%FT%T%z}"); };
+  options.time = [] { return UtcNow(); };
   options.say = [](const std::string& line) { fmt::print("{}\n", line); };
   return options;
 }

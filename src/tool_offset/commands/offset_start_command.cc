@@ -122,7 +122,7 @@ StartRecord RecordOf(const SheetConfig& config, const PrinterTools& found) {
   StartRecord record;
   record.printer = procedure::PrinterName(config.config.scan.address);
   record.run = NewRunName();
-  record.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  record.started = UtcNow();
   for (const int tool : config.sheet.tools) {
     const procedure::PrinterTool* const known = found.Find(tool);
     record.tools.push_back({tool, known ? known->kept : std::nullopt});
@@ -388,7 +388,7 @@ void AddOffsetStartCommand(CLI::App& parent, int& exit_code) {
                    "these alone, as in 0,2; left out: all that the printer has")
       ->delimiter(',')
       ->check(CLI::Range(0, 31));
-  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  command->add_option("-o,--out", arguments->out, "new folder for everything that is recorded");
   command
       ->add_option("--watch", arguments->watch,
                    "folder into which the scan will be put; left out: scan/ of the recording")
