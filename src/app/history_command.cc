@@ -398,7 +398,8 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   CLI::App* rebuild = history.add_subcommand(
       "rebuild", "build the index anew, from history.jsonl and the recordings' folders");
   rebuild->add_option("--in", built->path, "the folder of the recordings")->capture_default_str();
-  rebuild->add_option("--out", built->out, "into a new file, and leave the folder's own as it is");
+  rebuild->add_option("-o,--out", built->out,
+                      "into a new file, and leave the folder's own as it is");
   rebuild->callback([built, &exit_code] { exit_code = RunRebuild(*built); });
 }
 

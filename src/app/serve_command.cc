@@ -144,7 +144,7 @@ void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
                      "Moonraker's address: host, host:port, URL or unix:PATH; may be repeated");
   command.add_option("--camera", arguments->camera, "as for pa calibrate");
   AddMaterialOption(command, arguments->material);
-  command.add_option("--out", arguments->out, "folder in which each run gets its own")
+  command.add_option("-o,--out", arguments->out, "folder in which each run gets its own")
       ->capture_default_str();
   command.add_flag("--answer-taps", arguments->answer_taps,
                    "run trammel tap watch --answer beside it, for TRAMMEL_TAP: a process more");

@@ -43,6 +43,12 @@ completed() {
 [[ $(completed trammel --) == *--version* ]]
 [[ $(completed trammel pa analyze some/folder --figu) == --figures ]]
 [[ -z $(completed trammel pa analyze some/fo) ]]
+# -o and --out are one everywhere.
+if grep -e "options=.* --out " -e "options=.* -o " "$folder/moved/share/bash-completion/completions/trammel" |
+  grep -v -e ' --out -o '; then
+  echo "these take only one of -o and --out"
+  exit 1
+fi
 
 for file in klipper/trammel.cfg klipper/trammel_tap/__init__.py examples/alignment/scene.json; do
   cmp "$source/$file" "$folder/moved/share/trammel/$file"

@@ -128,7 +128,7 @@ void AddScan(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")
       ->capture_default_str();
-  scan->add_option("--out", arguments->out, "new folder for the recording")->required();
+  scan->add_option("-o,--out", arguments->out, "new folder for the recording")->required();
   scan->callback([arguments, &exit_code] {
     const Result<void> done = RecordConditions(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());
@@ -192,7 +192,7 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
   AddSeed(*photo, arguments->seed);
   photo->add_option("--pressure-advance", arguments->pressure_advance_s,
                     "the truth in s; without it, drawn from the tested range's middle half");
-  photo->add_option("--out", arguments->out, "new JPEG file")->required();
+  photo->add_option("-o,--out", arguments->out, "new JPEG file")->required();
   photo->callback([arguments, &exit_code] {
     const Result<void> done = TakePhoto(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());

@@ -226,7 +226,7 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<SimSpindleArguments>();
   CLI::App* spindle = parent.add_subcommand(
       "spindle", "clamp a virtual camera into a spindle and look at a part's targets");
-  spindle->add_option("--out", arguments->out, "new folder for pictures, observations and truth")
+  spindle->add_option("-o,--out", arguments->out, "new folder for pictures, observations and truth")
       ->required();
   // Without the checks CLI11 takes -1 for the largest number there is.
   spindle->add_option("--seed", arguments->name.seed, "names part and machine")

@@ -187,7 +187,7 @@ void AddPressureAdvanceStudy(CLI::App& pa, int& exit_code) {
                    "do only this part of the prints, for example 2/8, into the same --out")
       ->capture_default_str();
   study
-      ->add_option("--out", arguments->out,
+      ->add_option("-o,--out", arguments->out,
                    "folder for one result a scan, figures and study.html; what is there already "
                    "is not done again")
       ->capture_default_str();

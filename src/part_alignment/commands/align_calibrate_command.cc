@@ -179,7 +179,7 @@ void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
                    "of each mark's centre beside the detector's own: lens, vibration")
       ->check(NumberIn(0, 10))
       ->capture_default_str();
-  command->add_option("--out", arguments.out, "camera file to write, if the verdict is good");
+  command->add_option("-o,--out", arguments.out, "camera file to write, if the verdict is good");
   command->add_option("--report", arguments.report, "folder for report.html and the figures");
   command->add_flag("--json", arguments.json, "one JSON object instead of text");
   command->add_flag("--force", arguments.force, "overwrite files");
@@ -203,7 +203,7 @@ void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--most-error-px", arguments->most_error_px, "accepted over the sensor")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--out", arguments->out, "file to write instead of standard output");
+  command->add_option("-o,--out", arguments->out, "file to write instead of standard output");
   command->add_flag("--force", arguments->force, "overwrite it");
   command->callback([arguments, &exit_code] { exit_code = RunCamera(*arguments); });
 }

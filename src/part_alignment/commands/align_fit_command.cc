@@ -141,7 +141,7 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
                       "of adhesive targets on the surfaces, mm: subtracted along the normal");
   command->add_option("--target-thickness-sigma", arguments->target_thickness_sigma_mm,
                       "standard uncertainty of it, mm, the same for all targets");
-  command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
+  command->add_option("-o,--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--report", arguments->report,
                       "folder for report.html and the map of stock allowances");
   command->add_flag("--json", arguments->json, "one JSON object instead of text");

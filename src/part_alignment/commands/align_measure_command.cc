@@ -302,7 +302,7 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
                    "the camera: a folder of pictures in the order of the views, /dev/videoN, "
                    "aravis:ID, http://…")
       ->required();
-  command->add_option("--out", arguments->out, "where the dated folder is made")
+  command->add_option("-o,--out", arguments->out, "where the dated folder is made")
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error at the end");
   AddReading(*command, *arguments);

@@ -135,7 +135,7 @@ void AddAlignPlanCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--most-views", options.most_views)
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
-  command->add_option("--out", arguments->out, "a file for align measure; else standard output");
+  command->add_option("-o,--out", arguments->out, "a file for align measure; else standard output");
   command->add_flag("--force", arguments->force, "overwrite that file");
   command->callback([arguments, &exit_code] { exit_code = RunPlan(*arguments); });
 }

@@ -162,7 +162,7 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
       ->check(SeedNumber())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
-  command->add_option("--out", arguments->out, "write the JSON to this file, too");
+  command->add_option("-o,--out", arguments->out, "write the JSON to this file, too");
   command->add_option("--result", arguments->result,
                       "keep the answer as JSON here, for align correct");
   command->add_flag("--force", arguments->force, "overwrite those files, and the page");

@@ -192,7 +192,7 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
                       "name of the surface for plain targets in the table of --points");
   command->add_option("--keep-observations", arguments->keep_observations,
                       "file for what the pictures show");
-  command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
+  command->add_option("-o,--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--points", arguments->points,
                       "table of points for align fit, if the verdict is good");
   command->add_option("--report", arguments->report, "folder for report.html");

@@ -285,7 +285,7 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
                   const std::shared_ptr<CalibrateArguments>& arguments) {
   CLI::App* command = parent.add_subcommand(name, text);
   AddPrinterOptions(*command, arguments->printer);
-  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  command->add_option("-o,--out", arguments->out, "new folder for everything that is recorded");
   if (arguments->scan) {
     AddCameraOption(*command, arguments->printer);
     command->add_flag("--json", arguments->json, "print the answer as one JSON object");

@@ -160,7 +160,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
                       "settings; left out: trammel.toml of this folder, if there is one");
   command->add_option("--set", arguments->set, "one setting: key=value; may be repeated");
   command
-      ->add_option("--out", arguments->out,
+      ->add_option("-o,--out", arguments->out,
                    "G-code file; plan and preview (SVG, PNG) are written beside it")
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,

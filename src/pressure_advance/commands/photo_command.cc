@@ -145,7 +145,7 @@ void AddPhotoCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--filament", arguments->filament,
                       "which filament it is: trammel history lists the result under it; without "
                       "it, the one of Spoolman's active spool");
-  command->add_option("--out", arguments->out, "new folder for photo and result");
+  command->add_option("-o,--out", arguments->out, "new folder for photo and result");
   command->add_flag("--json", arguments->json, "print the answer as one JSON object");
   command->callback([arguments, &exit_code] { exit_code = RunPhoto(*arguments); });
 }

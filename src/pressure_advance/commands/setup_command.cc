@@ -151,7 +151,7 @@ void AddSetupCommand(CLI::App& parent, int& exit_code) {
                    "about the bed's middle")
       ->delimiter(',')
       ->expected(2);
-  setup->add_option("--out", arguments->out, "new folder for pictures, values and report");
+  setup->add_option("-o,--out", arguments->out, "new folder for pictures, values and report");
   setup->add_option("--write", arguments->write,
                     "a trammel.toml that receives the values; left out: they are printed alone");
   setup->add_flag("--json", arguments->json, "print the answer as one JSON object");

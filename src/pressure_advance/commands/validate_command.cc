@@ -84,7 +84,7 @@ void AddValidateCommand(CLI::App& parent, int& exit_code) {
   AddPrinterOptions(*command, arguments->printer);
   AddCameraOption(*command, arguments->printer);
   AddMaterialOption(*command, arguments->printer.material);
-  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  command->add_option("-o,--out", arguments->out, "new folder for everything that is recorded");
   command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
   AddKeepFullOption(*command, arguments->keep_full);

@@ -141,7 +141,7 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<PlotArguments>();
   AddTapFiles(*command, arguments->tap);
   AddTapMeasuring(*command, arguments->tap);
-  command->add_option("--out", arguments->out, "file to write: .html, .svg or .png")->required();
+  command->add_option("-o,--out", arguments->out, "file to write: .html, .svg or .png")->required();
   command->add_flag("--force", arguments->force, "overwrite it");
   command->add_option(
       "--figure", arguments->figure,

@@ -277,7 +277,7 @@ void AddOffsetMeasureCommand(CLI::App& parent, int& exit_code) {
                    "folder of the offset start that printed it; left out: the printer's last one "
                    "beside --out")
       ->check(CLI::ExistingDirectory);
-  command->add_option("--out", arguments->out, "new folder for scans and result");
+  command->add_option("-o,--out", arguments->out, "new folder for scans and result");
   command->add_flag("--photo", arguments->reading.photo,
                     "these are a phone's photos; without it, where a file states a focal length");
   command
