@@ -11,8 +11,9 @@
 
 namespace trammel::app {
 
-/// Made with the first picture: DIR/part_alignment-20261122T030405Z, with a -2 behind it where there is
-/// one already. Holds view-01.png (or .jpg) … and observations.json, both readable at any moment.
+/// Made with the first picture: DIR/part_alignment-20261122T030405Z, with a -2 behind it where
+/// there is one already. Holds view-01.png (or .jpg) … and observations.json, both readable at any
+/// moment.
 class AlignmentRecord {
  public:
   /// @param plan  its camera, targets and unknowns are written with the observations

@@ -234,7 +234,8 @@ std::string CommandsText(const StartFiles& names, const StartValues& values) {
   text += MeasureCommand(names, values) + "\n";
   text += "# 3. Solve once more, with a simulation beside it. Of several measurements name one.\n";
   text += fmt::format(
-      "trammel align solve {}/part_alignment-*Z/observations.json --trials 10000 --result {} --report {}\n",
+      "trammel align solve {}/part_alignment-*Z/observations.json --trials 10000 --result {} "
+      "--report {}\n",
       folder, result, Quoted(names.folder / "report"));
   text += "# 4. Look at the work offset, and at what it leaves over. Shims: --supports FILE.\n";
   text += fmt::format("trammel align correct {} --work-offset {}\n", result, values.work_offset);
