@@ -42,10 +42,19 @@ std::span<const float> BrightnessOf(const std::uint8_t* row, int width, const St
 /// exp(-t^2 / 2) at t = (x - centre) / sigma for x = first, first + 1, …, each from the one before.
 class GaussianSteps {
  public:
-  GaussianSteps(double first, double centre, double sigma)
-      : value_(std::exp(-0.5 * (first - centre) * (first - centre) / (sigma * sigma))),
-        ratio_(std::exp(-((first - centre) + 0.5) / (sigma * sigma))),
-        ratio_step_(std::exp(-1 / (sigma * sigma))) {}
+  /// What all of one sigma have in common.
+  struct Width {
+    explicit Width(double sigma_px)
+        : sigma(sigma_px), per_square(1 / (sigma * sigma)), ratio_step(std::exp(-per_square)) {}
+    double sigma;
+    double per_square;
+    double ratio_step;
+  };
+
+  GaussianSteps(double first, double centre, const Width& width)
+      : value_(std::exp(-0.5 * (first - centre) * (first - centre) * width.per_square)),
+        ratio_(std::exp(-((first - centre) + 0.5) * width.per_square)),
+        ratio_step_(width.ratio_step) {}
 
   double Next() {
     const double value = value_;
@@ -61,7 +70,10 @@ class GaussianSteps {
 };
 
 /// Newton's method on the likelihood of a Gaussian stripe: sum of s(x)·g'(x - c) = 0.
-RowFit FitRow(std::span<const float> signal, double start, double sigma, double pixel_noise) {
+RowFit FitRow(std::span<const float> signal, double start, const GaussianSteps::Width& gauss,
+              double pixel_noise) {
+  const double sigma = gauss.sigma;
+  const double per_sigma = 1 / sigma;
   const int width = static_cast<int>(signal.size());
   RowFit fit;
   double c = start;
@@ -76,9 +88,9 @@ RowFit FitRow(std::span<const float> signal, double start, double sigma, double 
     background = *std::min_element(signal.begin() + lo, signal.begin() + hi + 1);
     double slope = 0;
     curvature = 0;
-    GaussianSteps gaussian(lo, c, sigma);
+    GaussianSteps gaussian(lo, c, gauss);
     for (int x = lo; x <= hi; ++x) {
-      const double t = (x - c) / sigma;
+      const double t = (x - c) * per_sigma;
       const double weight = (signal[static_cast<std::size_t>(x)] - background) * gaussian.Next();
       slope += weight * t;
       curvature += weight * (1 - t * t);
@@ -95,9 +107,9 @@ RowFit FitRow(std::span<const float> signal, double start, double sigma, double 
     return fit;
   }
   double variance = 0;
-  GaussianSteps gaussian(lo, c, sigma);
+  GaussianSteps gaussian(lo, c, gauss);
   for (int x = lo; x <= hi; ++x) {
-    const double t = (x - c) / sigma;
+    const double t = (x - c) * per_sigma;
     const double influence = t * gaussian.Next();
     const double speckle = kSpeckleContrast * (signal[static_cast<std::size_t>(x)] - background);
     variance += influence * influence * (pixel_noise * pixel_noise + speckle * speckle);
@@ -220,8 +232,8 @@ float Supported(const ImageSize& size, int y, float sigma, const LaserLineWorksp
 
 }  // namespace
 
-void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
-                   LaserLineWorkspace& workspace, LaserLine& line) {
+void FindRows(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+              LaserLineWorkspace& workspace, LaserLine& line) {
   TRAMMEL_CHECK(frame.width >= 3 && frame.height >= 1 && model.sigma_px > 0,
                 "frame {}x{}, stripe sigma {}", frame.width, frame.height, model.sigma_px);
   const ImageSize size{frame.width, frame.height};
@@ -239,6 +251,7 @@ void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLi
       std::max(noise * std::sqrt(2 * std::sqrt(M_PI) * model.sigma_px), 0.5 * weight_norm);
   const float floor = std::max(static_cast<float>(options.detection) * noise, weight_norm);
   line.contrast = PathContrast(size, std::max(noise, weight_norm), workspace);
+  const GaussianSteps::Width gauss(model.sigma_px);
   for (int y = 0; y < size.height; ++y) {
     const auto row = static_cast<std::size_t>(y);
     const int x = workspace.path[row];
@@ -246,12 +259,17 @@ void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLi
       continue;
     }
     const RowFit fit = FitRow(BrightnessOf(frame.row(y), size.width, model, workspace.row_b), x,
-                              model.sigma_px, pixel_noise);
+                              gauss, pixel_noise);
     if (fit.sigma > 0) {
       line.centre_px[row] = static_cast<float>(fit.centre);
       line.sigma_px[row] = static_cast<float>(fit.sigma);
     }
   }
+}
+
+void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+                   LaserLineWorkspace& workspace, LaserLine& line) {
+  FindRows(frame, model, options, workspace, line);
   if (options.row_smoothing > 0) {
     SmoothAlongLine(options, model.sigma_px, workspace, line);
   }

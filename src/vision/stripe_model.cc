@@ -43,7 +43,7 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
   double scatter_sum = 0;
   const auto count = static_cast<double>(frames.size());
   for (const BgrView& frame : frames) {
-    FindLaserLine(frame, model, options, ws, line);
+    FindRows(frame, model, options, ws, line);
     rows.clear();
     centres.clear();
     for (std::size_t y = 0; y < line.centre_px.size(); ++y) {
@@ -79,8 +79,6 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
                 "{} frames, the first {} px wide", frames.size(),
                 frames.empty() ? 0 : frames[0].width);
   TRAMMEL_CHECK(options.max_sigma_px >= 1, "max sigma {}", options.max_sigma_px);
-  LaserLineOptions raw = options;
-  raw.row_smoothing = 0;
   LaserLine line;
   std::vector<std::pair<StripeModel, double>> trials;
   double lowest = std::numeric_limits<double>::max();
@@ -90,7 +88,7 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
          sigma *= std::sqrt(2.0)) {
       StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
       // Beyond this neither it nor a better one after it makes it the choice.
-      const Trial trial = Try(frames, model, raw, options.as_good * lowest, workspace, line);
+      const Trial trial = Try(frames, model, options, options.as_good * lowest, workspace, line);
       model.contrast = static_cast<float>(trial.contrast);
       model.scatter_px = static_cast<float>(trial.typical_px);
       // A row not found is worse than a row found badly: the square outweighs what dropping the

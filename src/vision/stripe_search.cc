@@ -38,6 +38,26 @@ void Convolve(const float* in, std::span<const float> kernel, std::span<float> o
   }
 }
 
+/// out[x] -= the mean of `box` values to either side, as many as there are.
+/// @param sums  of all values before each, and of all.
+void SubtractBoxMean(std::span<const double> sums, int box, std::span<float> out) {
+  const int width = static_cast<int>(out.size());
+  const auto subtract = [&](int x, int lo, int end) {
+    out[static_cast<std::size_t>(x)] -= static_cast<float>(
+        (sums[static_cast<std::size_t>(end)] - sums[static_cast<std::size_t>(lo)]) / (end - lo));
+  };
+  const int whole_begin = std::min(box, width);
+  const int whole_end = std::max(whole_begin, width - box);
+  for (int x = 0; x < whole_begin; ++x) subtract(x, 0, std::min(width, x + box + 1));
+  const double count = 2 * box + 1;
+  for (int x = whole_begin; x < whole_end; ++x) {  // apart, for vector registers
+    const auto i = static_cast<std::size_t>(x);
+    const auto reach = static_cast<std::size_t>(box);
+    out[i] -= static_cast<float>((sums[i + reach + 1] - sums[i - reach]) / count);
+  }
+  for (int x = whole_end; x < width; ++x) subtract(x, std::max(0, x - box), width);
+}
+
 /// One step of the search: best[x] = min over x' of previous[x'] + price of going x' -> x, the
 /// price being slope·|x - x'| but never more than jump. Felzenszwalb's two passes, linear in width.
 void Relax(std::span<const float> previous, float slope, float jump, std::span<float> best,
@@ -136,13 +156,7 @@ float MatchedFilter(const ImageSize& size, float sigma, LaserLineWorkspace& ws) 
       ws.sums[static_cast<std::size_t>(x) + 1] = ws.sums[static_cast<std::size_t>(x)] + in[x];
     }
     Convolve(padded, ws.kernel, {out, static_cast<std::size_t>(size.width)});
-    for (int x = 0; x < size.width; ++x) {
-      const int lo = std::max(0, x - box);
-      const int hi = std::min(size.width - 1, x + box);
-      out[x] -= static_cast<float>(
-          (ws.sums[static_cast<std::size_t>(hi) + 1] - ws.sums[static_cast<std::size_t>(lo)]) /
-          (hi - lo + 1));
-    }
+    SubtractBoxMean(ws.sums, box, {out, static_cast<std::size_t>(size.width)});
   }
   return ResponseNoise(size, ws);
 }

@@ -1,4 +1,5 @@
-// The first half of finding a laser line: from pixels to a path of good candidates.
+// The steps of finding a laser line: from pixels to a path of good candidates, and to each row's
+// centre.
 #pragma once
 
 #include <cstddef>
@@ -46,5 +47,10 @@ void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLi
 
 /// Whether the path's rows a … b (a <= b) hang together without a step.
 [[nodiscard]] bool Connected(const std::vector<int>& path, int a, int b, float sigma);
+
+/// FindLaserLine() without what rows know of each other: each stands for itself, and its sigma is
+/// as noise and speckle predict it.
+void FindRows(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+              LaserLineWorkspace& workspace, LaserLine& line);
 
 }  // namespace trammel::vision

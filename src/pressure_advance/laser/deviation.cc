@@ -116,16 +116,18 @@ void FilterFrame(const BgrView& crop, const DeviationOptions& options, Deviation
   cv::cvtColor(masked, grey, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey, blurred, {options.blur_width_px, options.blur_height_px},
                    options.blur_sigma_x_px, options.blur_sigma_y_px);
-  std::array<double, 256> weight{};
-  for (std::size_t v = 0; v < weight.size(); ++v) {
-    weight[v] = std::pow(static_cast<double>(v) / 255, options.exponent);
+  if (result.weight_exponent != options.exponent) {
+    for (std::size_t v = 0; v < result.weight.size(); ++v) {
+      result.weight[v] = std::pow(static_cast<double>(v) / 255, options.exponent);
+    }
+    result.weight_exponent = options.exponent;
   }
   result.centre_px.assign(static_cast<std::size_t>(crop.height), kNoCentre);
   for (std::size_t y = 0; y < result.centre_px.size(); ++y) {
     double sum = 0;
     double total = 0;
     for (std::size_t x = 0; x < width; ++x) {
-      const double w = weight[result.blurred[y * width + x]];
+      const double w = result.weight[result.blurred[y * width + x]];
       sum += w * static_cast<double>(x);
       total += w;
     }

@@ -5,6 +5,7 @@
 // rows; the lowest score wins.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -37,6 +38,8 @@ struct DeviationFrame {
   std::vector<std::uint8_t> grey;     ///< masked and grey, shape (height, width)
   std::vector<std::uint8_t> blurred;  ///< shape (height, width)
   std::vector<double> centre_px;      ///< per row; NaN never: kNoCentre where no pixel is lit
+  double weight_exponent = 0;         ///< that `weight` was made for; 0: for none yet
+  std::array<double, 256> weight{};   ///< of a grey level
 };
 
 /// In DeviationFrame::centre_px: this row has no lit pixel.
