@@ -131,6 +131,7 @@ class FakePrinter : public machine::Printer {
     return machine::ClockRelation{};
   }
   Result<void> RecordMoves(const machine::WaitLimit&) override { return {}; }
+  std::vector<machine::TrapezoidMove> MovesTold(double, double) override { return {}; }
   Result<std::vector<machine::TrapezoidMove>> Moves(double, double,
                                                     const machine::WaitLimit&) override {
     return std::vector<machine::TrapezoidMove>{};

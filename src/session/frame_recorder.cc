@@ -60,6 +60,10 @@ bool OnOurClock(const machine::CapturedFrame& frame) {
          delay_s < kLongestDelivery_s;
 }
 
+bool IsSound(const CapturedFrame& frame) {
+  return frame.fault == FrameFault::kNone || frame.fault == FrameFault::kTimeJumped;
+}
+
 FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
     : camera_(camera),
       stall_s_(stall_s),
@@ -158,8 +162,7 @@ void FrameRecorder::Store(const std::stop_token& stop) {
 
 void FrameRecorder::Take(Fetched fetched, bool stored) {
   const CapturedFrame& frame = fetched.frame;
-  const bool sound = frame.fault == FrameFault::kNone || frame.fault == FrameFault::kTimeJumped;
-  if (!sound) {
+  if (!IsSound(frame)) {
     last_damage_ = frame.fault_text;
     if (stored && damaged_++ == 0) first_damage_ = frame.fault_text;
     if (frame.fault == FrameFault::kOtherSize) failure_ = Changed(frame.fault_text);

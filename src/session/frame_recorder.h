@@ -24,6 +24,9 @@ namespace trammel::procedure {
 /// Whether the frame says when it was taken, on this machine's monotonic clock.
 [[nodiscard]] bool OnOurClock(const machine::CapturedFrame& frame);
 
+/// Whether the frame is kept: whole, and of the size of those before it.
+[[nodiscard]] bool IsSound(const machine::CapturedFrame& frame);
+
 /// Where the frames of a recording go, one after the other.
 class FrameSink {
  public:

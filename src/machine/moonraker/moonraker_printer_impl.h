@@ -65,6 +65,7 @@ class MoonrakerPrinter : public Printer {
   void SendEvent(const std::string& event, nlohmann::json data) override;
   Result<ClockRelation> Clock(double wanted_uncertainty_s, const WaitLimit& limit) override;
   Result<void> RecordMoves(const WaitLimit& limit) override;
+  std::vector<TrapezoidMove> MovesTold(double from_print_time_s, double to_print_time_s) override;
   Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s, double to_print_time_s,
                                            const WaitLimit& limit) override;
   std::vector<std::string> RecentMessages() const override;

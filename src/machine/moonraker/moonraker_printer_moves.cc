@@ -131,6 +131,14 @@ void MoonrakerPrinter::BeginHearing(bool moves_ended) {
   }
 }
 
+std::vector<TrapezoidMove> MoonrakerPrinter::MovesTold(double from_print_time_s,
+                                                       double to_print_time_s) {
+  const std::lock_guard lock(mutex_);
+  TRAMMEL_CHECK(recording_moves_, "MovesTold({}, {}) before RecordMoves", from_print_time_s,
+                to_print_time_s);
+  return moves_.Overlapping(from_print_time_s, to_print_time_s);
+}
+
 Result<std::vector<TrapezoidMove>> MoonrakerPrinter::Moves(double from_print_time_s,
                                                            double to_print_time_s,
                                                            const WaitLimit& limit) {

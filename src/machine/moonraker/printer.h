@@ -156,6 +156,10 @@ class Printer {
 
   /// Starts keeping the moves that the firmware plans (the last 100 000 of them).
   [[nodiscard]] virtual Result<void> RecordMoves(const WaitLimit& limit) = 0;
+  /// The kept moves that overlap [from, to] of print time, in order, as far as they were told.
+  /// REQUIRES RecordMoves before.
+  [[nodiscard]] virtual std::vector<TrapezoidMove> MovesTold(double from_print_time_s,
+                                                             double to_print_time_s) = 0;
   /// The kept moves that overlap [from, to] of print time, in order; waits until the printer has
   /// told everything up to `to`. REQUIRES RecordMoves before.
   [[nodiscard]] virtual Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s,

@@ -108,7 +108,9 @@ std::string Words(const Measured& measured) {
   return report::WithInterval(measured.quantity(), report::kSeconds);
 }
 
-void PrintText(const Analysis& analysis, const std::string& report_path) {
+}  // namespace
+
+void SayAnswer(const Analysis& analysis) {
   const Measured& answer = analysis.pressure_advance;
   if (answer.good()) {
     fmt::print("pressure advance  {}\n", Words(answer));
@@ -140,10 +142,8 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
     fmt::print("to use it         SET_PRESSURE_ADVANCE ADVANCE={}\n",
                report::SecondsText(q.value, q.standard_uncertainty));
   }
-  if (!report_path.empty()) fmt::print("report            {}\n", report_path);
+  std::fflush(stdout);  // before the files, which take longer than the analysis
 }
-
-}  // namespace
 
 AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
   AnalysisOutput output;
@@ -154,18 +154,23 @@ AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
   return output;
 }
 
-int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
+int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   // The answer is printed whatever became of the files: it must not get lost for a full disk.
   const Written written = WriteFiles(run, result, output);
   if (output.json) {
     std::optional<std::string> report_path;
     if (!written.report.empty()) report_path = written.report;
     std::fputs(JsonText(report::JsonOf(run.analysis, report_path)).c_str(), stdout);
-  } else {
-    PrintText(run.analysis, written.report);
+  } else if (!written.report.empty()) {
+    fmt::print("report            {}\n", written.report);
   }
   if (written.failed) return PrintError(*written.failed);
   return run.analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
+}
+
+int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
+  if (!output.json) SayAnswer(run.analysis);
+  return WriteAnalysis(run, result, output);
 }
 
 }  // namespace trammel::app

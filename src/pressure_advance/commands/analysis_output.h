@@ -22,7 +22,14 @@ struct AnalysisOutput {
 /// Everything that an analysis leaves in its recording's folder: result, report and picture.
 [[nodiscard]] AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json);
 
-/// Prints the answer on standard output and writes the files.
+/// Prints the answer on standard output, as text.
+void SayAnswer(const pressure_advance::Analysis& analysis);
+
+/// Writes the files, and says where; with `json` the answer, too.
+/// @returns the exit code: that of the verdict, or of a file that could not be written.
+int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output);
+
+/// Prints the answer on standard output, then writes the files.
 /// @param result  of the run, its source the recording or photo.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
 int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output);

@@ -28,8 +28,9 @@ AnalysisRun RefusedRun(Method method, const std::string& reason) {
 
 }  // namespace
 
-Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method) {
-  Result<LaserMeasurement> measured = MeasureRecording(folder);
+Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method,
+                                     procedure::ReadAhead* read_ahead) {
+  Result<LaserMeasurement> measured = MeasureRecording(folder, {}, read_ahead);
   if (!measured) {
     if (measured.error().kind == ErrorKind::kMeasurement) {
       return RefusedRun(method, measured.error().message);

@@ -20,6 +20,7 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/early_answer.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/noted_print.h"
@@ -133,24 +134,24 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
       before.id, before.filament, now ? fmt::format("{} ({})", now->id, now->filament) : "none");
 }
 
-// Analyses, reports, validates and applies where asked to.
+// Reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
-             const std::optional<machine::Spool>& spool_before,
+             const std::optional<machine::Spool>& spool_before, EarlyAnswer& answer,
              procedure::RecordingCutter* cutter) {
-  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
-  auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  auto run = answer.Wait();
   if (!run) return PrintError(run.error());
   const bool wanted = arguments.filament.empty() && !spool_before;
   const auto spool_now = SpoolNow(session, wanted);
   if (spool_before) {
     const std::string change = SpoolChange(*spool_before, spool_now);
     if (!change.empty()) run->analysis.notices.push_back(change);
+    if (!change.empty() && !arguments.json) fmt::print("notice            {}\n", change);
   }
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
-  int code = PrintAnalysis(*run, result, KeptIn(folder, arguments.json));
+  int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   if (!arguments.json) PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
@@ -194,7 +195,8 @@ struct Ran {
 };
 
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
-                procedure::CalibrationRequest request, const files::Config& config) {
+                procedure::CalibrationRequest request, const files::Config& config,
+                EarlyAnswer& answer) {
   if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
     const auto room = PlanComparison(session, config, 1);
     if (!room) return tl::unexpected(room.error());
@@ -202,6 +204,10 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
   request.folder = folder->path();
+  request.recorded = [&] {
+    session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
+    answer.Begin(request.folder);
+  };
   const CalibrationRun run = CalibrateInto(session, request);
   if (!run.done) return tl::unexpected(run.done.error());
   return Ran{folder->path(), run.bed_c};
@@ -269,12 +275,15 @@ int RunCalibration(const CalibrateArguments& arguments) {
   }
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
   procedure::RecordingCutter cutter;
+  EarlyAnswer answer(/*say=*/!arguments.json);
+  request.read_ahead = &answer.read_ahead();
   if (!arguments.keep_full) request.cutter = &cutter;
   const auto spool = arguments.scan ? SpoolNow(session, false) : std::nullopt;
-  const auto ran = Run(arguments, session, request, *config);
+  const auto ran = Run(arguments, session, request, *config, answer);
   if (!ran) return PrintError(ran.error());
   if (arguments.scan) {
-    const int code = Conclude(arguments, session, *config, ran->folder, spool, request.cutter);
+    const int code =
+        Conclude(arguments, session, *config, ran->folder, spool, answer, request.cutter);
     FinishCutting(cutter, interrupt.token());
     return code;
   }

@@ -106,6 +106,7 @@ Result<void> SweepLines(const Session& session, const CalibrationRequest& reques
   scan.started = request.started;
   scan.camera = camera;
   scan.cutter = request.cutter;
+  scan.read_ahead = request.read_ahead;
   guard.ExpectLaser();
   return ScanLines(session, recorder, *sweeps, scan);
 }
@@ -155,7 +156,9 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
     if (!printed) return printed;
   }
   if (recorder == nullptr) return {};
-  return SweepLines(session, request, config, plan, *recorder, camera, guard);
+  auto swept = SweepLines(session, request, config, plan, *recorder, camera, guard);
+  if (swept && request.recorded) request.recorded();
+  return swept;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/read_ahead.h"
 #include "pressure_advance/procedure/recording_cutter.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
@@ -36,6 +37,10 @@ struct CalibrationRequest {
   std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
   std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
   RecordingCutter* cutter = nullptr;  ///< cuts the videos, and outlives the run; null: they stay
+  ReadAhead* read_ahead = nullptr;    ///< reads the lines, and outlives the run; null: nobody does
+  /// Called once `folder` holds a whole recording, before the printer is brought back; has to
+  /// return at once.
+  std::function<void()> recorded = {};
 };
 
 struct CalibrationOutcome {

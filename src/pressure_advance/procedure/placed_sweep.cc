@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "base/check.h"
 #include "base/parallel.h"
-#include "vision/frame_change.h"
 
 namespace trammel::procedure {
 
@@ -19,31 +20,49 @@ using pressure_advance::SweepObservation;
 
 namespace {
 
-/// Observes frames `first` to `end`, and decodes the one before them.
+/// Observes frames `first` to `end`, and looks at the one before them.
 Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t first, std::size_t end,
                           std::span<FrameObservation> observed) {
-  const vision::FrameChangeOptions options;
-  vision::FrameSketch sketch, before;
-  std::vector<float> scratch;
+  FrameObserver observer;
   for (std::size_t i = first == 0 ? 0 : first - 1; i < end; ++i) {
-    const CapturedFrame& frame = frames[i];
-    const auto picture = machine::DecodeFrame(frame);
-    if (!picture) return tl::unexpected(picture.error());
-    std::swap(sketch, before);
-    vision::SketchFrame(picture->view(), options, sketch);
-    if (i < first) continue;
-    FrameObservation& seen = observed[i];
-    seen.arrival_s = frame.arrival_s;
-    if (frame.captured) seen.captured_s = frame.captured->time_s;
-    seen.sequence = frame.sequence;
-    if (before.width == sketch.width && before.height == sketch.height) {
-      seen.change = vision::FrameChange(before, sketch, options, scratch);
-    }
+    auto seen = observer.Next(frames[i]);
+    if (!seen) return tl::unexpected(seen.error());
+    if (i >= first) observed[i] = *seen;
   }
   return {};
 }
 
 }  // namespace
+
+Result<FrameObservation> FrameObserver::Next(const CapturedFrame& frame) {
+  const vision::FrameChangeOptions options;
+  const auto picture = machine::DecodeFrame(frame);
+  if (!picture) return tl::unexpected(picture.error());
+  std::swap(sketch_, before_);
+  vision::SketchFrame(picture->view(), options, sketch_);
+  FrameObservation seen;
+  seen.arrival_s = frame.arrival_s;
+  if (frame.captured) seen.captured_s = frame.captured->time_s;
+  seen.sequence = frame.sequence;
+  if (before_.width == sketch_.width && before_.height == sketch_.height) {
+    seen.change = vision::FrameChange(before_, sketch_, options, scratch_);
+  }
+  return seen;
+}
+
+bool IsWhole(std::span<const LineMove> moves, const Sweep& sweep) {
+  constexpr double kAway_mm = 0.02;  // of rounded coordinates
+  constexpr double kCreep_mm_s = 0.01;
+  double at_mm = sweep.PositionOf(sweep.start_x_mm, sweep.start_y_mm);
+  double speed_mm_s = 0;
+  for (const LineMove& move : moves) {
+    if (std::abs(move.start_mm - at_mm) > kAway_mm) return false;
+    speed_mm_s = move.start_speed_mm_s + move.acceleration_mm_s2 * move.duration_s;
+    at_mm = move.start_mm + 0.5 * (move.start_speed_mm_s + speed_mm_s) * move.duration_s;
+  }
+  return !moves.empty() && std::abs(speed_mm_s) < kCreep_mm_s &&
+         std::abs(sweep.PositionOf(sweep.end_x_mm, sweep.end_y_mm) - at_mm) <= kAway_mm;
+}
 
 std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
                                 const machine::ClockRelation& clock,
@@ -61,14 +80,18 @@ std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, c
 }
 
 Result<SweepObservation> Observe(std::span<const CapturedFrame> frames,
-                                 std::vector<LineMove> motion) {
+                                 std::vector<LineMove> motion,
+                                 std::vector<FrameObservation> begun) {
   constexpr std::size_t kChunk = 32;
+  TRAMMEL_CHECK(begun.size() <= frames.size(), "{} of {} frames", begun.size(), frames.size());
   SweepObservation sweep;
   sweep.motion = std::move(motion);
+  sweep.frames = std::move(begun);
+  const std::size_t done_before = sweep.frames.size();
   sweep.frames.resize(frames.size());
-  std::vector<Result<void>> done((frames.size() + kChunk - 1) / kChunk);
+  std::vector<Result<void>> done((frames.size() - done_before + kChunk - 1) / kChunk);
   ParallelFor(static_cast<int>(done.size()), [&](int chunk) {
-    const std::size_t first = kChunk * static_cast<std::size_t>(chunk);
+    const std::size_t first = done_before + kChunk * static_cast<std::size_t>(chunk);
     const std::size_t end = std::min(first + kChunk, frames.size());
     done[static_cast<std::size_t>(chunk)] = ObserveChunk(frames, first, end, sweep.frames);
   });

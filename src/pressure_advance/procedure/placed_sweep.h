@@ -12,6 +12,7 @@
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/timing/sweep_timing.h"
+#include "vision/frame_change.h"
 
 namespace trammel::procedure {
 
@@ -22,10 +23,29 @@ namespace trammel::procedure {
     std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
     const machine::ClockRelation& clock, const std::array<double, 4>& gcode_origin_mm);
 
+/// Whether the moves lead from a sweep's begin to its end without a gap, and the head stands there:
+/// no more of them are to be told.
+[[nodiscard]] bool IsWhole(std::span<const pressure_advance::LineMove> moves, const Sweep& sweep);
+
+/// Sees when frames came, and how much each differs from the one before.
+class FrameObserver {
+ public:
+  /// Decodes the frame. Errors: a picture that cannot be decoded.
+  [[nodiscard]] Result<pressure_advance::FrameObservation> Next(
+      const machine::CapturedFrame& frame);
+
+ private:
+  vision::FrameSketch sketch_;
+  vision::FrameSketch before_;
+  std::vector<float> scratch_;
+};
+
 /// How frames and motion are compared: when each frame came, and how much it differs from the one
-/// before. Decodes every frame.
+/// before. Decodes every frame but those that were observed before.
+/// @param begun  of the first frames; no more than there are frames.
 [[nodiscard]] Result<pressure_advance::SweepObservation> Observe(
-    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion);
+    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion,
+    std::vector<pressure_advance::FrameObservation> begun = {});
 
 /// Positions for scan.json: those of frames that certainly moved at the sweep's speed.
 [[nodiscard]] std::vector<std::optional<double>> ScoredPositions(

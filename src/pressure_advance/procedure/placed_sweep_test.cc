@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "pressure_advance/procedure/sweep_observer.h"
 #include "support/test_pictures.h"
 
 namespace trammel::procedure {
@@ -42,6 +43,19 @@ TEST(PlacedSweep, AGcodeOffsetIsNotTakenForAPlaceOnTheLine) {
   EXPECT_NEAR(along[0].start_mm, 12, kExact);
 }
 
+TEST(PlacedSweep, IsWholeWhereTheMovesLeadFromItsBeginToAStandAtItsEnd) {
+  Sweep sweep;
+  sweep.start_x_mm = 10;
+  sweep.end_x_mm = 40;
+  auto moves = pressure_advance::TrapezoidSweep(100, 10, 40, 10, 1000);
+  EXPECT_TRUE(IsWhole(moves, sweep));
+  EXPECT_FALSE(IsWhole(std::span(moves).first(moves.size() - 1), sweep));  // the end is to come
+  EXPECT_FALSE(IsWhole(std::span(moves).subspan(1), sweep));
+  EXPECT_FALSE(IsWhole({}, sweep));
+  moves.erase(moves.begin() + 1);  // a batch got lost
+  EXPECT_FALSE(IsWhole(moves, sweep));
+}
+
 TEST(PlacedSweep, OnlySteadyFramesAreScored) {
   using pressure_advance::FrameMotion;
   pressure_advance::SweepTiming timing;
@@ -77,6 +91,28 @@ TEST(PlacedSweep, EachFrameIsComparedWithTheOneBeforeHoweverManyThereAre) {
     ASSERT_TRUE(pair);
     EXPECT_EQ(all->frames[i].arrival_s, static_cast<double>(i));
     EXPECT_EQ(all->frames[i].change, pair->frames[1].change) << i;
+  }
+}
+
+// However far the observer came while frames were added.
+TEST(SweepObserver, BeginsWhatObserveEnds) {
+  std::vector<machine::CapturedFrame> frames;
+  SweepObserver observer;
+  for (int i = 0; i < 60; ++i) {
+    machine::CapturedFrame& frame = frames.emplace_back();
+    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, i * i));
+    frame.image.assign(jpeg.begin(), jpeg.end());
+    frame.arrival_s = i;
+    observer.Add(frame);
+  }
+  auto begun = observer.Finish();
+  ASSERT_LE(begun.size(), frames.size());
+  const auto all = Observe(frames, {}, std::move(begun));
+  const auto alone = Observe(frames, {});
+  ASSERT_TRUE(all && alone);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(all->frames[i].arrival_s, alone->frames[i].arrival_s);
+    EXPECT_EQ(all->frames[i].change, alone->frames[i].change) << i;
   }
 }
 

@@ -48,29 +48,6 @@ Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame,
   return {};
 }
 
-/// That a video has as many frames as scan.json says of it.
-Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
-  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
-    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
-                            "leave {} out",
-                            line.video, frames, key, entries, what, key),
-                ErrorKind::kMeasurement);
-  };
-  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
-    return wrong("frame_times_s", "times", line.frame_times_s.size());
-  }
-  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
-    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
-  }
-  return {};
-}
-
-/// Whether a frame may be looked at.
-bool IsPlaced(const ScanLine& line, std::size_t frame) {
-  const auto& positions = line.frame_positions_mm;
-  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
-}
-
 /// Up to 16 whole frames (4 of large ones) spread evenly over those of a sweep that may be looked
 /// at and were not cut, upright.
 Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, const Scan& scan,
@@ -115,6 +92,27 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
 }
 
 }  // namespace
+
+Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
+  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
+    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
+                            "leave {} out",
+                            line.video, frames, key, entries, what, key),
+                ErrorKind::kMeasurement);
+  };
+  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
+    return wrong("frame_times_s", "times", line.frame_times_s.size());
+  }
+  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
+    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
+  }
+  return {};
+}
+
+bool IsPlaced(const ScanLine& line, std::size_t frame) {
+  const auto& positions = line.frame_positions_mm;
+  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
+}
 
 Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const ScanLine& line) {
   const std::filesystem::path path = folder / line.video;

@@ -2,14 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <span>
 #include <utility>
 
 #include "machine/net/host_clock.h"
+#include "machine/video/video_writer.h"
 #include "pressure_advance/procedure/laser_check.h"
 #include "pressure_advance/procedure/placed_sweep.h"
 #include "pressure_advance/procedure/scan_recording.h"
+#include "pressure_advance/procedure/sweep_observer.h"
 
 namespace trammel::procedure {
 namespace {
@@ -48,13 +53,49 @@ struct Sweeping {
   std::array<double, 4> gcode_origin_mm{};  // of G-code's coordinates in the toolhead's
 };
 
-// The motion between two moments of the host's clock, along the line.
+// Writes frames to a video, and has them observed meanwhile.
+class ObservedVideo final : public FrameSink {
+ public:
+  ObservedVideo(machine::VideoWriter writer, std::shared_ptr<SweepObserver> observer)
+      : writer_(std::move(writer)), observer_(std::move(observer)) {}
+
+  Result<void> Add(const machine::CapturedFrame& frame) override {
+    auto added = writer_.Add(frame);
+    if (added && IsSound(frame)) observer_->Add(frame);
+    return added;
+  }
+  Result<void> Finish() override { return writer_.Finish(); }
+
+ private:
+  machine::VideoWriter writer_;
+  std::shared_ptr<SweepObserver> observer_;  // may outlive the sweep where a disk hangs
+};
+
+// The observations that are of the recording's first frames.
+std::vector<pressure_advance::FrameObservation> OfTheFirst(
+    std::span<const machine::CapturedFrame> frames,
+    std::vector<pressure_advance::FrameObservation> observed) {
+  const auto same =
+      std::mismatch(observed.begin(), observed.end(), frames.begin(), frames.end(),
+                    [](const auto& seen, const machine::CapturedFrame& frame) {
+                      return seen.arrival_s == frame.arrival_s && seen.sequence == frame.sequence;
+                    });
+  observed.erase(same.first, observed.end());
+  return observed;
+}
+
+// The motion between two moments of the host's clock, along the line. What was told before the
+// frames ended is whole nearly always; what is missing comes a second later at most.
 Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from_s, double to_s,
                        RecordedSweep& recorded) {
   machine::Printer& printer = sweeping.session.printer;
   const auto clock = printer.Clock(kClock_s, sweeping.session.Within(kFrame_s));
   if (!clock) return tl::unexpected(clock.error());
   recorded.clock_sigma_s = clock->PrintTimeBound(to_s) / std::sqrt(3.0);
+  recorded.motion =
+      AlongLine(printer.MovesTold(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s)), sweep,
+                *clock, sweeping.gcode_origin_mm);
+  if (IsWhole(recorded.motion, sweep)) return {};
   const auto moves = printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
                                    sweeping.session.Within(kFrame_s));
   if (!moves) return tl::unexpected(moves.error());
@@ -71,9 +112,11 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
                            RecordedSweep& recorded) {
   const Session& session = sweeping.session;
   const ScanSettings& settings = sweeping.request.settings;
-  auto begun =
-      sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s);
-  if (!begun) return tl::unexpected(begun.error());
+  auto video =
+      machine::VideoWriter::Create(sweeping.request.folder / recorded.video, settings.frames_per_s);
+  if (!video) return tl::unexpected(video.error());
+  const auto observer = std::make_shared<SweepObserver>();
+  sweeping.recorder.Begin(std::make_unique<ObservedVideo>(std::move(*video), observer));
   const auto stand = [&] {  // now it does
     const double now_s = machine::HostNow();
     const Result<void> stood = Stand(session, settings.settle_s);
@@ -89,6 +132,7 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
   if (!swept) return tl::unexpected(swept.error());
   if (!frames) return tl::unexpected(frames.error());
   recorded.frames = std::move(*frames);
+  recorded.observed = OfTheFirst(recorded.frames, observer->Finish());
   return stood_s;
 }
 

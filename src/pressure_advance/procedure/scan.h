@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/read_ahead.h"
 #include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/frame_recorder.h"
@@ -25,6 +26,7 @@ struct ScanRequest {
   std::string started;                ///< date and time, for the recording
   std::string camera;                 ///< what the camera says it is
   RecordingCutter* cutter = nullptr;  ///< outlives the scan; null: videos stay whole
+  ReadAhead* read_ahead = nullptr;    ///< outlives the scan; null: lines are read when wanted
 };
 
 /// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one

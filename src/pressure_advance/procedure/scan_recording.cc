@@ -102,7 +102,7 @@ Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
 Result<void> ScanRecording::Add(RecordedSweep sweep) {
   our_clock_ = our_clock_ && std::all_of(sweep.frames.begin(), sweep.frames.end(), OnOurClock);
-  auto seen = Observe(sweep.frames, sweep.motion);
+  auto seen = Observe(sweep.frames, sweep.motion, std::move(sweep.observed));
   if (!seen) return tl::unexpected(seen.error());
   sweep.frames = {};
   const ClockOffset clock{0, sweep.clock_sigma_s};
@@ -139,7 +139,7 @@ Result<void> ScanRecording::Write() {
   FindCrop();
   if (auto kept = WriteSweeps(); !kept) return kept;
   if (auto kept = WriteScan(); !kept) return kept;
-  CutNewLines();
+  HandOnNewLines();
   return {};
 }
 
@@ -154,14 +154,15 @@ void ScanRecording::FindCrop() {
 }
 
 // The crop is in scan.json before the first video loses what it was found in.
-void ScanRecording::CutNewLines() {
+void ScanRecording::HandOnNewLines() {
   Scan one = scan_;
   if (!one.crop) one.crop = found_crop_;
-  if (request_.cutter == nullptr || !one.crop) return;
+  if (!one.crop) return;
   for (const ScanLine& line : scan_.lines) {
-    if (!given_to_cutter_.insert(line.video).second) continue;
+    if (!handed_on_.insert(line.video).second) continue;
     one.lines = {line};
-    request_.cutter->Add(request_.folder, one);
+    if (request_.read_ahead != nullptr) request_.read_ahead->Add(request_.folder, one);
+    if (request_.cutter != nullptr) request_.cutter->Add(request_.folder, one);
   }
 }
 

@@ -23,6 +23,7 @@ struct RecordedSweep {
   AxisDirection print_direction = AxisDirection::kPlusX;
   std::string video;  ///< in the recording's folder; its `.times` beside it
   std::vector<machine::CapturedFrame> frames;
+  std::vector<pressure_advance::FrameObservation> observed;  ///< the first frames, so far
   std::vector<pressure_advance::LineMove> motion;  ///< along the line, on this machine's clock
   double clock_sigma_s = 0;                        ///< of the motion's times
 };
@@ -38,7 +39,7 @@ class ScanRecording {
   [[nodiscard]] Result<void> Begin();
 
   /// Places the frames of all sweeps so far anew and writes both files. Decodes every frame of this
-  /// sweep. Errors: the disk's; a picture that cannot be decoded.
+  /// sweep that was not observed before. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
   /// Why the sweep that was added last cannot be placed, or nothing can since it was, or why its
@@ -76,7 +77,7 @@ class ScanRecording {
   [[nodiscard]] Result<void> WriteScan();
   void PlaceAll();
   void FindCrop();
-  void CutNewLines();
+  void HandOnNewLines();
   void NameGap(std::size_t sweep, const pressure_advance::ScanLine& line);
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
@@ -93,8 +94,8 @@ class ScanRecording {
   pressure_advance::Scan scan_;             // for scan.json
   bool crop_sought_ = false;                // where the settings name none
   std::optional<PixelRect> found_crop_;
-  std::set<std::string> given_to_cutter_;  // videos
-  std::size_t safe_ = 0;                   // lines that scan.json has
+  std::set<std::string> handed_on_;  // videos
+  std::size_t safe_ = 0;             // lines that scan.json has
   std::vector<NotPlaced> not_placed_;
   std::vector<NotPlaced> set_aside_;
   std::optional<std::string> trouble_;
