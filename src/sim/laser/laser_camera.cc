@@ -63,11 +63,16 @@ LaserCamera::LaserCamera(const Condition& condition, const LaserTraits& traits,
 
 void LaserCamera::SetTraits(const LaserTraits& traits) {
   traits_ = traits;
-  noise_gain_.clear();
+  noisy_.clear();
   for (int level = 0; level < 256; ++level) {
     const double sigma =
         std::sqrt(traits.noise_floor * traits.noise_floor + traits.noise_shot * level);
-    noise_gain_.push_back(static_cast<int>(std::lround(8 * sigma)));
+    const int strength = static_cast<int>(std::lround(8 * sigma));  // sigma times 256 / 32
+    for (int i = 0; i < 256; ++i) {
+      const int noise = i < 128 ? i : i - 256;
+      noisy_.push_back(
+          static_cast<std::uint8_t>(std::clamp(level + ((noise * strength + 128) >> 8), 0, 255)));
+    }
   }
 
   profile_.clear();

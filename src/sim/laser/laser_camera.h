@@ -116,9 +116,9 @@ class LaserCamera {
   Texture filament_texture_;
   Tile plate_speckle_;  // factors with mean 1
   Tile filament_speckle_;
-  std::vector<std::int8_t> noise_;  // standard normal times 32
-  std::vector<int> noise_gain_;     // per level: sigma times 256 / 32
-  std::vector<float> profile_;      // of the line, for each sub-pixel phase
+  std::vector<std::int8_t> noise_;   // standard normal times 32
+  std::vector<std::uint8_t> noisy_;  // per level and noise & 255: what comes of them
+  std::vector<float> profile_;       // of the line, for each sub-pixel phase
   int profile_radius_ = 0;
   int band_begin_ = 0;  // columns of the window that laser light can reach
   int band_end_ = 0;

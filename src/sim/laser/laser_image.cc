@@ -101,15 +101,10 @@ void LaserCamera::GatherLook(const LaserScene& scene, const View& view, const Ex
 
 void LaserCamera::AddNoise(double gain, Random& random, Frame& frame) const {
   // One look-up per value: what each level becomes under each noise.
-  std::vector<std::uint8_t> noisy(256 * 256);
+  std::vector<std::uint8_t> noisy(noisy_.size());
   for (int level = 0; level < 256; ++level) {
-    const int value = ToByte(level * gain);
-    const int strength = noise_gain_[static_cast<std::size_t>(value)];
-    std::uint8_t* out = noisy.data() + std::ptrdiff_t{256} * level;
-    for (int noise = -128; noise < 128; ++noise) {
-      out[noise & 255] =
-          static_cast<std::uint8_t>(std::clamp(value + ((noise * strength + 128) >> 8), 0, 255));
-    }
+    const std::uint8_t* from = noisy_.data() + std::ptrdiff_t{256} * ToByte(level * gain);
+    std::copy_n(from, 256, noisy.data() + std::ptrdiff_t{256} * level);
   }
   for (int v = 0; v < frame.height; ++v) {
     std::uint8_t* out = frame.row(v);
