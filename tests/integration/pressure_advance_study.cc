@@ -1,5 +1,6 @@
 // The accuracy study: many virtual printers under the paper's twelve conditions, both methods
-// beside each other. Prints the table that README.md quotes.
+// beside each other, and what no method can do better. Prints the table that README.md and
+// docs/pressure-advance.md quote.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -9,10 +10,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/square.h"
 #include "base/statistics.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/plan_file.h"
@@ -20,6 +23,7 @@
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "sim/camera/scan_recorder.h"
 #include "sim/print/conditions.h"
+#include "sim/print/printer.h"
 #include "sim/print/world.h"
 
 namespace trammel {
@@ -27,19 +31,49 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kBound_s = 0.002;
+constexpr double kNear_s = 0.002;
 constexpr std::uint64_t kFirstReportedSeed = 1000;  // CONVENTIONS.md: below it is development
+// The truth lies evenly over one step of the paper's list, the one that holds its own answers.
+constexpr Interval kStep_s{0.06 * 5 / 9, 0.06 * 6 / 9};
+
+// How one interval did.
+struct Value {
+  double error_s = 0;
+  double pull = 0;
+  bool covered = false;
+};
 
 struct Outcome {
   bool failed = false;
   std::string text;  // error or reason
-  bool good = false;
-  double error_s = 0;
-  double pull = 0;
-  bool covered = false;
+  std::optional<Value> value, acceleration, deceleration;
+  double bound_s = 0;
   std::optional<double> best_error_s;
   std::optional<double> cubic_error_s;
 };
+
+std::optional<Value> Judge(const Measured& measured, double truth_s) {
+  if (!measured.good()) return std::nullopt;
+  const Quantity& q = measured.quantity();
+  return Value{q.value - truth_s, (q.value - truth_s) / q.standard_uncertainty,
+               q.interval95.lo <= truth_s && truth_s <= q.interval95.hi};
+}
+
+// What no method does better than with these lines (docs/pressure-advance.md): each has a lag of
+// its own, and its flow wanders in windows and reference, the level moving the transitions against
+// each other.
+double BoundOf(const sim::PrinterTraits& traits) {
+  // The paper's pattern: ten lines, windows and reference of docs/pressure-advance.md, 4 mm at
+  // either end not scanned.
+  constexpr double kLines = 10, kA_mm = 10.5, kD_mm = 8.25, kReference_mm = 3.25;
+  constexpr double kChange_mm_s = 145;
+  const double density = 2 * traits.flow_noise_length_mm * Square(traits.flow_noise / kChange_mm_s);
+  const double aa = density * kA_mm * (1 + kA_mm / kReference_mm);
+  const double dd = density * kD_mm * (1 + kD_mm / kReference_mm);
+  const double ad = -density * kA_mm * kD_mm / kReference_mm;
+  const double flow = (aa * dd - ad * ad) / (aa + dd - 2 * ad);
+  return std::sqrt((Square(traits.lag_scatter_s) + flow) / kLines);
+}
 
 Outcome Failed(const Error& error) {
   Outcome outcome;
@@ -65,7 +99,13 @@ World PaperPattern() {
 Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& condition,
                const fs::path& scratch) {
   Outcome outcome;
-  const auto print = sim::PrintInWorld(world.gcode, seed, std::nullopt, Interval{0, 0.06});
+  const Random world_random(seed);
+  Random truth_random = world_random.Fork(1);
+  Random traits_random = world_random.Fork(2);
+  Random print_random = world_random.Fork(3);
+  const sim::PrinterTraits traits =
+      sim::DrawTraits(truth_random.Uniform(kStep_s.lo, kStep_s.hi), traits_random);
+  const auto print = sim::PrintGcode(world.gcode, traits, print_random);
   if (!print) return Failed(print.error());
   const fs::path folder = scratch / fmt::format("{}-{}", seed, sim::ToString(condition));
   fs::remove_all(folder);
@@ -86,50 +126,70 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   if (analysis.deviation.cubic_minimum_s) {
     outcome.cubic_error_s = *analysis.deviation.cubic_minimum_s - truth;
   }
-  outcome.good = analysis.pressure_advance.good();
+  outcome.bound_s = BoundOf(traits);
   outcome.text = analysis.pressure_advance.reason();
-  if (outcome.good) {
-    const Quantity& q = analysis.pressure_advance.quantity();
-    outcome.error_s = q.value - truth;
-    outcome.pull = outcome.error_s / q.standard_uncertainty;
-    outcome.covered = q.interval95.lo <= truth && truth <= q.interval95.hi;
-  }
+  outcome.value = Judge(analysis.pressure_advance, truth);
+  outcome.acceleration = Judge(analysis.response.acceleration.pressure_advance, truth);
+  outcome.deceleration = Judge(analysis.response.deceleration.pressure_advance, truth);
   return outcome;
 }
 
-struct Tally {
-  int runs = 0, good = 0, close = 0, covered = 0;
-  std::vector<double> error_ms, pull, best_ms, cubic_ms;
+double RootMeanSquare(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
 
-  void Add(const Outcome& outcome) {
-    ++runs;
-    if (outcome.best_error_s) best_ms.push_back(1e3 * *outcome.best_error_s);
-    if (outcome.cubic_error_s) cubic_ms.push_back(1e3 * *outcome.cubic_error_s);
-    if (!outcome.good) return;
-    ++good;
-    close += std::abs(outcome.error_s) <= kBound_s;
-    covered += outcome.covered;
-    error_ms.push_back(1e3 * outcome.error_s);
-    pull.push_back(outcome.pull);
-  }
-};
-
-int Within2(const std::vector<double>& errors_ms) {
+int Near(const std::vector<double>& errors_ms) {
   int count = 0;
-  for (const double error : errors_ms) count += std::abs(error) <= 1e3 * kBound_s;
+  for (const double error : errors_ms) count += std::abs(error) <= 1e3 * kNear_s;
   return count;
 }
 
 double MeanOrZero(const std::vector<double>& sample) { return sample.empty() ? 0 : Mean(sample); }
 
+// One kind of interval over many prints.
+struct Intervals {
+  int covered = 0;
+  std::vector<double> error_ms, pull;
+
+  void Add(const std::optional<Value>& value) {
+    if (!value) return;
+    covered += value->covered;
+    error_ms.push_back(1e3 * value->error_s);
+    pull.push_back(value->pull);
+  }
+  [[nodiscard]] int good() const { return static_cast<int>(error_ms.size()); }
+  [[nodiscard]] double share() const { return 100.0 * covered / std::max(1, good()); }
+};
+
+struct Tally {
+  int runs = 0;
+  Intervals value, acceleration, deceleration;
+  std::vector<double> bound_ms, best_ms, cubic_ms;
+
+  void Add(const Outcome& outcome) {
+    ++runs;
+    if (outcome.best_error_s) best_ms.push_back(1e3 * *outcome.best_error_s);
+    if (outcome.cubic_error_s) cubic_ms.push_back(1e3 * *outcome.cubic_error_s);
+    value.Add(outcome.value);
+    acceleration.Add(outcome.acceleration);
+    deceleration.Add(outcome.deceleration);
+    if (outcome.value) bound_ms.push_back(1e3 * outcome.bound_s);
+  }
+};
+
 void PrintRow(const std::string& name, const Tally& t) {
+  const double rms = RootMeanSquare(t.value.error_ms);
+  const double bound = RootMeanSquare(t.bound_ms);
+  const double best = RootMeanSquare(t.best_ms);
   fmt::print(
-      "{:<20} {:>4} {:>5} {:>6} {:>6} | {:>6.2f} {:>5.2f} {:>5.2f} | {:>4}/{:<4} {:>6.2f} {:>5.2f} "
-      "| {:>4}/{:<4} {:>6.2f} {:>5.2f}\n",
-      name, t.runs, t.good, t.close, t.covered, MeanOrZero(t.error_ms),
-      StandardDeviation(t.error_ms), StandardDeviation(t.pull), Within2(t.best_ms),
-      t.best_ms.size(), MeanOrZero(t.best_ms), StandardDeviation(t.best_ms), Within2(t.cubic_ms),
-      t.cubic_ms.size(), MeanOrZero(t.cubic_ms), StandardDeviation(t.cubic_ms));
+      "{:<22} {:>5} {:>5} | {:>5.2f} {:>5.2f} {:>5.2f} {:>5.2f} | {:>5.1f} {:>5.1f} {:>5.1f} "
+      "{:>5.2f} | {:>5.2f} {:>5.2f} {:>5.2f} | {:>4} {:>4} {:>4}\n",
+      name, t.runs, t.runs - t.value.good(), MeanOrZero(t.value.error_ms), rms, bound,
+      bound > 0 ? rms / bound : 0, t.value.share(), t.acceleration.share(), t.deceleration.share(),
+      StandardDeviation(t.value.pull), best, RootMeanSquare(t.cubic_ms), best > 0 ? rms / best : 0,
+      Near(t.value.error_ms), Near(t.best_ms), Near(t.cubic_ms));
 }
 
 int FromEnvironment(const char* name, int fallback) {
@@ -169,26 +229,31 @@ TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelve
     ASSERT_FALSE(outcomes[i].failed) << "seed " << first + i << ": " << outcomes[i].text;
     tally[c].Add(outcomes[i]);
     all.Add(outcomes[i]);
-    if (!outcomes[i].good) {
+    if (!outcomes[i].value) {
       fmt::print("seed {} {}: {}\n", first + i, sim::ToString(conditions[c]), outcomes[i].text);
-    } else if (std::abs(outcomes[i].error_s) > kBound_s) {
+    } else if (std::abs(outcomes[i].value->error_s) > kNear_s) {
       fmt::print("seed {} {}: off by {:+.2f} ms, {:+.1f} u\n", first + i,
-                 sim::ToString(conditions[c]), 1e3 * outcomes[i].error_s, outcomes[i].pull);
+                 sim::ToString(conditions[c]), 1e3 * outcomes[i].value->error_s,
+                 outcomes[i].value->pull);
     }
   }
   fmt::print(
-      "\nresponse: runs, accepted, within 2 ms, in 95 % interval | mean, sd of error (ms), sd of "
+      "\nresponse: prints, without an answer | mean and rms error, bound (ms), rms over bound |"
+      "\nin the 95 % interval of the answer, of the acceleration, of the deceleration (%), sd of "
       "error/u |"
-      "\ndeviation: best line within 2 ms, mean, sd (ms) | cubic minimum within 2 ms, mean, sd "
-      "(ms)\n");
+      "\ndeviation: rms error of the best line, of the cubic's minimum (ms), response over best "
+      "line |"
+      "\nwithin 2 ms: response, best line, cubic\n");
   for (std::size_t c = 0; c < conditions.size(); ++c) {
     PrintRow(sim::ToString(conditions[c]), tally[c]);
   }
   PrintRow("all", all);
-  EXPECT_GE(all.close, 0.95 * all.good);
+  EXPECT_GE(Near(all.value.error_ms), 0.95 * all.value.good());
+  EXPECT_GE(all.value.covered, 0.93 * all.value.good());
+  EXPECT_LE(RootMeanSquare(all.value.error_ms), 0.3 * RootMeanSquare(all.best_ms));
   // "The ten easier conditions": all but the two that refuse most.
   std::vector<int> refused;
-  for (const Tally& t : tally) refused.push_back(t.runs - t.good);
+  for (const Tally& t : tally) refused.push_back(t.runs - t.value.good());
   std::sort(refused.begin(), refused.end());
   int easier = 0;
   for (int i = 0; i < 10; ++i) easier += refused[i];
