@@ -2,7 +2,7 @@
 // how far off they are. Prints the tables that docs/part-alignment-survey.md quotes.
 //
 // TRAMMEL_NETWORKS: per row, 20 without it. TRAMMEL_NETWORKS_SEED: of the first network. Reported
-// figures are those of 700000; development uses seeds below 1000.
+// figures are those of 910000; 700000 and 800000 have tuned the matching.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
 }
 
 std::uint64_t Networks() { return FromEnvironment("TRAMMEL_NETWORKS", kReportedNetworks); }
-std::uint64_t FirstSeed() { return FromEnvironment("TRAMMEL_NETWORKS_SEED", 700000); }
+std::uint64_t FirstSeed() { return FromEnvironment("TRAMMEL_NETWORKS_SEED", 910000); }
 
 struct Row {
   int good = 0;

@@ -155,13 +155,14 @@ std::optional<Vector3d> IntersectObservations(const Network& network,
   return at && agreeing(*at).size() >= 2 ? at : std::nullopt;
 }
 
-void PlacePoints(double tolerance_px, Network& network) {
+// @param barred  of the points; those stay as they are. Empty: none is.
+void PlacePoints(double tolerance_px, Network& network, const std::vector<bool>& barred = {}) {
   std::vector<std::vector<std::size_t>> of_point(network.points.size());
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     of_point[network.observations[i].point].push_back(i);
   }
   for (std::size_t p = 0; p < network.points.size(); ++p) {
-    if (network.points[p].placed) continue;
+    if (network.points[p].placed || (!barred.empty() && barred[p])) continue;
     if (const auto at = IntersectObservations(network, of_point[p], tolerance_px)) {
       network.points[p] = {*at, true};
     }
@@ -333,6 +334,20 @@ void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& r
     if (!grew && tolerance_px >= 0.5 * last_px) break;
   }
   Gate(tolerance_px, network);
+}
+
+void PlaceMore(double tolerance_px, const std::vector<bool>& barred, Network& network,
+               Random& random) {
+  constexpr std::size_t kLeastKnown = 4;
+  const Observations observations = ObservationsByStation(network);
+  bool grew = true;
+  while (grew) {
+    grew = false;
+    PlacePoints(tolerance_px, network, barred);
+    for (const std::size_t station : NextStations(network, observations, kLeastKnown)) {
+      grew |= PlaceStation(station, observations, tolerance_px, network, random);
+    }
+  }
 }
 
 bool StartNetwork(const NetworkStartOptions& options, Network& network, Random& random) {

@@ -28,6 +28,11 @@ struct NetworkStartOptions {
 /// stands, with adjustments in between.
 void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& random);
 
+/// Places what can be without moving anything that is placed.
+/// @param barred  points that stay out.
+void PlaceMore(double tolerance_px, const std::vector<bool>& barred, Network& network,
+               Random& random);
+
 /// Indices into network.observations, station by station.
 [[nodiscard]] std::vector<std::vector<std::size_t>> ObservationsByStation(const Network& network);
 

@@ -16,6 +16,7 @@ constexpr double kBeside_px = 8;
 constexpr int kLeastBeside = 3;       // pictures
 constexpr double kBesideShare = 0.2;  // of those that show it at its place
 constexpr double kChances = 4;        // times what chance lets expect
+constexpr double kFacing = 0.34;      // cosine, 70 degrees: beyond it no disc is seen
 
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
@@ -30,73 +31,17 @@ std::vector<std::vector<std::size_t>> OwnersOf(const PlainMatches& matches) {
   return owners;
 }
 
-// Views that show both.
-int Together(const PlainMatch& a, const PlainMatch& b) {
-  int together = 0;
-  for (std::size_t i = 0, j = 0; i < a.members.size() && j < b.members.size();) {
-    if (a.members[i].view == b.members[j].view) ++together;
-    if (a.members[i].view <= b.members[j].view) {
-      ++i;
-    } else {
-      ++j;
-    }
-  }
-  return together;
-}
-
 constexpr int kNeighbours = 2;  // seen together so often, two targets are two
 
-// Targets that several pictures show beside a target.
-std::set<std::size_t> NeighboursOf(const std::vector<PlainView>& views, const PlainMatches& matches,
-                                   const std::vector<std::vector<std::size_t>>& owners,
-                                   std::size_t t) {
-  const PlainMatch& match = matches.targets[t];
-  std::set<std::size_t> neighbours;
-  for (const PlainMember& member : match.members) {
-    const PlainView& view = views[member.view];
-    // Merged from some sides, they are farther apart from others.
-    const double half = 2 * kBeside_px / view.focal_px();
-    view.Near(view.sights()[member.sight].slope, Vector2d(half, half), [&](std::size_t k) {
-      const std::size_t owner = owners[member.view][k];
-      if (owner != kNobody && owner != t && Together(match, matches.targets[owner]) >= kNeighbours)
-        neighbours.insert(owner);
-    });
-  }
-  return neighbours;
+Vector3d SeenFrom(const std::vector<PlainView>& views, const PlainMatch& match) {
+  Vector3d sum = Vector3d::Zero();
+  for (const PlainMember& member : match.members)
+    sum += (views[member.view].station().place - match.at).normalized();
+  return sum.normalized();
 }
 
-// Whether a sight is the one disc that a view makes of two: in the middle between them, where such
-// sights of several views meet as those of a target do.
-bool IsMerged(const PlainView& view, const Vector2d& slope, const PlainMatches& matches,
-              const Vector2d& own, const std::set<std::size_t>& neighbours) {
-  constexpr double kMiddle_px = 2;
-  return std::any_of(neighbours.begin(), neighbours.end(), [&](std::size_t n) {
-    const auto other = view.Predict(matches.targets[n].at);
-    return other && ((own + other->slope) / 2 - slope).norm() < kMiddle_px / view.focal_px();
-  });
-}
-
-// Marks what several views make of two neighbours, one disc between them, where these are never
-// seen: no target of its own.
-void MarkMerged(const PlainMatches& matches, std::size_t t, const std::set<std::size_t>& neighbours,
-                std::vector<PlainFate>& fate) {
-  constexpr double kMiddle = 0.35;  // of the way from one to the other
-  const PlainMatch& one = matches.targets[t];
-  for (const std::size_t n : neighbours) {
-    if (n < t) continue;  // seen from there
-    const PlainMatch& other = matches.targets[n];
-    const double near = kMiddle * (one.at - other.at).norm();
-    for (std::size_t m = 0; m < matches.targets.size(); ++m) {
-      const PlainMatch& between = matches.targets[m];
-      if (m != t && m != n && ((one.at + other.at) / 2 - between.at).norm() < near &&
-          Together(between, one) == 0 && Together(between, other) == 0) {
-        fate[m] = PlainFate::kAmbiguous;
-      }
-    }
-  }
-}
-
-// Pictures that show a point beside the place and none at it; and how many would by chance.
+// Pictures from the side from which others show it that show a point beside the place and none at
+// it; and how many would by chance.
 struct Beside {
   int pictures = 0;
   double by_chance = 0;
@@ -104,25 +49,31 @@ struct Beside {
 
 Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches,
                 const std::vector<std::vector<std::size_t>>& owners,
-                const std::vector<double>& free, const std::set<std::size_t>& neighbours,
-                std::size_t t) {
+                const std::vector<double>& free, std::size_t t) {
   const PlainMatch& match = matches.targets[t];
   std::set<std::size_t> at_place;
   for (const PlainMember& member : match.members) at_place.insert(member.view);
+  const Vector3d seen_from = SeenFrom(views, match);
   Beside beside;
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (at_place.contains(v)) continue;
     const auto prediction = views[v].Predict(match.at);
     if (!prediction || !views[v].InPicture(prediction->slope)) continue;
+    const Vector3d ray = views[v].station().place - match.at;
+    if (seen_from.dot(ray.normalized()) < kFacing) continue;
     const double half = kBeside_px / views[v].focal_px();
+    const double near = 2 * half * ray.norm();
     bool found = false;
     views[v].Near(prediction->slope, Vector2d(half, half), [&](std::size_t k) {
+      const PlainFate fate = matches.fates[v][k];
+      if (fate == PlainFate::kMerged || fate == PlainFate::kCoded) return;
       const std::size_t owner = owners[v][k];
-      const bool strange =
-          owner == kNobody || Together(match, matches.targets[owner]) < kNeighbours;
-      if (!strange ||
-          IsMerged(views[v], views[v].sights()[k].slope, matches, prediction->slope, neighbours)) {
-        return;
+      if (owner != kNobody) {
+        const PlainMatch& other = matches.targets[owner];
+        if ((other.at - match.at).norm() > near || SeenTogether(match, other) >= kNeighbours ||
+            (match.merges && other.merges)) {
+          return;
+        }
       }
       found = true;
     });
@@ -130,13 +81,6 @@ Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches
     beside.by_chance += 4 * half * half * free[v] / views[v].area();
   }
   return beside;
-}
-
-Vector3d SeenFrom(const std::vector<PlainView>& views, const PlainMatch& match) {
-  Vector3d sum = Vector3d::Zero();
-  for (const PlainMember& member : match.members)
-    sum += (views[member.view].station().place - match.at).normalized();
-  return sum.normalized();
 }
 
 // Whether one is seen before some picture only, the other after it only, and not by chance.
@@ -170,9 +114,7 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
     seen_from.push_back(SeenFrom(views, match));
     low = low.cwiseMin(match.at);
     high = high.cwiseMax(match.at);
-    const std::set<std::size_t> neighbours = NeighboursOf(views, matches, owners, t);
-    MarkMerged(matches, t, neighbours, fate);
-    const Beside beside = BesideOf(views, matches, owners, free, neighbours, t);
+    const Beside beside = BesideOf(views, matches, owners, free, t);
     if (beside.pictures >= kLeastBeside + kChances * beside.by_chance &&
         beside.pictures >= kBesideShare * static_cast<double>(match.members.size())) {
       fate[t] = PlainFate::kNotStill;
@@ -184,7 +126,8 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
     for (std::size_t b = a + 1; b < count; ++b) {
       const PlainMatch& first = matches.targets[a];
       const PlainMatch& second = matches.targets[b];
-      if ((first.at - second.at).norm() < kFar * (high - low).norm() &&
+      if (!(first.merges && second.merges) &&
+          (first.at - second.at).norm() < kFar * (high - low).norm() &&
           seen_from[a].dot(seen_from[b]) > kSameSide && InTurn(first, second)) {
         fate[a] = fate[b] = PlainFate::kMoved;
       }

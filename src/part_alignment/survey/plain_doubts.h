@@ -9,7 +9,7 @@ namespace trammel::part_alignment {
 
 /// Leaves out targets that several pictures show close beside their place, where nothing else
 /// stands that is seen together with them (a small motion; a reflection, which wanders with the
-/// camera; not two neighbours that an oblique view shows as one disc), and pairs of which one ends
+/// camera), and pairs of which one ends
 /// before the other begins (a target put elsewhere).
 void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches);
 

@@ -14,6 +14,8 @@
 #include "base/chi_square.h"
 #include "part_alignment/survey/network.h"
 #include "part_alignment/survey/plain_doubts.h"
+#include "part_alignment/survey/plain_merged.h"
+#include "part_alignment/survey/plain_shape.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -23,96 +25,14 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kBand = 3;            // sigmas
-constexpr std::size_t kPartners = 16;  // views that a sight is paired in
+constexpr std::size_t kPartners = 16;  // views that a sight is paired in at first
 constexpr std::size_t kNear = 24;      // views that a place is looked for in first
 constexpr double kMostFalse = 1e-3;    // expected false targets of a survey
 constexpr double kUnlikely = 1e-6;     // of the rays' residuals
-constexpr double kOffPlane = 0.0436;   // sine of 2.5 degrees: far more than a gate, seen off a row
-constexpr std::size_t kPlaneRays = 14;
-constexpr int kEnough = 5;  // rays off any plane: no row of targets explains them
-
-// The stretch of a line within a box, as distances from its origin.
-std::optional<std::pair<double, double>> Within(const PlainRoom& room, const Vector3d& from,
-                                                const Vector3d& direction) {
-  double near = 0;
-  double far = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    double a = (room.low[axis] - from[axis]) / direction[axis];
-    double b = (room.high[axis] - from[axis]) / direction[axis];
-    if (a > b) std::swap(a, b);
-    if (std::isnan(a) || std::isnan(b)) continue;
-    near = std::max(near, a);
-    far = std::min(far, b);
-  }
-  if (!(near < far) || !std::isfinite(far)) return std::nullopt;
-  return std::pair(near, far);
-}
-
-bool InRoom(const PlainRoom& room, const Vector3d& at) {
-  return (at.array() >= room.low.array()).all() && (at.array() <= room.high.array()).all();
-}
-
-bool HasMember(const PlainMatch& match, const PlainMember& member) {
-  return std::find(match.members.begin(), match.members.end(), member) != match.members.end();
-}
 
 // What a place is chosen by.
 std::pair<int, std::size_t> Evidence(const PlainMatch& match) {
   return {match.off_plane + match.lonely, match.members.size()};
-}
-
-// Rays that the plane through the place with most of the others leaves out, and those in it beside
-// two of them whose pictures have nothing else along the line in which they see the plane.
-void CountOffPlane(const std::vector<PlainView>& views, const PlainRoom& room, PlainMatch& match) {
-  match.off_plane = 0;
-  match.lonely = 0;
-  Vector3d plane = Vector3d::Zero();
-  std::vector<Vector3d> rays;
-  for (const PlainMember& member : match.members) {
-    rays.push_back((views[member.view].station().place - match.at).normalized());
-  }
-  const std::size_t step = std::max<std::size_t>(1, rays.size() / kPlaneRays);
-  int least = std::numeric_limits<int>::max();
-  std::size_t of_plane = 0;
-  for (std::size_t i = 0; i < rays.size(); i += step) {
-    for (std::size_t j = i + step; j < rays.size(); j += step) {
-      const Vector3d across = rays[i].cross(rays[j]);
-      constexpr double kParallel = 0.035;  // 2 degrees: no plane
-      if (across.norm() < kParallel) continue;
-      const Vector3d normal = across.normalized();
-      const auto off = std::count_if(rays.begin(), rays.end(), [&](const Vector3d& ray) {
-        return std::abs(ray.dot(normal)) > kOffPlane;
-      });
-      if (static_cast<int>(off) >= least) continue;
-      least = static_cast<int>(off);
-      plane = normal;
-      of_plane = i;
-    }
-  }
-  if (plane.isZero()) return;
-  match.off_plane = least;
-  if (least >= kEnough) return;
-  const PlainMember& by = match.members[of_plane];
-  const PlainView& first = views[by.view];
-  const Vector3d line = first.Line(first.sights()[by.sight].slope);
-  const auto stretch = Within(room, first.station().place, line);
-  if (!stretch) return;
-  int lonely = 0;
-  std::vector<std::size_t> in_band;
-  for (std::size_t k = 0; k < match.members.size(); ++k) {
-    const PlainView& view = views[match.members[k].view];
-    if (k == of_plane || std::abs(rays[k].dot(plane)) > kOffPlane) continue;
-    const auto near = view.Predict(first.station().place + stretch->first * line);
-    const auto far = view.Predict(first.station().place + stretch->second * line);
-    if (!near || !far) continue;
-    view.Along(
-        near->slope, far->slope,
-        kBand * std::sqrt(first.usual_covariance().trace() + view.usual_covariance().trace()),
-        in_band);
-    if (in_band.size() <= 1) ++lonely;
-  }
-  match.lonely = std::max(lonely - 1, 0);  // one of them made the pair
 }
 
 class Matcher {
@@ -128,17 +48,17 @@ class Matcher {
   }
 
   PlainMatches Run() {
+    LeaveToKnown();
     for (const int least : {20, 8, 5, 3}) {
       if (least < options_.least_off_plane) break;
       TakeAtOnce(least);
       if (Done()) break;
     }
-    constexpr int kRounds = 4;
-    for (int round = 0; round < kRounds && !Done() && options_.least_off_plane < 3; ++round) {
-      if (!TakeBestFirst()) break;
-    }
+    if (options_.least_off_plane < 3) TakeFew();
     AssignAnew();
+    LeaveMerged(views_, options_, found_);
     DropByResiduals();
+    DropByShape(views_, found_);
     DropDoubtful(views_, found_);
     return std::move(found_);
   }
@@ -171,36 +91,35 @@ class Matcher {
       std::sort(partners.begin(), partners.end());
       std::sort(near.begin(), near.end());
       partners_.emplace_back();
-      for (std::size_t i = 0; i < std::min(kPartners, partners.size()); ++i)
-        partners_.back().push_back(partners[i].second);
+      for (const auto& [angle, v] : partners) partners_.back().push_back(v);
       near_.emplace_back();
-      for (std::size_t i = 0; i < std::min(kNear, near.size()); ++i)
-        near_.back().push_back(near[i].second);
+      for (const auto& [angle, v] : near) near_.back().push_back(v);
     }
   }
 
-  // Sights of a view at a place; none if there are two.
-  enum class At { kNone, kOne, kTwo };
-  At SightAt(std::size_t v, const PlainMatch& match, bool free_only, std::size_t& found) const {
-    const PlainView& view = views_[v];
-    const auto prediction = view.Predict(match.at);
-    if (!prediction || !view.InPicture(prediction->slope)) return At::kNone;
-    const Matrix2d of_place =
-        prediction->by_place * match.covariance * prediction->by_place.transpose();
-    constexpr double kWorse = 4;  // a sight's variance than the usual one's
-    const Vector2d half =
-        (options_.gate * (of_place + kWorse * view.usual_covariance()).diagonal()).cwiseSqrt();
-    int count = 0;
-    view.Near(prediction->slope, half, [&](std::size_t k) {
-      if (free_only && found_.fates[v][k] != PlainFate::kFree) return;
-      const PlainSight& sight = view.sights()[k];
-      const Vector2d off = sight.slope - prediction->slope;
-      const Matrix2d covariance = of_place + sight.covariance;
-      if (off.dot(covariance.inverse() * off) > options_.gate) return;
-      ++count;
-      found = k;
-    });
-    return count == 0 ? At::kNone : count == 1 ? At::kOne : At::kTwo;
+  // Gives what stands where a target is known to be to that one.
+  void LeaveToKnown() {
+    for (const PlainMatch& known : options_.known) {
+      for (std::size_t v = 0; v < views_.size(); ++v) {
+        for (const std::size_t k : SightsAt(views_[v], known, options_.gate)) {
+          if (!IsFree({v, k})) continue;
+          found_.fates[v][k] = PlainFate::kCoded;
+          --free_[v];
+        }
+      }
+    }
+  }
+
+  // The sight of a view at a place; none if there are two. Those that are free, or of a target.
+  std::optional<std::size_t> SightAt(std::size_t v, const PlainMatch& match, bool free_only) const {
+    std::optional<std::size_t> one;
+    for (const std::size_t k : SightsAt(views_[v], match, options_.gate)) {
+      const PlainFate fate = found_.fates[v][k];
+      if (fate != PlainFate::kFree && (free_only || fate == PlainFate::kCoded)) continue;
+      if (one) return std::nullopt;
+      one = k;
+    }
+    return one;
   }
 
   // Adds what other views show there, until nothing changes. False if no third one does.
@@ -209,8 +128,7 @@ class Matcher {
     for (int round = 0; round < kRounds; ++round) {
       std::vector<PlainMember> members;
       for (std::size_t v = 0; v < views_.size(); ++v) {
-        std::size_t sight = 0;
-        if (SightAt(v, match, true, sight) == At::kOne) members.push_back({v, sight});
+        if (const auto sight = SightAt(v, match, true)) members.push_back({v, *sight});
       }
       if (members.size() < 3) return false;
       const bool same = members == match.members;
@@ -224,10 +142,10 @@ class Matcher {
 
   [[nodiscard]] bool AnyThird(std::size_t first, std::size_t second,
                               const PlainMatch& match) const {
-    return std::any_of(near_[first].begin(), near_[first].end(), [&](std::size_t v) {
-      std::size_t sight = 0;
-      return v != second && SightAt(v, match, true, sight) == At::kOne;
-    });
+    const auto& near = near_[first];
+    const std::size_t count = widely_ ? near.size() : std::min(kNear, near.size());
+    return std::any_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                       [&](std::size_t v) { return v != second && SightAt(v, match, true); });
   }
 
   // The place of a sight that most rays confirm.
@@ -236,17 +154,19 @@ class Matcher {
     const PlainSight& sight = view.sights()[k];
     const Vector3d& from = view.station().place;
     const Vector3d line = view.Line(sight.slope);
-    const auto stretch = Within(options_.room, from, line);
+    const auto stretch = StretchWithin(options_.room, from, line);
     if (!stretch) return std::nullopt;
     std::optional<PlainMatch> best;
-    for (const std::size_t partner : partners_[v]) {
+    const std::size_t pairs = widely_ ? partners_[v].size() : kPartners;
+    for (std::size_t i = 0; i < std::min(pairs, partners_[v].size()); ++i) {
       if (found_.gave_up) break;
+      const std::size_t partner = partners_[v][i];
       const PlainView& other = views_[partner];
       const auto near = other.Predict(from + stretch->first * line);
       const auto far = other.Predict(from + stretch->second * line);
       if (!near || !far) continue;
-      const double half =
-          kBand * std::sqrt(view.usual_covariance().trace() + other.usual_covariance().trace());
+      const double half = kPlainBand * std::sqrt(view.usual_covariance().trace() +
+                                                 other.usual_covariance().trace());
       other.Along(near->slope, far->slope, half, in_band_);
       expected_wrong_ +=
           2 * half * (far->slope - near->slope).norm() * free_[partner] / other.area();
@@ -257,7 +177,7 @@ class Matcher {
         PlainMatch match;
         match.members = {{v, k}, {partner, candidate}};
         if (++places_ > options_.most_places) found_.gave_up = true;
-        if (!IntersectSights(views_, match) || match.chi_square > kBand * kBand ||
+        if (!IntersectSights(views_, match) || match.chi_square > kPlainBand * kPlainBand ||
             !InRoom(options_.room, match.at) || !AnyThird(v, partner, match)) {
           continue;
         }
@@ -289,6 +209,42 @@ class Matcher {
     constexpr double kLeastWrong = 0.01;
     return std::log(std::max(expected_wrong_, kLeastWrong)) + ways +
            k * std::log(std::max(chance / std::max(views, 1.0), 1e-12));
+  }
+
+  // The same, where what is free crowds about the place: a screw's reflections, say, are seen in
+  // half of the pictures within few px, but never at one place.
+  [[nodiscard]] double LogFalseInCrowd(const PlainMatch& match) const {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const double half_px : {2.0, 4.0, 8.0}) {
+      double near = 0;  // sights beside it
+      double views = 0;
+      double gate = 0;  // share of the window, of each view that shows something there
+      double band = 0;
+      for (std::size_t v = 0; v < views_.size(); ++v) {
+        const auto prediction = views_[v].Predict(match.at);
+        if (!prediction || !views_[v].InPicture(prediction->slope)) continue;
+        const double half = half_px / views_[v].focal_px();
+        double of_view = 0;
+        views_[v].Near(prediction->slope, Vector2d(half, half), [&](std::size_t k) {
+          if (found_.fates[v][k] == PlainFate::kFree) ++of_view;
+        });
+        if (of_view == 0) continue;
+        near += of_view;
+        ++views;
+        const double sigma2 = std::sqrt(views_[v].usual_covariance().determinant());
+        gate += std::min(1.0, std::numbers::pi * options_.gate * sigma2 / (4 * half * half));
+        band += std::min(1.0, kPlainBand * std::sqrt(sigma2) / half);
+      }
+      const auto rays = static_cast<double>(match.members.size());
+      if (near < rays + 1) continue;  // nothing else
+      const double k = match.off_plane + match.lonely;
+      const double others = std::max(near - 2, k);
+      const double ways =
+          std::lgamma(others + 1) - std::lgamma(k + 1) - std::lgamma(others - k + 1);
+      const double pairs = 0.5 * near * (near - 1) * band / views;
+      most = std::max(most, std::log(pairs) + ways + k * std::log(gate / views));
+    }
+    return most;
   }
 
   void Mark(const PlainMatch& match, PlainFate fate) {
@@ -325,6 +281,16 @@ class Matcher {
         std::count_if(a.members.begin(), a.members.end(), [&](const PlainMember& member) {
           return std::find(b.members.begin(), b.members.end(), member) != b.members.end();
         }));
+  }
+
+  // What few views show, in pairs of all of them.
+  void TakeFew() {
+    widely_ = true;
+    for (auto& of_view : idle_) of_view.assign(of_view.size(), false);
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds && !Done(); ++round) {
+      if (!TakeBestFirst()) break;
+    }
   }
 
   bool TakeBestFirst() {
@@ -376,7 +342,7 @@ class Matcher {
         for (const std::size_t j : rivals) Mark(candidates[j], PlainFate::kAmbiguous);
         continue;
       }
-      if (LogFalse(match) > std::log(kMostFalse)) {
+      if (std::max(LogFalse(match), LogFalseInCrowd(match)) > std::log(kMostFalse)) {
         chance_.push_back(match);
         continue;
       }
@@ -402,8 +368,7 @@ class Matcher {
         PlainMatch& match = found_.targets[t];
         Mark(match, PlainFate::kFree);
         for (std::size_t v = 0; v < views_.size(); ++v) {
-          std::size_t sight = 0;
-          if (SightAt(v, match, false, sight) == At::kOne) claims[{v, sight}].push_back(t);
+          if (const auto sight = SightAt(v, match, false)) claims[{v, *sight}].push_back(t);
         }
         match.members.clear();
       }
@@ -469,45 +434,12 @@ class Matcher {
   std::vector<std::vector<std::size_t>> near_;
   std::vector<std::size_t> in_band_;
   std::vector<PlainMatch> chance_;
+  bool widely_ = false;  // pairs of all views, not of those that intersect best alone
   std::size_t places_ = 0;
   double expected_wrong_ = 0;  // pairs in bands that are not of one target
 };
 
 }  // namespace
-
-bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match) {
-  std::vector<Vector3d> places;
-  std::vector<Vector3d> lines;
-  for (const PlainMember& member : match.members) {
-    const PlainView& view = views[member.view];
-    places.push_back(view.station().place);
-    lines.push_back(view.Line(view.sights()[member.sight].slope));
-  }
-  const auto start = Intersect(places, lines);
-  if (!start) return false;
-  match.at = *start;
-  constexpr int kSteps = 3;
-  for (int step = 0; step <= kSteps; ++step) {
-    Matrix3d normal = Matrix3d::Zero();
-    Vector3d right = Vector3d::Zero();
-    match.chi_square = 0;
-    for (const PlainMember& member : match.members) {
-      const PlainSight& sight = views[member.view].sights()[member.sight];
-      const auto prediction = views[member.view].Predict(match.at);
-      if (!prediction) return false;
-      const Matrix2d weight = sight.covariance.inverse();
-      const Vector2d off = sight.slope - prediction->slope;
-      normal += prediction->by_place.transpose() * weight * prediction->by_place;
-      right += prediction->by_place.transpose() * weight * off;
-      match.chi_square += off.dot(weight * off);
-    }
-    const Eigen::LDLT<Matrix3d> factor(normal);
-    if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 0)) return false;
-    match.covariance = factor.solve(Matrix3d::Identity());
-    if (step < kSteps) match.at += factor.solve(right);
-  }
-  return match.at.allFinite() && match.covariance.allFinite();
-}
 
 PlainMatches MatchPlainSights(const std::vector<PlainView>& views,
                               const PlainMatchOptions& options) {

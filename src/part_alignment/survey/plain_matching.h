@@ -7,18 +7,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "part_alignment/survey/plain_place.h"
 #include "part_alignment/survey/plain_sights.h"
 
 namespace trammel::part_alignment {
 
-/// Where plain targets may be: a box in the object frame.
-struct PlainRoom {
-  Eigen::Vector3d low = Eigen::Vector3d::Zero();
-  Eigen::Vector3d high = Eigen::Vector3d::Zero();
-};
-
 struct PlainMatchOptions {
   PlainRoom room;
+  /// Places of targets that are known already (their members are not read): what stands there is
+  /// theirs.
+  std::vector<PlainMatch> known = {};
   /// Chi-square of two degrees up to which a sight is that of a place: 3 sigma.
   double gate = 11.83;
   /// Fewer rays than this beyond those in any one plane with the target are no target, >= 1.
@@ -39,25 +37,8 @@ enum class PlainFate : std::uint8_t {
   kNotStill,   ///< of one that other pictures show beside its place: moved, or a reflection
   kMoved,      ///< of one that stands elsewhere from some picture on
   kCoded,      ///< the disc of a coded target whose code was not read there
-};
-
-struct PlainMember {
-  std::size_t view = 0;
-  std::size_t sight = 0;
-  friend bool operator==(const PlainMember&, const PlainMember&) = default;
-};
-
-struct PlainMatch {
-  Eigen::Vector3d at = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::vector<PlainMember> members;  ///< ascending by view, one of each at most
-  /// Rays that are not in the plane which has most of the others: each of them confirms the place
-  /// by itself.
-  int off_plane = 0;
-  /// Rays in that plane, beside two, which nothing else in their pictures can be taken for. Not
-  /// counted where rays off the plane are many.
-  int lonely = 0;
-  double chi_square = 0;  ///< of 2 · members - 3 degrees
+  kNoDisc,     ///< of one whose outlines are not those of a round disc
+  kMerged,     ///< what a view makes of two neighbours, one disc amid them
 };
 
 struct PlainMatches {
@@ -74,8 +55,5 @@ struct PlainMatches {
 /// exclude one another with the same evidence are both left out.
 [[nodiscard]] PlainMatches MatchPlainSights(const std::vector<PlainView>& views,
                                             const PlainMatchOptions& options);
-
-/// The place where members meet, by least squares. @returns false if they do not.
-[[nodiscard]] bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match);
 
 }  // namespace trammel::part_alignment

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "part_alignment/survey/survey_discs.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -62,6 +64,8 @@ PlainView::PlainView(const SurveyPicture& picture, const Station& station, const
     sight.point = k;
     const double sigma_px = noise * point.sigma_px;
     sight.covariance = sigma_px * sigma_px * slope_by_pixel * slope_by_pixel.transpose();
+    if (point.disc)
+      sight.moments = slope_by_pixel * MomentsOf(*point.disc) * slope_by_pixel.transpose();
     if (precision != nullptr) {
       Eigen::Matrix<double, 2, 6 + kLensParameters> by;
       by.leftCols<3>() = -SlopeByPoint(*slope, range) * station.rotation;

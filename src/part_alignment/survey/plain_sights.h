@@ -17,6 +17,8 @@ struct PlainSight {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
   /// Of the slope: the point's own scatter, and what station and lens may be off by.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  /// Second moments of its outline, where that is known: slopes.
+  std::optional<Eigen::Matrix2d> moments = std::nullopt;
   std::size_t point = 0;  ///< index into the picture's plain points
 };
 

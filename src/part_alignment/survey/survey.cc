@@ -14,6 +14,7 @@
 #include "part_alignment/survey/survey_answer.h"
 #include "part_alignment/survey/survey_discs.h"
 #include "part_alignment/survey/survey_input.h"
+#include "part_alignment/survey/survey_join.h"
 #include "part_alignment/survey/survey_plain.h"
 
 namespace trammel::part_alignment {
@@ -217,22 +218,53 @@ std::optional<std::string> AdjustWithBars(const SurveyInput& input, const Survey
 }
 
 // Plain targets join the network, and all of it is adjusted together.
-void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
-              Survey& survey, Adjusted& adjusted) {
+Adjusted AdjustWithPlain(const SurveyInput& input, const SurveyOptions& options,
+                         const PlainSearch& search, IndexedSurvey& indexed, Survey& survey,
+                         std::vector<std::size_t>& moved) {
+  LeaveOutMovedPlain(search, indexed, moved);
+  BundleOptions bundle;
+  bundle.free = FreeLensOf(input);
+  return Adjust(bundle, options, indexed, survey, indexed.network);
+}
+
+// Pictures that the codes do not connect join by plain targets; what these show is searched anew.
+// Without any nothing is changed.
+void JoinByPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
+                 Survey& survey, Adjusted& adjusted, PlainSearch& search, Random& random) {
   Network& network = indexed.network;
-  const PlainSearch search = AddPlainTargets(input, adjusted.precision, adjusted.scatter, indexed);
+  const auto joined = JoinPictures(input, indexed.coded, network, random);
+  if (joined.empty()) return;
+  for (const std::size_t station : joined) survey.stations[station].reason.clear();
+  std::vector<std::optional<ImageEllipse>> discs = indexed.discs;
+  discs.resize(network.observations.size());
+  CorrectDiscs(discs, indexed.corrected, network);
+  std::vector<std::size_t> moved;
+  const double before = adjusted.scatter;
+  adjusted = AdjustWithPlain(input, options, search, indexed, survey, moved);
+  adjusted.scatter *= before;
+  RemovePlainTargets(search, indexed);
+  LayDatum(network);
+  search = AddPlainTargets(input, PrecisionOf(network, FreeLensOf(input), true), adjusted.scatter,
+                           indexed);
+}
+
+void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
+              Survey& survey, Adjusted& adjusted, Random& random) {
+  Network& network = indexed.network;
+  PlainSearch search = AddPlainTargets(input, adjusted.precision, adjusted.scatter, indexed);
   std::vector<std::size_t> moved;
   double variance_root = 0;
   if (network.points.size() > search.first_point) {
-    LeaveOutMovedPlain(search, indexed, moved);
-    BundleOptions bundle;
-    bundle.free = FreeLensOf(input);
-    const Adjusted with_plain = Adjust(bundle, options, indexed, survey, network);
-    NoteBars(input, indexed, with_plain.precision, network, survey);
+    JoinByPlain(input, options, indexed, survey, adjusted, search, random);
+  }
+  if (network.points.size() > search.first_point) {
+    const double before = adjusted.scatter;
+    adjusted = AdjustWithPlain(input, options, search, indexed, survey, moved);
+    adjusted.scatter *= before;
+    NoteBars(input, indexed, adjusted.precision, network, survey);
     LayDatum(network);
-    adjusted.precision = PrecisionOf(network, bundle.free, true);
-    adjusted.scatter *= with_plain.scatter;
-    variance_root = search.noise * with_plain.plain_scatter;
+    adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
+    variance_root = search.noise * adjusted.plain_scatter;
   }
   survey.plain = SummarisePlain(input, search, moved, network);
   survey.plain.variance_root = survey.plain.targets > 0 ? variance_root : 0;
@@ -286,7 +318,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
                  "degrees around the part from picture to picture, most targets in each");
   }
   Settle(start, FreeLensOf(input), network, random);
-  CorrectDiscs(indexed.discs, network);
+  CorrectDiscs(indexed.discs, indexed.corrected, network);
   const auto other_focals = NoteUnplaced(input, network, indexed.longer_side_px, random, survey);
   if (const auto focal = FocalReason(input, network)) {
     return Ended(survey, Verdict::kRefused, *focal);
@@ -318,7 +350,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
   if (adjusted.precision.determined && adjusted.scatter <= options.most_variance_root &&
       HasPlainPoints(input)) {
-    AddPlain(input, options, indexed, survey, adjusted);
+    AddPlain(input, options, indexed, survey, adjusted, random);
   }
   NoteOutliers(input, indexed, network, survey);
   if (!adjusted.precision.determined) {
@@ -326,6 +358,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
                  "the pictures do not determine where all of this is: the targets lie along one "
                  "line, or the pictures are all from one place; take them from all around");
   }
+  DropNoticesOfGiven(indexed, survey);
   FillAnswer(input, indexed, adjusted.precision, survey);
   survey.variance_root = adjusted.scatter;
   if (adjusted.scatter > options.most_variance_root) {

@@ -225,6 +225,19 @@ void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey) {
   }
 }
 
+void DropNoticesOfGiven(const IndexedSurvey& indexed, Survey& survey) {
+  const Network& network = indexed.network;
+  for (std::size_t p = 0; p < indexed.coded; ++p) {
+    const std::string begin = fmt::format("target {} is not given:", indexed.ids[p]);
+    const auto is_of = [&](const std::string& notice) { return notice.starts_with(begin); };
+    auto last = std::find_if(survey.notices.rbegin(), survey.notices.rend(), is_of);
+    if (last == survey.notices.rend()) continue;
+    const std::string kept = *last;
+    std::erase_if(survey.notices, is_of);
+    if (!network.points[p].placed) survey.notices.push_back(kept);
+  }
+}
+
 std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
                                       const Network& network) {
   std::size_t with_targets = 0;

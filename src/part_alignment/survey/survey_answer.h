@@ -42,6 +42,9 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
 /// Names the targets that could not be intersected.
 void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey);
 
+/// Takes back what was said of targets that are given after all, and what is said twice.
+void DropNoticesOfGiven(const IndexedSurvey& indexed, Survey& survey);
+
 /// Where too many pictures stay out.
 [[nodiscard]] std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
                                                     const Network& network);

@@ -17,11 +17,6 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-struct ObjectDisc {
-  Vector3d normal = Vector3d::UnitZ();
-  double radius = 0;
-};
-
 // The lens as a camera at its own place; what k3 adds to an eccentricity nobody sees.
 Camera CameraOf(const Lens& lens) {
   constexpr double kPitch_mm = 1e-3;
@@ -38,13 +33,6 @@ Camera CameraOf(const Lens& lens) {
   camera.p1 = lens[kP1] / focal;
   camera.p2 = lens[kP2] / focal;
   return camera;
-}
-
-Matrix2d Moments(const ImageEllipse& disc) {
-  const Eigen::Vector2d along(std::cos(disc.angle_rad), std::sin(disc.angle_rad));
-  const Eigen::Vector2d across(-along.y(), along.x());
-  return disc.semi_major_px * disc.semi_major_px * along * along.transpose() +
-         disc.semi_minor_px * disc.semi_minor_px * across * across.transpose();
 }
 
 // Rows: (J P J^T) by the six numbers of P, in units of the disc's size.
@@ -65,29 +53,49 @@ Eigen::Matrix<double, 3, 6> MomentsByP(const Eigen::Matrix<double, 2, 3>& j) {
 std::optional<ObjectDisc> FitDisc(const Network& network,
                                   const std::vector<std::optional<ImageEllipse>>& discs,
                                   const std::vector<std::size_t>& observations) {
-  constexpr int kLeastImages = 3;
-  constexpr double kThin = 0.3;   // of a disc's least moment against the middle one: 0 expected
-  constexpr double kRound = 1.7;  // of the largest against the middle one: 1 expected
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  int images = 0;
+  std::vector<DiscShape> shapes;
   for (const std::size_t i : observations) {
     const NetworkObservation& observation = network.observations[i];
     if (!observation.used || !discs[i]) continue;
     const Station& station = network.stations[observation.station];
     const auto projection =
         ProjectLens(network.lens, station.FromObject(network.points[observation.point].at));
-    if (!projection) continue;
-    const double size2 = discs[i]->semi_major_px * discs[i]->semi_major_px;
-    const Eigen::Matrix<double, 3, 6> rows =
-        MomentsByP(projection->by_point * station.rotation) / size2;
-    const Matrix2d moments = Moments(*discs[i]) / size2;
+    if (projection)
+      shapes.push_back({projection->by_point * station.rotation, MomentsOf(*discs[i])});
+  }
+  return DiscOf(shapes);
+}
+
+// All that perspective may do to a disc that looks so, px.
+double MostEccentricity(const ImageEllipse& disc, double focal_px) {
+  const double ratio = std::min(1.0, disc.semi_minor_px / disc.semi_major_px);
+  return disc.semi_major_px * disc.semi_major_px * std::sqrt(1 - ratio * ratio) / focal_px;
+}
+
+}  // namespace
+
+Matrix2d MomentsOf(const ImageEllipse& disc) {
+  const Eigen::Vector2d along(std::cos(disc.angle_rad), std::sin(disc.angle_rad));
+  const Eigen::Vector2d across(-along.y(), along.x());
+  return disc.semi_major_px * disc.semi_major_px * along * along.transpose() +
+         disc.semi_minor_px * disc.semi_minor_px * across * across.transpose();
+}
+
+std::optional<ObjectDisc> DiscOf(const std::vector<DiscShape>& shapes) {
+  constexpr std::size_t kLeastImages = 3;
+  constexpr double kThin = 0.3;   // of a disc's least moment against the middle one: 0 expected
+  constexpr double kRound = 1.7;  // of the largest against the middle one: 1 expected
+  if (shapes.size() < kLeastImages) return std::nullopt;
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const DiscShape& shape : shapes) {
+    const double size2 = shape.moments.norm();
+    const Eigen::Matrix<double, 3, 6> rows = MomentsByP(shape.by_place) / size2;
+    const Matrix2d moments = shape.moments / size2;
     const Vector3d seen(moments(0, 0), std::numbers::sqrt2 * moments(0, 1), moments(1, 1));
     normal += rows.transpose() * rows;
     right += rows.transpose() * seen;
-    ++images;
   }
-  if (images < kLeastImages) return std::nullopt;
   const Eigen::Matrix<double, 6, 1> p = geometry::SolveSymmetric(normal, right);
   if (!p.allFinite()) return std::nullopt;
   Matrix3d matrix;
@@ -101,15 +109,9 @@ std::optional<ObjectDisc> FitDisc(const Network& network,
   return ObjectDisc{eigen.vectors.col(0), std::sqrt(0.5 * (middle + eigen.values[2]))};
 }
 
-// All that perspective may do to a disc that looks so, px.
-double MostEccentricity(const ImageEllipse& disc, double focal_px) {
-  const double ratio = std::min(1.0, disc.semi_minor_px / disc.semi_major_px);
-  return disc.semi_major_px * disc.semi_major_px * std::sqrt(1 - ratio * ratio) / focal_px;
-}
-
-}  // namespace
-
-void CorrectDiscs(const std::vector<std::optional<ImageEllipse>>& discs, Network& network) {
+void CorrectDiscs(const std::vector<std::optional<ImageEllipse>>& discs,
+                  std::vector<bool>& corrected, Network& network) {
+  corrected.resize(network.observations.size());
   constexpr double kLeft = 0.1;  // of a correction, by a normal that is 2 degrees off
   const Camera camera = CameraOf(network.lens);
   std::vector<std::vector<std::size_t>> of_point(network.points.size());
@@ -121,7 +123,8 @@ void CorrectDiscs(const std::vector<std::optional<ImageEllipse>>& discs, Network
   for (std::size_t p = 0; p < of_point.size(); ++p) {
     const auto disc = FitDisc(network, discs, of_point[p]);
     for (const std::size_t i : of_point[p]) {
-      if (!discs[i]) continue;
+      if (!discs[i] || corrected[i]) continue;
+      corrected[i] = true;
       NetworkObservation& observation = network.observations[i];
       const Station& station = network.stations[observation.station];
       std::optional<Eigen::Vector2d> off_px;

@@ -66,7 +66,8 @@ TEST(CorrectDiscs, GivesTheImagesOfTheCentres) {
     before_px = std::max(before_px, (seen.network.observations[i].pixel - seen.centres[i]).norm());
   }
   EXPECT_GT(before_px, 0.05);
-  CorrectDiscs(seen.discs, seen.network);
+  std::vector<bool> corrected;
+  CorrectDiscs(seen.discs, corrected, seen.network);
   constexpr double kShare = 0.02;  // first order in the disc's size against its distance
   for (std::size_t i = 0; i < seen.centres.size(); ++i) {
     EXPECT_LT((seen.network.observations[i].pixel - seen.centres[i]).norm(), kShare * before_px)
@@ -79,7 +80,8 @@ TEST(CorrectDiscs, GivesTheImagesOfTheCentres) {
 TEST(CorrectDiscs, WidensTheSigmaWhereTooFewImagesTellTheNormal) {
   Discs seen = SeeDisc(2);
   const Network before = seen.network;
-  CorrectDiscs(seen.discs, seen.network);
+  std::vector<bool> corrected;
+  CorrectDiscs(seen.discs, corrected, seen.network);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(seen.network.observations[i].pixel, before.observations[i].pixel);
     EXPECT_GT(seen.network.observations[i].sigma_px,
@@ -91,7 +93,8 @@ TEST(CorrectDiscs, LeavesObservationsWithoutShapes) {
   Discs seen = SeeDisc(12);
   const Network before = seen.network;
   for (auto& disc : seen.discs) disc.reset();
-  CorrectDiscs(seen.discs, seen.network);
+  std::vector<bool> corrected;
+  CorrectDiscs(seen.discs, corrected, seen.network);
   for (std::size_t i = 0; i < 12; ++i) {
     EXPECT_EQ(seen.network.observations[i].pixel, before.observations[i].pixel);
     EXPECT_EQ(seen.network.observations[i].sigma_px, before.observations[i].sigma_px);

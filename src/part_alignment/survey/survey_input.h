@@ -24,6 +24,7 @@ struct IndexedSurvey {
   std::vector<std::size_t> bar_of;  ///< index into the input's bars of each of the network's
   /// Of each of network.observations, where its picture has discs.
   std::vector<std::optional<ImageEllipse>> discs;
+  std::vector<bool> corrected;  ///< of each, whether perspective is taken out of it
   int longer_side_px = 0;
 };
 

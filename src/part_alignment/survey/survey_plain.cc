@@ -122,33 +122,18 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
   return std::max(wide * std::sqrt(ratio * all / (all - stations)), kLeastNoise);
 }
 
-// Whether a plain target is a coded one, whose code could not be read in its pictures: it stands
-// where that does in nearly all of them. No two discs do.
-bool IsCoded(const Views& views, const PlainMatch& match, const Vector3d& coded_at) {
-  constexpr double kSame_px = 1.5;
-  constexpr double kShare = 0.8;
-  int same = 0;
-  for (const PlainMember& member : match.members) {
-    const PlainView& view = views.views[member.view];
-    const auto prediction = view.Predict(coded_at);
-    if (prediction && (prediction->slope - view.sights()[member.sight].slope).norm() <
-                          kSame_px / view.focal_px()) {
-      ++same;
-    }
+// The coded targets, with what they may be off by.
+std::vector<PlainMatch> CodedOf(const Network& network, const NetworkPrecision& precision) {
+  std::vector<PlainMatch> coded;
+  Eigen::Index row = 0;
+  for (const NetworkPoint& point : network.points) {
+    if (!point.placed) continue;
+    PlainMatch& match = coded.emplace_back();
+    match.at = point.at;
+    match.covariance = precision.points.block<3, 3>(row, row);
+    row += 3;
   }
-  return same >= kShare * static_cast<double>(match.members.size());
-}
-
-void DropCoded(const Views& views, const Network& network, PlainMatches& matches) {
-  std::erase_if(matches.targets, [&](const PlainMatch& match) {
-    const bool coded = std::any_of(
-        network.points.begin(), network.points.end(),
-        [&](const NetworkPoint& point) { return point.placed && IsCoded(views, match, point.at); });
-    for (const PlainMember& member : match.members) {
-      if (coded) matches.fates[member.view][member.sight] = PlainFate::kCoded;
-    }
-    return coded;
-  });
+  return coded;
 }
 
 const char* WordsFor(PlainFate fate) {
@@ -170,6 +155,11 @@ const char* WordsFor(PlainFate fate) {
       return "belong to targets that were put elsewhere meanwhile";
     case PlainFate::kCoded:
       return "are discs of coded targets whose codes were not read there";
+    case PlainFate::kNoDisc:
+      return "have outlines that no round disc has from all these sides: a reflection, or two "
+             "discs";
+    case PlainFate::kMerged:
+      return "are one disc of two targets so close that the picture does not tell them apart";
     case PlainFate::kUsed:
       return "contradict the other points of their target";
   }
@@ -200,6 +190,7 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
   }
   PlainMatchOptions options;
   options.room = RoomOf(network);
+  options.known = CodedOf(network, precision);
   const double noise = NoiseOf(input, network, precision, options, scatter);
   search.noise = noise;
   if (noise > kMostNoise) {
@@ -211,7 +202,6 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
   }
   const Views views = ViewsOf(input, network, precision, options.room, noise);
   PlainMatches matches = MatchPlainSights(views.views, options);
-  DropCoded(views, network, matches);
   if (matches.gave_up || matches.targets.size() > kMostPlainTargets) {
     search.refused =
         matches.gave_up
@@ -255,8 +245,16 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
     network.points.push_back({match.at, true});
     indexed.ids.push_back(std::move(id));
   }
-  CorrectDiscs(discs, network);
+  std::vector<bool> corrected;
+  CorrectDiscs(discs, corrected, network);
   return search;
+}
+
+void RemovePlainTargets(const PlainSearch& search, IndexedSurvey& indexed) {
+  indexed.network.points.resize(search.first_point);
+  indexed.network.observations.resize(search.first_observation);
+  indexed.corrected.resize(search.first_observation);
+  indexed.ids.resize(search.first_point);
 }
 
 void LeaveOutMovedPlain(const PlainSearch& search, IndexedSurvey& indexed,

@@ -44,6 +44,9 @@ struct PlainSearch {
                                           const NetworkPrecision& precision, double scatter,
                                           IndexedSurvey& indexed);
 
+/// Takes them out again, with all observations that were added since.
+void RemovePlainTargets(const PlainSearch& search, IndexedSurvey& indexed);
+
 /// Leaves out plain targets that moved between two pictures.
 void LeaveOutMovedPlain(const PlainSearch& search, IndexedSurvey& indexed,
                         std::vector<std::size_t>& moved);

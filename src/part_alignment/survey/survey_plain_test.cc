@@ -210,6 +210,179 @@ TEST(SurveyPlain, TellsNeighboursThatManyPicturesShowAsOne) {
   ExpectConsistent(world, survey);
 }
 
+// One disc of two that lie closer than discs, and now and then one of them alone.
+TEST(SurveyPlain, GivesNoneBetweenTwoThatNoPictureTellsApart) {
+  constexpr int kAlone = 3;  // one picture in so many shows one of the two
+  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 12);
+  std::vector<std::size_t> firsts;
+  for (std::size_t i = 0, count = world.plain.size(); i < count && firsts.size() < 6; ++i) {
+    if (world.plain[i].normal.z() < 0.5) continue;
+    firsts.push_back(i);
+    world.plain.push_back(world.plain[i]);
+    world.plain.back().at_mm += Eigen::Vector3d(3, 2.6, 0);
+  }
+  world.scene.hidden = 0;
+  world.scene.stray = 0;
+  SurveyInput input = test::Photograph(world, 12);
+  int turn = 0;
+  for (SurveyPicture& picture : input.pictures) {
+    std::vector<PlainPoint> seen;
+    for (const PlainPoint& point : picture.plain) {
+      constexpr double kApart_px = 6;
+      const auto near = std::find_if(seen.begin(), seen.end(), [&](const PlainPoint& other) {
+        return std::hypot(other.column_px - point.column_px, other.row_px - point.row_px) <
+               kApart_px;
+      });
+      if (near == seen.end()) {
+        seen.push_back(point);
+      } else if (++turn % kAlone != 0) {
+        near->column_px = (near->column_px + point.column_px) / 2;
+        near->row_px = (near->row_px + point.row_px) / 2;
+      } else if (turn % (2 * kAlone) == 0) {
+        *near = point;
+      }
+    }
+    picture.plain = seen;
+  }
+  const Survey survey = Solved(input);
+  EXPECT_EQ(FoundIn(world, survey).none, 0) << "amid two";
+  EXPECT_GE(LeftOver(survey, "does not tell them apart"), 60);
+}
+
+TEST(SurveyPlain, GivesTheMiddleOneOfThreeNeighbours) {
+  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 13);
+  std::set<std::size_t> middles;
+  for (std::size_t i = 0, count = world.plain.size(); i < count && middles.size() < 6; ++i) {
+    if (world.plain[i].normal.z() < 0.5) continue;
+    middles.insert(i);
+    for (const double side : {-1, 1}) {
+      world.plain.push_back(world.plain[i]);
+      world.plain.back().at_mm += side * Eigen::Vector3d(3.4, 3, 0);
+    }
+  }
+  const Survey survey = Solved(test::Photograph(world, 13));
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  for (const std::size_t middle : middles) EXPECT_TRUE(found.targets.contains(middle)) << middle;
+}
+
+// Their codes are covered but for two or three.
+TEST(SurveyPlain, JoinsPicturesThatShowFewCodes) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 14);
+  for (const std::size_t left : {3, 2}) {
+    SCOPED_TRACE(left);
+    SurveyInput input = test::Photograph(world, 14);
+    const std::vector<std::size_t> few = {3, 11, 20, 32};
+    for (const std::size_t picture : few) input.pictures[picture].observations.resize(left);
+    const Survey survey = Solved(input);
+    for (const std::size_t picture : few) {
+      EXPECT_TRUE(survey.stations[picture].used) << picture;
+      EXPECT_EQ(survey.stations[picture].reason, "");
+    }
+    EXPECT_EQ(FoundIn(world, survey).none, 0);
+    ExpectConsistent(world, survey);
+  }
+}
+
+TEST(SurveyPlain, JoinsNoPictureOfAnotherPart) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 15);
+  const test::SurveyWorld another = test::MakeSurveyWorld(PlainScene(), 16);
+  SurveyInput input = test::Photograph(world, 15);
+  SurveyPicture strange = test::Photograph(another, 16).pictures[5];
+  strange.observations.resize(3);
+  input.pictures[5] = strange;
+  const Survey survey = Solved(input);
+  EXPECT_FALSE(survey.stations[5].used);
+  EXPECT_EQ(FoundIn(world, survey).none, 0);
+}
+
+TEST(SurveyPlain, GivesNothingOfASideThatTwoPicturesShow) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 17);
+  SurveyInput input = test::Photograph(world, 17);
+  int kept = 0;
+  for (std::size_t s = 0; s < world.shots.size(); ++s) {
+    if (world.shots[s].place_mm.y() < 800 || ++kept <= 2) continue;
+    input.pictures[s].plain.clear();
+  }
+  ASSERT_GT(kept, 4);
+  const Survey survey = Solved(input);
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  for (const std::size_t target : found.targets)
+    EXPECT_LT(world.plain[target].normal.y(), 0.5) << target;
+}
+
+TEST(SurveyPlain, FindsTargetsThatAllLieOnOneLine) {
+  test::SurveyScene scene = PlainScene();
+  scene.plain = 0;
+  scene.rows = 1;
+  scene.row_length = 25;
+  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 18);
+  const Survey survey = Solved(test::Photograph(world, 18));
+  const Found found = FoundIn(world, survey);
+  EXPECT_EQ(found.none, 0);
+  EXPECT_GE(static_cast<int>(found.targets.size()), ShownIn(world, 6) - 1);
+  ExpectConsistent(world, survey);
+}
+
+TEST(SurveyPlain, CannotTellFromPlainTargetsAlone) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 19);
+  SurveyInput input = test::Photograph(world, 19);
+  for (SurveyPicture& picture : input.pictures) picture.observations.clear();
+  const Survey survey = Solved(input);
+  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
+  EXPECT_TRUE(survey.targets.empty());
+}
+
+TEST(SurveyPlain, TakesNothingForATargetWhoseOutlinesAreNoDiscs) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 20);
+  SurveyInput input = test::Photograph(world, 20);
+  // Flat discs facing up, of the right size and tilt in each picture, but for what looks long.
+  test::SurveyWorld bare = world;
+  bare.scene.stray = 0;
+  bare.plain.clear();
+  for (const test::WorldTarget& target : world.plain) {
+    if (target.normal.z() > 0.5) bare.plain.push_back(target);
+  }
+  ASSERT_GE(bare.plain.size(), 40U);
+  constexpr std::size_t kLong = 5;  // the first of them
+  for (std::size_t s = 0; s < input.pictures.size(); ++s) {
+    input.pictures[s].plain.clear();
+    for (std::size_t i = 0; i < bare.plain.size(); ++i) {
+      test::SurveyWorld one = bare;
+      one.plain = {bare.plain[i]};
+      one.scene.hidden = 0;
+      one.shots = {world.shots[s]};
+      const std::vector<PlainPoint> seen = test::Photograph(one, 1000 * s + i).pictures[0].plain;
+      if (seen.empty()) continue;
+      const test::WorldShot& shot = world.shots[s];
+      const Eigen::Vector3d ray = bare.plain[i].at_mm - shot.place_mm;
+      const double tilt = std::abs(ray.normalized().z());
+      const double major_px = 4 * shot.focal_px / ray.dot(shot.ahead);
+      // The minor axis lies along where the normal is seen to point.
+      const double up_right =
+          shot.right.z() - ray.dot(shot.right) / ray.dot(shot.ahead) * shot.ahead.z();
+      const double up_down =
+          shot.down.z() - ray.dot(shot.down) / ray.dot(shot.ahead) * shot.ahead.z();
+      const double minor_angle = std::atan2(up_down, up_right);
+      PlainPoint point = seen[0];
+      point.disc = ImageEllipse{point.column_px, point.row_px, major_px, major_px * tilt,
+                                minor_angle + 0.5 * M_PI};
+      if (i < kLong) point.disc->semi_major_px *= 1.0 + 0.3 * static_cast<double>(s % 3);
+      input.pictures[s].plain.push_back(point);
+    }
+  }
+  const Survey survey = Solved(input);
+  const auto nearest = test::NearestPlain(bare, survey);
+  int given = 0;
+  for (const auto& target : nearest) {
+    EXPECT_GE(target.target, kLong);
+    given += target.off_mm < kThere_mm ? 1 : 0;
+  }
+  EXPECT_GE(given, 20);
+  EXPECT_GT(LeftOver(survey, "no round disc"), 0);
+}
+
 TEST(SurveyPlain, TakesNoCodedTargetTwiceWhoseCodeWasNotRead) {
   const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 9);
   SurveyInput input = test::Photograph(world, 9);

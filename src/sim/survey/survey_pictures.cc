@@ -58,8 +58,10 @@ class Photographer {
       auto seen = DiscSeenAt(lens_, shot_, at, mark.normal, mark.radius_mm, traits_.margin_px);
       if (!seen || !IsOpenTo(part_.block, at, shot_.place_mm)) continue;
       seen->centre_px += noise;
-      seen->major_px += of_axes.x();
-      seen->minor_px = std::min(seen->major_px, seen->minor_px + of_axes.y());
+      constexpr double kThinnest = 0.1;  // an outline has an inside
+      seen->major_px = std::max(seen->minor_px, seen->major_px + of_axes.x());
+      seen->minor_px =
+          std::clamp(seen->minor_px + of_axes.y(), kThinnest * seen->major_px, seen->major_px);
       const bool read =
           !unread && Faces(at, mark.normal, shot_.place_mm, traits_.steepest_code_rad);
       show_.spots.push_back({*seen, read ? mark.code : 0, SpotKind::kMark, m});
