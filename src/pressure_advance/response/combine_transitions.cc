@@ -10,7 +10,6 @@
 #include "base/square.h"
 #include "base/statistics.h"
 #include "pressure_advance/response/crossing_pair.h"
-#include "pressure_advance/response/joint_fit.h"
 #include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
@@ -124,12 +123,8 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
         slip_slope * GainOfALinearLag(fit.zero, transitions.ramp_s, transitions.drain_s);
     drift = EstimateLagDrift(fit.slope, fit.slope_sigma, gain, tail_s / fit.zero, options.drift);
   }
-  // Lines with a longer lag have a smaller gain: of a lag that falls over the pattern the slope
-  // shows 0.7.
-  constexpr double kShown = 0.7;
-  const double mean = drift.mean < 0 ? drift.mean / kShown : drift.mean;
-  return {-mean / 2 * off_centre_s,
-          Square(off_centre_s) * (Square(mean / 2) + Square(drift.sigma))};
+  return {-drift.mean / 2 * off_centre_s,
+          Square(off_centre_s) * (Square(drift.mean / 2) + Square(drift.sigma))};
 }
 
 // What holds for both transitions and for their mean.
@@ -141,13 +136,6 @@ struct Shared {
   Interval tested;
   double widest = 0;  // half width of an interval, as a part of the tested range
 };
-
-std::string Apart(double a_s, double d_s, double variance) {
-  return fmt::format(
-      "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest values that differ by "
-      "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
-      a_s, d_s, std::abs(a_s - d_s) / std::sqrt(variance));
-}
 
 RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
                          std::vector<std::string>& notices) {
@@ -177,36 +165,12 @@ RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
   const double explained = 4 * std::max(apart, 1e-18);
   if (Square(a_s - d_s) > explained) {
     budget.apart = (Square(a_s - d_s) - explained) / 12;
-    notices.push_back(Apart(a_s, d_s, std::max(apart, 1e-18)));
+    notices.push_back(fmt::format(
+        "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest values that differ by "
+        "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
+        a_s, d_s, std::abs(a_s - d_s) / std::sqrt(std::max(apart, 1e-18))));
   }
   return JudgeByBudget(w * a_s + v * d_s + shared.drift.shift_s, budget, shared.freedom,
-                       shared.tested, shared.widest);
-}
-
-// The budget of a value of the joint fit.
-UncertaintyBudget BudgetOf(const JointValue& value, const CrossingPair& pair, const Shared& shared,
-                           const ResponseOptions& options) {
-  // Half of the filament that either window misses is missing from the mean of the two.
-  const double unread_s = (pair.acceleration.common.unread + pair.deceleration.common.unread) / 2;
-  return {.lines = value.lines,
-          .slip = value.slip + Square(shared.slip_form_s),
-          .unread = Square(unread_s),
-          .form = value.form + Square(options.joint.form_sigma * value.value_s),
-          .drift = shared.drift.variance,
-          .picture = Square(shared.picture_s)};
-}
-
-RangedAnswer AnswerOf(const JointFit& fit, const CrossingPair& pair, const Shared& shared,
-                      const ResponseOptions& options, std::vector<std::string>& notices) {
-  UncertaintyBudget budget = BudgetOf(fit.both, pair, shared, options);
-  const JointValue& apart = fit.apart;
-  const double variance = std::max(apart.lines + apart.slip + apart.form, 1e-18);
-  constexpr double kExplained = 4;  // squared: two standard uncertainties
-  if (Square(apart.value_s) > kExplained * variance) {
-    budget.apart = (Square(apart.value_s) - kExplained * variance) / 12;
-    notices.push_back(Apart(fit.acceleration.value_s, fit.deceleration.value_s, variance));
-  }
-  return JudgeByBudget(fit.both.value_s + shared.drift.shift_s, budget, shared.freedom,
                        shared.tested, shared.widest);
 }
 
@@ -226,11 +190,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   const std::string doubt_a = Doubt(crossings.acceleration, acceleration, slope_has_scale, options);
   const std::string doubt_d = Doubt(crossings.deceleration, deceleration, slope_has_scale, options);
   const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
-  const std::optional<JointFit> joint = doubtful || !slope_has_scale
-                                            ? std::nullopt
-                                            : FitJointly(transitions, crossings, options.joint);
   const Slip slip = doubtful ? Slip{} : EstimateSlip(pair);
-  const double slip_share = joint ? joint->slip_share : slip.mean * options.slip_sigma;
+  const double slip_share = slip.mean * options.slip_sigma;
   const auto shown =
       static_cast<double>(std::min(acceleration.SeenPa_s().size(), deceleration.SeenPa_s().size()));
   // A crossing, a slope and a bend are fitted.
@@ -244,12 +205,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
       .widest = std::max(options.widest_interval, 0.5 / (static_cast<double>(count) - 1))};
 
   const auto alone = [&](const std::string& doubt, double value_s,
-                         const CorrectedCrossing& crossing, const JointValue* own) {
+                         const CorrectedCrossing& crossing) {
     if (!doubt.empty()) return RangedAnswer{Measured::CannotTell(doubt), std::nullopt};
-    if (own != nullptr) {
-      return JudgeByBudget(value_s, BudgetOf(*own, pair, shared, options), shared.freedom, tested,
-                           shared.widest);
-    }
     const UncertaintyBudget budget{
         .lines = crossing.variance,
         .slip = Square(crossing.common.slip) * slip.variance + Square(shared.slip_form_s),
@@ -261,17 +218,11 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   };
   CombinedTransitions result;
   const double value_a_s =
-      (joint ? joint->acceleration.value_s
-             : pair.acceleration.zero_s - slip.mean * pair.acceleration.common.slip) +
-      shared.drift.shift_s;
+      pair.acceleration.zero_s - slip.mean * pair.acceleration.common.slip + shared.drift.shift_s;
   const double value_d_s =
-      (joint ? joint->deceleration.value_s
-             : pair.deceleration.zero_s + slip.mean * pair.deceleration.common.slip) +
-      shared.drift.shift_s;
-  const RangedAnswer alone_a =
-      alone(doubt_a, value_a_s, pair.acceleration, joint ? &joint->acceleration : nullptr);
-  const RangedAnswer alone_d =
-      alone(doubt_d, value_d_s, pair.deceleration, joint ? &joint->deceleration : nullptr);
+      pair.deceleration.zero_s + slip.mean * pair.deceleration.common.slip + shared.drift.shift_s;
+  const RangedAnswer alone_a = alone(doubt_a, value_a_s, pair.acceleration);
+  const RangedAnswer alone_d = alone(doubt_d, value_d_s, pair.deceleration);
   result.acceleration = alone_a.pressure_advance;
   result.deceleration = alone_d.pressure_advance;
   result.acceleration_shift_s = value_a_s - crossings.acceleration.zero;
@@ -295,8 +246,6 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
     result.notices.push_back(fmt::format("only the {} counts: at the other transition {}",
                                          doubt_a.empty() ? "acceleration" : "deceleration",
                                          doubt_a.empty() ? doubt_d : doubt_a));
-  } else if (joint) {
-    result.both = AnswerOf(*joint, pair, shared, options, result.notices);
   } else {
     result.both = WeighedMean(pair, shared, result.notices);
   }

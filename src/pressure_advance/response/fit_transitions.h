@@ -16,8 +16,6 @@ struct TransitionSeries {
   std::vector<double> sigma_s;   ///< 1 sigma of each; infinite where a line does not show it
   /// How far a flow loss of 1 in the fast segment moves the excess: s.
   double slip_excess_s = 0;
-  /// How far an error of 1 in the line's level moves it: s; 0 where the scale is unknown.
-  double level_excess_s = 0;
 
   /// Pressure advance of the lines that show it.
   [[nodiscard]] std::vector<double> SeenPa_s() const;

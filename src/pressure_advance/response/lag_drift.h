@@ -19,9 +19,9 @@ struct LagDrift {
 };
 
 struct LagDriftOptions {
-  /// Standard deviation of the drift before the slope is seen: 15 % of the range, that is 30 % of a
+  /// Standard deviation of the drift before the slope is seen: 10 % of the range, that is 20 % of a
   /// lag in its middle; assumed.
-  double prior_sigma = 0.15;
+  double prior_sigma = 0.1;
   double unseen_sigma = 0.03;  ///< of it, where the slope has no scale to be judged by; assumed
   /// Tail at which the law is taken to thin so much that all filament lands in the window, as a
   /// part of the lag: power laws with exponents of 0.3 to 0.67 have 0.03 to 0.05, linear ones below

@@ -73,15 +73,6 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
   if (transitions.early) {
     transitions.early->slip_excess_s =
         slip_excess_s(rise, std::max(0.0, plan.early.hi - rise.boundary));
-    if (prepared.slope_has_scale) {
-      const auto level_excess_s = [&](const Interval& span, const TransitionWindow& window) {
-        return (span.hi - span.lo) * prepared.unit_mm / std::abs(window.speed_change_mm_s);
-      };
-      transitions.acceleration.level_excess_s = level_excess_s(rise.span, rise);
-      transitions.deceleration.level_excess_s =
-          level_excess_s(plan.deceleration.span, plan.deceleration);
-      transitions.early->level_excess_s = level_excess_s(plan.early, rise);
-    }
     if (motion.acceleration_mm_s2 && prepared.slope_has_scale) {
       transitions.ramp_s = rise.speed_change_mm_s / *motion.acceleration_mm_s2;
       transitions.drain_s = std::max(0.0, rise.fast_length - rise.ramp_length) * prepared.unit_mm /

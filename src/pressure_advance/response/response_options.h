@@ -2,7 +2,6 @@
 #pragma once
 
 #include "base/measured.h"
-#include "pressure_advance/response/joint_fit_options.h"
 #include "pressure_advance/response/lag_drift.h"
 #include "pressure_advance/response/transitions.h"
 #include "signal/zero_crossing.h"
@@ -43,8 +42,6 @@ struct ResponseOptions {
   double tail_share = 0.5;
   double tail_share_sigma = 0.12;
   LagDriftOptions drift;
-  /// Of both transitions together, where areas, length and an early window are known.
-  JointFitOptions joint;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
