@@ -192,6 +192,7 @@ TEST(PlainTargetStudy, GivesFewerButNoneAstrayWhereItIsHarder) {
   });
   row("no rolls", [](PlainScene& scene) { scene.walk.rolled = false; });
   row("0.3 px", [](PlainScene& scene) { scene.pictures.sigma_px = 0.3; });
+  row("0.45 px", [](PlainScene& scene) { scene.pictures.sigma_px = 0.45; });
   row("1 px", [](PlainScene& scene) { scene.pictures.sigma_px = 1; });
   row("sigma told a third of 0.1 px", [](PlainScene& scene) {
     scene.pictures.sigma_px = 0.1;

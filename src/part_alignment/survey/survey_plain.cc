@@ -24,6 +24,9 @@ using Eigen::Vector3d;
 constexpr double kMedianChiSquare2 = 1.3862943611198906;  // of two degrees of freedom: 2 ln 2
 constexpr double kLeastNoise = 0.2;                       // of stated sigmas; no more is believed
 constexpr double kMostNoise = 5;
+// Reflections on screws move by about as much from picture to picture, and outlines so little known
+// tell no disc (plain_target_study).
+constexpr double kMostSigma_px = 0.5;
 
 std::optional<std::string> TooMany(const SurveyInput& input) {
   std::size_t all = 0;
@@ -122,6 +125,14 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
   return std::max(wide * std::sqrt(ratio * all / (all - stations)), kLeastNoise);
 }
 
+double UsualSigma_px(const SurveyInput& input) {
+  std::vector<double> sigma_px;
+  for (const SurveyPicture& picture : input.pictures) {
+    for (const PlainPoint& point : picture.plain) sigma_px.push_back(point.sigma_px);
+  }
+  return Median(sigma_px);
+}
+
 // The coded targets, with what they may be off by.
 std::vector<PlainMatch> CodedOf(const Network& network, const NetworkPrecision& precision) {
   std::vector<PlainMatch> coded;
@@ -198,6 +209,13 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
         "plain points scatter by {:.1f} times what is stated of them (at most {:.0f}): discs that "
         "are no discs, or stated uncertainties far too small",
         noise, kMostNoise);
+    return search;
+  }
+  if (const double sigma_px = noise * UsualSigma_px(input); sigma_px > kMostSigma_px) {
+    search.refused = fmt::format(
+        "plain points are known to {:.2f} px (at most {:.1f}): reflections on screws and edges "
+        "stand as still as targets do; photograph from nearer, and sharper",
+        sigma_px, kMostSigma_px);
     return search;
   }
   const Views views = ViewsOf(input, network, precision, options.room, noise);

@@ -403,6 +403,17 @@ TEST(SurveyPlain, TakesNoCodedTargetTwiceWhoseCodeWasNotRead) {
   ExpectConsistent(world, survey);
 }
 
+TEST(SurveyPlain, GivesNoneWhereReflectionsStandAsStill) {
+  test::SurveyScene scene = PlainScene();
+  scene.sigma_px = 0.8;
+  const auto world = test::MakeSurveyWorld(scene, 21);
+  const Survey survey = Solved(test::Photograph(world, 21));
+  EXPECT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
+  EXPECT_TRUE(survey.plain.refused);
+  EXPECT_THAT(survey.plain.reason, HasSubstr("at most 0.5"));
+  EXPECT_EQ(survey.plain.targets, 0);
+}
+
 TEST(SurveyPlain, LeavesOutTargetsThatMoved) {
   for (const double by_mm : {0.4, 3.0, 25.0}) {
     SCOPED_TRACE(by_mm);
