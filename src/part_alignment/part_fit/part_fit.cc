@@ -16,6 +16,7 @@
 #include "part_alignment/part_fit/part_fit_input.h"
 #include "part_alignment/part_fit/part_fit_problem.h"
 #include "part_alignment/part_fit/surface_descent.h"
+#include "part_alignment/part_fit/surface_doubts.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -342,6 +343,9 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
   }
   if (std::string beyond = BeyondRim(input, problem, there); !beyond.empty()) {
     return Without(std::move(fit), Verdict::kCannotTell, std::move(beyond));
+  }
+  if (std::string other = NotOnSurfaces(options, problem, there); !other.empty()) {
+    return Without(std::move(fit), Verdict::kRefused, std::move(other));
   }
   fit.verdict = Verdict::kGood;
   NoteStockAllowances(input, problem, rest.motion, rest.binding, fit);

@@ -68,8 +68,10 @@ struct PartFitOptions {
   double guard_sigmas = 2;
   /// Scales farther from 1 are no matter of scale.
   double most_scale_change = 1e-3;
-  /// Points on meshes that stand out more unevenly (root mean square) are not this part's. Absent:
-  /// the wanted stock allowance, or a fiftieth of the mesh's diameter where that is more.
+  /// Points that stand out more unevenly (root mean square) are not this part's: all points on
+  /// meshes about their mean, those of each other surface about what is wanted there. Absent: the
+  /// wanted stock allowance or, where that is more, a fiftieth of the mesh's diameter or, for
+  /// planes, of the points' extent, and a third of a shaft's or bore's radius.
   std::optional<double> most_uneven_mm;
 };
 
@@ -115,7 +117,7 @@ struct PartFit {
 /// 1974), repeated until the placement rests. Verdicts other than good: no placement leaves
 /// material everywhere (refused; says how much is missing at best, and where), surfaces that leave
 /// a motion free (cannot_tell), scale bars that contradict one another or ask for too large a scale
-/// (refused).
+/// (refused), points that do not lie on their surfaces (refused).
 /// Of meshes the stock allowance is the distance from the nearest triangle, and what a smooth
 /// surface may bulge out of that one (FacetErrorOf) joins the point's guard and sigma. Without
 /// `start` the placement is searched among all rotations. Verdicts besides: a mesh of another size

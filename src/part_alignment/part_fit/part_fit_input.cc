@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
+#include <utility>
 
 namespace trammel::part_alignment {
 namespace {
@@ -28,11 +30,23 @@ Result<void> CheckMesh(const IdealSurface& surface) {
   return {};
 }
 
-Result<std::set<std::string>> CheckSurfaces(PartFitInput& input) {
+// A surface that wants less material than every point must have would never get it.
+Result<void> CheckWanted(const IdealSurface& surface, const PartFitOptions& options) {
+  if (!(surface.stock_allowance_mm < std::min(0.0, options.least_stock_allowance_mm))) return {};
+  return Fail(fmt::format(
+      "surface {}: overstock_mm is {}, and every point must have {} mm: material outside of the "
+      "ideal surface counts as positive",
+      surface.id, surface.stock_allowance_mm, options.least_stock_allowance_mm));
+}
+
+Result<std::set<std::string>> CheckSurfaces(PartFitInput& input, const PartFitOptions& options) {
   std::set<std::string> ids;
   for (IdealSurface& surface : input.surfaces) {
     if (!ids.insert(surface.id).second) {
       return Fail(fmt::format("surface {} stands there twice", surface.id));
+    }
+    if (auto wanted = CheckWanted(surface, options); !wanted) {
+      return tl::unexpected(wanted.error());
     }
     if (surface.kind == SurfaceKind::kMesh) {
       if (auto read = CheckMesh(surface); !read) return tl::unexpected(read.error());
@@ -116,15 +130,22 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
   if (!(options.target_thickness_mm >= 0 && options.target_thickness_mm <= kThickest_mm) ||
       !(options.target_thickness_sigma_mm >= 0 &&
         options.target_thickness_sigma_mm <= kThickest_mm)) {
-    return Fail(fmt::format("targets {} mm thick, sigma {} mm; 0 … {} are possible",
-                            options.target_thickness_mm, options.target_thickness_sigma_mm,
-                            kThickest_mm));
+    return Fail(
+        fmt::format("targets {} mm thick, sigma {} mm; 0 … {} are possible, in mm (100 µm are 0.1)",
+                    options.target_thickness_mm, options.target_thickness_sigma_mm, kThickest_mm));
   }
-  const auto surfaces = CheckSurfaces(checked);
+  const auto surfaces = CheckSurfaces(checked, options);
   if (!surfaces) return tl::unexpected(surfaces.error());
   const auto points = CheckPoints(checked, *surfaces);
   if (!points) return tl::unexpected(points.error());
+  std::set<std::pair<std::string, std::string>> bar_ends;
   for (const ScaleBar& bar : checked.bars) {
+    if (!bar_ends.insert(std::minmax(bar.from, bar.to)).second) {
+      return Fail(fmt::format(
+          "scale bar {}-{} stands there twice: it would count as two; of a bar that was calibrated "
+          "several times give the mean",
+          bar.from, bar.to));
+    }
     for (const std::string& end : {bar.from, bar.to}) {
       if (!points->contains(end)) {
         return Fail(

@@ -217,6 +217,45 @@ TEST(PartFit, ABoreAndAShaftAreSurfacesToo) {
   EXPECT_LT(fit->uneven_mm, 1e-8);
 }
 
+TEST(PartFit, RefusesSurfacesThatAreNotTheirPoints) {
+  PartFitInput input = EvenBlock();
+  input.surfaces[1].middle_mm.x() -= 200;  // +x, 600 mm from the other side where there are 800
+  auto fit = FitPart(input, {});
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_EQ(fit->verdict, Verdict::kRefused);
+  EXPECT_THAT(fit->reason, HasSubstr("x do not lie on it"));
+  EXPECT_THAT(fit->reason, HasSubstr("middle_mm"));
+  EXPECT_TRUE(fit->targets.empty());
+  PartFitOptions options;
+  options.most_uneven_mm = 110;
+  fit = FitPart(input, options);
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
+}
+
+TEST(PartFit, RefusesADiameterThatStandsForARadius) {
+  PartFitInput input = EvenBlock();
+  constexpr double kRadius_mm = 40;
+  input.surfaces.push_back({"bore", SurfaceKind::kBore, {0, 0, 0}, {0, 0, 1}, 2 * kRadius_mm, 3});
+  for (int i = 0; i < 12; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 12;
+    const double raw_mm = kRadius_mm - 3;
+    input.points.push_back(
+        {"b" + std::to_string(i),
+         InMeasurement({raw_mm * std::cos(angle), raw_mm * std::sin(angle), 10.0 * (i % 3)}),
+         kSigma_mm, "bore"});
+  }
+  auto fit = FitPart(input, {});
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_EQ(fit->verdict, Verdict::kRefused);
+  EXPECT_THAT(fit->reason, HasSubstr("43.000 mm on the average where 3.000 mm are wanted"));
+  EXPECT_THAT(fit->reason, HasSubstr("radius_mm"));
+  input.surfaces.back().radius_mm = kRadius_mm;
+  fit = FitPart(input, {});
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
+}
+
 TEST(PartFit, ScaleBarsCorrectTheScaleOrRefuse) {
   PartFitInput input = EvenBlock();
   input.points.push_back({"B1", InMeasurement({-500, 0, 0}), 0.01, ""});
@@ -288,9 +327,16 @@ TEST(PartFit, WhatCannotBeIsNamed) {
   input = EvenBlock();
   input.bars = {{"B1", "B2", 1000, 0}};
   EXPECT_THAT(complaint(input), HasSubstr("B1"));
+  const std::string one = input.points[0].id;
+  const std::string other = input.points[1].id;
+  input.bars = {{one, other, 1000, 0.1}, {other, one, 1000, 0.1}};
+  EXPECT_THAT(complaint(input), HasSubstr("stands there twice"));
   input.bars.clear();
   input.surfaces[0].direction.setZero();
   EXPECT_THAT(complaint(input), HasSubstr("direction"));
+  input = EvenBlock();
+  input.surfaces[2].stock_allowance_mm = -3;
+  EXPECT_THAT(complaint(input), HasSubstr("surface -y: overstock_mm is -3"));
   input = EvenBlock();
   for (int i = 0; i < 1001; ++i)
     input.points.push_back({"n" + std::to_string(i), Vector3d::Zero(), 1, ""});
