@@ -69,6 +69,11 @@ Result<void> CorrectAtControl(const CorrectArguments& arguments, report::Correct
   output.tilts = arguments.tilts;
   output.after_shims = arguments.after_shims;
   output.offset = part_alignment::CorrectWorkOffset(output.pose(), output.points);
+  if (!arguments.tilts) {
+    if (auto level = part_alignment::CheckTilt(output.offset); !level) {
+      return tl::unexpected(level.error());
+    }
+  }
   auto text = part_alignment::TextFor(control, *slot, output.pose(), arguments.tilts);
   if (!text) return tl::unexpected(text.error());
   output.text = std::move(*text);

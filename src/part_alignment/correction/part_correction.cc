@@ -177,4 +177,23 @@ OffsetCorrection CorrectWorkOffset(const Pose& machine_from_part,
   return correction;
 }
 
+Result<void> CheckTilt(const OffsetCorrection& correction) {
+  const double alpha_rad = correction.tilt_rad.x();
+  const double beta_rad = correction.tilt_rad.y();
+  const double tilt_rad =
+      std::acos(std::clamp(std::cos(alpha_rad) * std::cos(beta_rad), -1.0, 1.0));
+  constexpr double kMost_rad = 0.1;  // beyond any shim
+  if (tilt_rad <= kMost_rad) return {};
+  return Fail(
+      fmt::format(
+          "the part's Z leans by {:.1f} degrees from the machine's (alpha {:.1f}, beta "
+          "{:.1f} mm/m): an offset with a rotation about Z alone would put its points up to "
+          "{:.1f} mm wrong, and at most {:.0f} mm/m are taken: is it the part of these "
+          "targets, the right side up, and are their coordinates not mirrored? --tilts is "
+          "for controls that turn about X and Y",
+          tilt_rad * 180 / std::numbers::pi, 1000 * alpha_rad, 1000 * beta_rad,
+          correction.largest_remainder_mm, 1000 * kMost_rad),
+      ErrorKind::kInput);
+}
+
 }  // namespace trammel::part_alignment

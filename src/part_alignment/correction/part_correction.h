@@ -80,4 +80,8 @@ struct OffsetCorrection {
 [[nodiscard]] OffsetCorrection CorrectWorkOffset(const geometry::Pose& machine_from_part,
                                                  const std::vector<PartTarget>& points);
 
+/// Errors (kInput): a part that is tilted so far that an offset without rotations about X and Y
+/// would be right for its origin alone: one that lies on its face, or targets that are mirrored.
+[[nodiscard]] Result<void> CheckTilt(const OffsetCorrection& correction);
+
 }  // namespace trammel::part_alignment

@@ -120,6 +120,17 @@ TEST(CorrectWorkOffset, StatesWhatATiltLeavesOver) {
   EXPECT_EQ(correction.tilt_rad, Eigen::Vector2d(0, 1e-3));
 }
 
+TEST(CorrectWorkOffset, IsNotGivenForAPartThatLiesOnItsFace) {
+  const std::vector<PartTarget> points = {{"a", {-750, -500, 0}}, {"b", {750, 500, 0}}};
+  // What mirrored targets come to: half a turn about X.
+  const auto turned = CheckTilt(CorrectWorkOffset({{1, 2, 3}, {3.1399, 0.001, 3.14}}, points));
+  ASSERT_FALSE(turned);
+  EXPECT_THAT(turned.error().message, HasSubstr("leans by 179.9 degrees"));
+  EXPECT_THAT(turned.error().message, HasSubstr("mirrored"));
+  EXPECT_FALSE(CheckTilt(CorrectWorkOffset({{1, 2, 3}, {0, -0.11, 0}}, points)));
+  EXPECT_TRUE(CheckTilt(CorrectWorkOffset({{1, 2, 3}, {0.06, -0.06, -2}}, points)));
+}
+
 TEST(CorrectFixture, AfterTheFixtureTheWorkOffsetLeavesNothingOver) {
   Random random(2041);
   for (int i = 0; i < 200; ++i) {
