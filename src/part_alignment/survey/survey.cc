@@ -294,6 +294,24 @@ std::optional<std::string> TooFew(const SurveyInput& input, const Network& netwo
       input.lens ? "" : " where the lens is not given");
 }
 
+// Why no two pictures were oriented.
+std::string NoStart(const SurveyInput& input, const IndexedSurvey& indexed, Random& random) {
+  if (input.focal_length_px && !input.lens) {
+    SurveyInput without = input;
+    without.focal_length_px.reset();
+    Network network = IndexSurvey(without).network;
+    if (StartNetwork(StartOptionsOf(without, indexed.longer_side_px), network, random)) {
+      return fmt::format(
+          "no two pictures fit one another with the focal length that is given, {:g} px; with one "
+          "of {:.0f} px they do: it is wanted in px (mm over the sensor's pitch in mm); leave it "
+          "out",
+          *input.focal_length_px, network.lens[kFocal]);
+    }
+  }
+  return "no two pictures share six targets seen from sides far enough apart: step some 20 "
+         "degrees around the part from picture to picture, most targets in each";
+}
+
 }  // namespace
 
 Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& options) {
@@ -304,6 +322,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
         survey, Verdict::kRefused,
         *mixed + ": pictures of one camera, uncropped, are needed; survey the others apart");
   }
+  if (auto places = CheckPlaces(input); !places) return tl::unexpected(places.error());
   IndexedSurvey indexed = IndexSurvey(input);
   Network& network = indexed.network;
   NoteInput(input, indexed, survey);
@@ -313,9 +332,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   Random random(options.seed);
   const NetworkStartOptions start = StartOptionsOf(input, indexed.longer_side_px);
   if (!StartNetwork(start, network, random)) {
-    return Ended(survey, Verdict::kCannotTell,
-                 "no two pictures share six targets seen from sides far enough apart: step some 20 "
-                 "degrees around the part from picture to picture, most targets in each");
+    return Ended(survey, Verdict::kCannotTell, NoStart(input, indexed, random));
   }
   Settle(start, FreeLensOf(input), network, random);
   CorrectDiscs(indexed.discs, indexed.corrected, network);

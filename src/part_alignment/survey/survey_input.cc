@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace trammel::part_alignment {
@@ -35,6 +36,20 @@ Result<void> CheckDisc(const SurveyPicture& picture, const ImageEllipse& disc) {
   return Fail(
       fmt::format("{}: a disc of {} by {} px at {} rad; the first must be the longer, both above 0",
                   picture.name, disc.semi_major_px, disc.semi_minor_px, disc.angle_rad));
+}
+
+// Half a pixel belongs to the first and the last; another program may count from their edges.
+Result<void> CheckInside(const SurveyPicture& picture, const std::string& what, double column_px,
+                         double row_px) {
+  if (column_px >= -1 && column_px <= picture.width_px && row_px >= -1 &&
+      row_px <= picture.height_px) {
+    return {};
+  }
+  return Fail(
+      fmt::format("{}: {} at column {:.1f}, row {:.1f} lies outside of a picture of {} x {} px: "
+                  "its image_px is "
+                  "another picture's, or columns and rows are exchanged",
+                  picture.name, what, column_px, row_px, picture.width_px, picture.height_px));
 }
 
 Result<void> CheckPlain(const SurveyPicture& picture) {
@@ -88,15 +103,58 @@ Result<void> CheckBar(const ScaleBar& bar) {
   if (bar.from == bar.to) {
     return Fail(fmt::format("the scale bar from {} to {} has one end", bar.from, bar.to));
   }
-  constexpr double kLeastShare = 1e-7;  // of the length: 0.1 um of a metre, better than any bar
+  constexpr double kLeastShare = 1e-7;      // of the length: 0.1 um of a metre, better than any bar
+  constexpr double kMostShare = 1.0 / 200;  // worse than a tape; 10 um of a metre that reads "1 mm"
   if (!(bar.length_mm > 0 && bar.length_mm < 1e6) ||
-      !(bar.sigma_mm >= kLeastShare * bar.length_mm && bar.sigma_mm < bar.length_mm)) {
+      !(bar.sigma_mm >= kLeastShare * bar.length_mm &&
+        bar.sigma_mm <= kMostShare * bar.length_mm)) {
     return Fail(fmt::format(
-        "the scale bar {}-{}: length {} mm, sigma {} mm; the length must be above 0, sigma from "
-        "1e-7 of it up to it",
+        "the scale bar {}-{}: length {} mm, sigma {} mm; both are in mm, the length must be above "
+        "0, sigma from 1e-7 to 1/200 of it",
         bar.from, bar.to, bar.length_mm, bar.sigma_mm));
   }
   return {};
+}
+
+Result<void> CheckBars(const std::vector<ScaleBar>& bars) {
+  std::set<std::pair<std::string, std::string>> ends;
+  for (const ScaleBar& bar : bars) {
+    if (auto checked = CheckBar(bar); !checked) return checked;
+    if (ends.insert(std::minmax(bar.from, bar.to)).second) continue;
+    return Fail(fmt::format(
+        "the scale bar {}-{} stands there twice: it would count as two; of a bar that was "
+        "calibrated several times give the mean",
+        bar.from, bar.to));
+  }
+  return {};
+}
+
+// A copy among the pictures would count as a second look.
+Result<void> CheckCopies(const std::vector<SurveyPicture>& pictures) {
+  using Places = std::vector<std::tuple<std::string, double, double>>;
+  std::map<Places, const SurveyPicture*> seen;
+  std::vector<std::string> copies;
+  for (const SurveyPicture& picture : pictures) {
+    if (picture.observations.size() < 2) continue;
+    Places places;
+    for (const Observation& observation : picture.observations) {
+      places.emplace_back(observation.target, observation.column_px, observation.row_px);
+    }
+    std::sort(places.begin(), places.end());
+    const auto [first, is_new] = seen.emplace(std::move(places), &picture);
+    if (!is_new) copies.push_back(fmt::format("{} of {}", picture.name, first->second->name));
+  }
+  if (copies.empty()) return {};
+  constexpr std::size_t kMostNamed = 5;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(copies.size(), kMostNamed); ++i) {
+    words += (i == 0 ? "" : ", ") + copies[i];
+  }
+  if (copies.size() > kMostNamed) words += fmt::format(" and {} more", copies.size() - kMostNamed);
+  return Fail(
+      fmt::format("pictures that are copies of others, all targets at the same places: {}; leave "
+                  "the copies out",
+                  words));
 }
 
 }  // namespace
@@ -105,9 +163,8 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
   for (const SurveyPicture& picture : input.pictures) {
     if (auto checked = CheckPicture(picture); !checked) return checked;
   }
-  for (const ScaleBar& bar : input.bars) {
-    if (auto checked = CheckBar(bar); !checked) return checked;
-  }
+  if (auto checked = CheckCopies(input.pictures); !checked) return checked;
+  if (auto checked = CheckBars(input.bars); !checked) return checked;
   if (input.focal_length_px && !(*input.focal_length_px > 0 && *input.focal_length_px < 1e6)) {
     return Fail(fmt::format("focal length {} px; above 0 it must be", *input.focal_length_px));
   }
@@ -121,6 +178,20 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
         "most_variance_root {} (above 0)",
         options.least_observations, options.least_angle_rad, options.false_alarm,
         options.most_variance_root));
+  }
+  return {};
+}
+
+Result<void> CheckPlaces(const SurveyInput& input) {
+  for (const SurveyPicture& picture : input.pictures) {
+    for (const Observation& at : picture.observations) {
+      if (auto in = CheckInside(picture, "target " + at.target, at.column_px, at.row_px); !in) {
+        return in;
+      }
+    }
+    for (const PlainPoint& at : picture.plain) {
+      if (auto in = CheckInside(picture, "a plain point", at.column_px, at.row_px); !in) return in;
+    }
   }
   return {};
 }

@@ -17,6 +17,9 @@ namespace trammel::part_alignment {
 /// Why the pictures cannot be of one camera: two of them by name with their sizes.
 [[nodiscard]] std::optional<std::string> MixedPictures(const SurveyInput& input);
 
+/// Errors (kInput): a target or a plain point outside of its picture.
+[[nodiscard]] Result<void> CheckPlaces(const SurveyInput& input);
+
 struct IndexedSurvey {
   Network network;                  ///< stations as the pictures, bars that are used
   std::vector<std::string> ids;     ///< of the points; numbers ascending, then texts

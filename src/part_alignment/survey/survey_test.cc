@@ -327,17 +327,64 @@ TEST(Survey, HasNoCoordinatesOfNonsense) {
       picture = {"p" + std::to_string(s + 1), 4000, 3000, {}, {}};
       for (int i = 0; i < 15; ++i) {
         Eigen::Vector2d pixel{random.Uniform(0, 3999), random.Uniform(0, 2999)};
-        if (kind == 1) pixel.setConstant(1000);    // all in one place
-        if (kind == 2) pixel = {250.0 * i, 1500};  // on one line, nothing moves
+        const Eigen::Vector2d noise(0.03 * random.Normal(), 0.03 * random.Normal());
+        if (kind == 1) pixel = Eigen::Vector2d::Constant(1000) + noise;   // all in one place
+        if (kind == 2) pixel = Eigen::Vector2d(250.0 * i, 1500) + noise;  // on one line at rest
         if (kind == 3)
-          pixel = {250.0 * i, 100.0 * ((7 * i) % 15)};  // the same picture twelve times
-        if (kind == 4) pixel = {1e5 * random.Normal(), 1e5 * random.Normal()};
+          pixel = Eigen::Vector2d(250.0 * i, 100.0 * ((7 * i) % 15)) + noise;  // from one place
+        if (kind == 4) pixel = Eigen::Vector2d(2000, 1500) + 3e3 * noise;      // about the middle
         picture.observations.push_back({std::to_string(i), pixel.x(), pixel.y(), 0.03});
       }
     }
     input.bars = {{"0", "1", 1000, 0.01}, {"2", "3", 1000, 0.01}};
     EXPECT_NE(Solved(input).verdict, Verdict::kGood);
   }
+}
+
+TEST(Survey, NamesAFocalLengthInAnotherUnit) {
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(SmallScene(), 23), 23);
+  input.focal_length_px = 24;  // mm
+  const Survey survey = Solved(input);
+  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(survey.reason, HasSubstr("focal length that is given, 24 px"));
+}
+
+TEST(Survey, TakesNoCopiesOfPictures) {
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(SmallScene(), 24), 24);
+  input.pictures.push_back(input.pictures[4]);
+  input.pictures.back().name = "p5 (copy)";
+  std::reverse(input.pictures.back().observations.begin(),
+               input.pictures.back().observations.end());
+  const auto survey = SolveSurvey(input, {});
+  ASSERT_FALSE(survey);
+  EXPECT_THAT(survey.error().message, HasSubstr("p5 (copy) of p5"));
+}
+
+TEST(Survey, TakesNoPlacesOutsideOfAPicture) {
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(SmallScene(), 25), 25);
+  for (SurveyPicture& picture : input.pictures) {
+    for (Observation& observation : picture.observations) {
+      std::swap(observation.column_px, observation.row_px);
+    }
+  }
+  const auto survey = SolveSurvey(input, {});
+  ASSERT_FALSE(survey);
+  EXPECT_THAT(survey.error().message, HasSubstr("lies outside of a picture of 4000 x 3000 px"));
+}
+
+TEST(Survey, TakesNoBarTwiceAndNoneInMetres) {
+  const SurveyInput sound = test::Photograph(test::MakeSurveyWorld(SmallScene(), 26), 26);
+  SurveyInput input = sound;
+  input.bars.push_back({sound.bars[0].to, sound.bars[0].from, sound.bars[0].length_mm, 0.01});
+  auto survey = SolveSurvey(input, {});
+  ASSERT_FALSE(survey);
+  EXPECT_THAT(survey.error().message, HasSubstr("902-901 stands there twice"));
+  input = sound;
+  input.bars[0].length_mm /= 1000;
+  survey = SolveSurvey(input, {});
+  ASSERT_FALSE(survey);
+  EXPECT_THAT(survey.error().message, HasSubstr("901-902: length 1.0"));
+  EXPECT_THAT(survey.error().message, HasSubstr("both are in mm"));
 }
 
 TEST(Survey, RefusesNumbersThatCannotBe) {
