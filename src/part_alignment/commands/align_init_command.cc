@@ -216,16 +216,17 @@ void AddAlignInitCommand(CLI::App& parent, int& exit_code) {
     questions.push_back(std::move(question));
   }
   for (const procedure::StartQuestion& question : questions) {
-    command
-        ->add_option_function<std::vector<std::string>>(
-            "--" + question.name,
-            [arguments, name = question.name](const std::vector<std::string>& given) {
-              arguments->answers[name] = fmt::format("{}", fmt::join(given, " "));
-            },
-            question.text)
-        ->expected(1)
-        ->take_all()
-        ->group("Answers");
+    CLI::Option* option =
+        command
+            ->add_option_function<std::vector<std::string>>(
+                "--" + question.name,
+                [arguments, name = question.name](const std::vector<std::string>& given) {
+                  arguments->answers[name] = fmt::format("{}", fmt::join(given, " "));
+                },
+                question.text)
+            ->expected(1)
+            ->group("Answers");
+    if (question.name == "obstacle") option->take_all();  // several boxes
   }
   command->add_option("--bits", arguments->bits, "of the targets' rings")
       ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))

@@ -149,6 +149,17 @@ TEST_F(AlignInit, RefusesAnswersThatAreNone) {
   }
 }
 
+TEST_F(AlignInit, TakesEachAnswerOnceAndSeveralBoxes) {
+  for (const std::string option : {"--source elsewhere", "--safe-z 100"}) {
+    const CommandResult run = Init("none", option);
+    EXPECT_EQ(run.exit_code, 1) << run.output;
+    EXPECT_THAT(run.standard_error, HasSubstr(option.substr(0, option.find(' '))));
+    ExpectNothingWritten();
+  }
+  const CommandResult run = Init("none", "--obstacle 0,0,0,10,10,10");
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+}
+
 TEST_F(AlignInit, SaysThatNoViewFitsAndWhatToChange) {
   std::string answers = Answers("none");
   const std::string travel = kTravel;
