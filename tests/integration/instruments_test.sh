@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# instruments_test.sh SOURCE: each instrument builds without the others, and a build says which it cannot leave out.
+# instruments_test.sh SOURCE: each instrument builds without the others and the tests without the studies, and a build says
+# what it cannot leave out.
 set -euo pipefail
 source=$1
 folder=$(mktemp -d)
@@ -28,3 +29,7 @@ refused() {  # WORDS OPTIONS...
 }
 refused "there is no taps" -DTRAMMEL_INSTRUMENTS=taps -DTRAMMEL_TESTS=OFF
 refused "leaves tool_offset out" "-DTRAMMEL_INSTRUMENTS=pressure_advance;tap;part_alignment" -DTRAMMEL_TESTS=ON
+
+# Tests do not need the studies, which only ./test slow and continuous integration build.
+cmake -G Ninja -S "$source" -B "$folder/without_studies" -DTRAMMEL_TESTS=ON -DTRAMMEL_STUDIES=OFF > "$folder/log" 2>&1 ||
+  { cat "$folder/log"; exit 1; }
