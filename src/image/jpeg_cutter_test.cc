@@ -13,19 +13,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::vector<Kind> kKinds = {
-    {.name = "4:4:4"},
-    {.name = "4:2:2", .across = 2},
-    {.name = "4:2:0", .across = 2, .down = 2},
-    {.name = "4:4:0", .down = 2},
-    {.name = "4:1:1", .across = 4},
-    {.name = "grey", .components = 1},
-    {.name = "grey in blocks of four", .components = 1, .across = 2, .down = 2},
-    {.name = "restarts of rows", .across = 2, .down = 2, .restart_rows = 1},
-    {.name = "restarts within rows", .across = 2, .restart_mcus = 3},
-    {.name = "standard tables left out", .across = 2, .huffman_tables = false},
-    {.name = "arithmetic", .across = 2, .down = 2, .arithmetic = true},
-};
+const std::vector<Kind> kKinds =
+    KindsOfCamerasAnd({{.name = "grey in blocks of four", .components = 1, .across = 2, .down = 2},
+                       {.name = "arithmetic", .across = 2, .down = 2, .arithmetic = true}});
 
 /// Pixels of `part` of the whole, decoded from its cut.
 Result<Bytes> ReadCut(const Bytes& cut, const PixelRect& part, JpegPixels pixels) {

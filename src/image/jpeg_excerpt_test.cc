@@ -11,17 +11,7 @@
 namespace trammel::image {
 namespace {
 
-const std::vector<Kind> kKinds = {
-    {.name = "4:4:4"},
-    {.name = "4:2:2", .across = 2},
-    {.name = "4:2:0", .across = 2, .down = 2},
-    {.name = "4:4:0", .down = 2},
-    {.name = "4:1:1", .across = 4},
-    {.name = "grey", .components = 1},
-    {.name = "restarts of rows", .across = 2, .down = 2, .restart_rows = 1},
-    {.name = "restarts within rows", .across = 2, .restart_mcus = 3},
-    {.name = "standard tables left out", .across = 2, .huffman_tables = false},
-};
+const std::vector<Kind> kKinds = KindsOfCameras();
 
 /// Pixels of `part` of the whole, decoded from what was taken out.
 Result<Bytes> ReadExcerpt(const JpegExcerpter& excerpter, const PixelRect& part) {

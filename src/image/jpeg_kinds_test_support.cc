@@ -32,6 +32,24 @@ Bytes WithoutHuffmanTables(const Bytes& jpeg) {
 
 }  // namespace
 
+std::vector<Kind> KindsOfCameras() {
+  return {{.name = "4:4:4"},
+          {.name = "4:2:2", .across = 2},
+          {.name = "4:2:0", .across = 2, .down = 2},
+          {.name = "4:4:0", .down = 2},
+          {.name = "4:1:1", .across = 4},
+          {.name = "grey", .components = 1},
+          {.name = "restarts of rows", .across = 2, .down = 2, .restart_rows = 1},
+          {.name = "restarts within rows", .across = 2, .restart_mcus = 3},
+          {.name = "standard tables left out", .across = 2, .huffman_tables = false}};
+}
+
+std::vector<Kind> KindsOfCamerasAnd(std::vector<Kind> others) {
+  std::vector<Kind> kinds = KindsOfCameras();
+  kinds.insert(kinds.end(), others.begin(), others.end());
+  return kinds;
+}
+
 Bytes EncodeKind(const Kind& kind, int width, int height, Random& random) {
   jpeg_compress_struct jpeg{};
   jpeg_error_mgr errors{};

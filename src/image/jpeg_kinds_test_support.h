@@ -26,6 +26,12 @@ struct Kind {
   bool huffman_tables = true;
 };
 
+/// What cameras write: every sampling of chroma, grey, restarts, standard tables left out.
+[[nodiscard]] std::vector<Kind> KindsOfCameras();
+
+/// The same and others.
+[[nodiscard]] std::vector<Kind> KindsOfCamerasAnd(std::vector<Kind> others);
+
 /// Slopes, strong colours that change from block to block, and noise.
 [[nodiscard]] Bytes EncodeKind(const Kind& kind, int width, int height, Random& random);
 

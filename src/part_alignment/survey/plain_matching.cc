@@ -1,7 +1,5 @@
 #include "part_alignment/survey/plain_matching.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,5 @@
 #include "part_alignment/survey/plain_place.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
