@@ -1,5 +1,5 @@
 # trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [NUMERIC])   a library target trammel_NAME
-#   HOT: measured code, -O3 in a release. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
+#   HOT: measured code, -O3 in a release, unless TRAMMEL_QUICK is on. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
 #   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
@@ -70,7 +70,7 @@ function(trammel_module name)
   add_library(trammel_${name} STATIC ${ARG_SOURCES})
   trammel_flags(trammel_${name})
   target_link_libraries(trammel_${name} PUBLIC ${ARG_LINK})
-  if(ARG_HOT)
+  if(ARG_HOT AND NOT TRAMMEL_QUICK)
     target_compile_options(trammel_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
   endif()
   if(ARG_COLD OR ARG_COMMANDS)
