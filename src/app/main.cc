@@ -16,6 +16,7 @@
 #include "app/history_command.h"
 #include "app/left_out.h"
 #include "app/mistyped.h"
+#include "app/picture_memory.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
@@ -158,6 +159,7 @@ void AddCommands(CLI::App& cli, int& exit_code, const std::vector<std::string>& 
 
 int main(int argc, char** argv) {
   trammel::app::GuardConsole();
+  trammel::app::KeepPicturesMemory();
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.name("trammel");
   cli.require_subcommand(1);
