@@ -54,7 +54,7 @@ void Ask(const std::vector<Distortion>& distortions, Tally& tally) {
   const char* only = std::getenv("TRAMMEL_STUDY_ROW");
   std::map<std::string, double> u_s;  // of each photo as it is
   const auto answer = [&](const cv::Mat& picture) {
-    EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1}));
+    EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
     return app::AnalysePhoto(changed, plan, pa::Method::kResponse);
   };
   for (const Distortion& distortion : distortions) {

@@ -54,7 +54,7 @@ class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
   /// The same of another picture.
   [[nodiscard]] json AnalyzePicture(const cv::Mat& picture, const std::string& options) const {
     const fs::path changed = folder_.path() / "changed.png";
-    EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1}));
+    EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
     return test::AnalyzeToJson("changed.png " + options, folder_.path());
   }
   [[nodiscard]] pa::Analysis Profiles() const {
