@@ -37,6 +37,21 @@ HuffmanTree::Symbol HuffmanTree::Find(std::uint64_t bits) const {
   return {};
 }
 
+BitString HuffmanTree::CodeOf(int symbol) const {
+  const auto symbols = [this](std::size_t i) {  // of codes up to this length
+    return static_cast<std::int32_t>(end_[i]) + to_symbol_[i];
+  };
+  const auto end = symbols_.begin() + symbols(end_.size() - 1);
+  const auto at =
+      static_cast<std::int32_t>(std::find(symbols_.begin(), end, symbol) - symbols_.begin());
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (at < symbols(i)) {
+      return {static_cast<std::uint64_t>(at - to_symbol_[i]), static_cast<int>(i) + 1};
+    }
+  }
+  return {};
+}
+
 bool BlockCodes::Make(const HuffmanTable& dc, const HuffmanTable& ac) {
   if (!dc_.Make(dc, kMostDcSymbol) || !ac_.Make(ac, kMostAcSymbol)) return false;
   const auto fill = [](auto& table, const auto& step_of) {
@@ -65,6 +80,13 @@ FirstStep BlockCodes::Dc(std::uint64_t bits) const {
   const bool negative = number >> (size - 1) == 0;
   step.difference = static_cast<std::int16_t>(negative ? number - (1 << size) + 1 : number);
   return step;
+}
+
+BitString BlockCodes::Flat() const {
+  const BitString same = dc_.CodeOf(0);
+  const BitString end = ac_.CodeOf(0);
+  if (same.count == 0 || end.count == 0) return {};
+  return {same.bits << end.count | end.bits, same.count + end.count};
 }
 
 AcStep BlockCodes::SearchAc(std::uint64_t bits) const {

@@ -18,6 +18,12 @@ struct HuffmanTable {
   friend bool operator==(const HuffmanTable&, const HuffmanTable&) = default;
 };
 
+/// Bits that follow each other, right-aligned.
+struct BitString {
+  std::uint64_t bits = 0;
+  int count = 0;
+};
+
 /// Finds symbols by their codes.
 class HuffmanTree {
  public:
@@ -29,6 +35,8 @@ class HuffmanTree {
   [[nodiscard]] bool Make(const HuffmanTable& table, int most_symbol);
   /// The symbol that bits begin with, the first of them highest.
   [[nodiscard]] Symbol Find(std::uint64_t bits) const;
+  /// The code of a symbol; of no bits where it has none.
+  [[nodiscard]] BitString CodeOf(int symbol) const;
 
  private:
   std::array<std::uint8_t, 256> symbols_{};
@@ -88,6 +96,10 @@ class BlockCodes {
   /// As many codes as the looked-up bits hold whole, or none. Where they are of more coefficients
   /// than a block has left, its end lies between them.
   [[nodiscard]] AcStep Several(std::uint64_t bits) const { return several_[Index(bits)]; }
+
+  /// A block as bright as the one before it and without any AC coefficient: what most of a dark
+  /// picture is made of. Of no bits where the tables cannot say so.
+  [[nodiscard]] BitString Flat() const;
 
  private:
   static constexpr std::size_t kSize = std::size_t{1} << kLookedUp_bit;

@@ -260,9 +260,21 @@ struct JpegExcerpter::State {
     int restarts = 0;
   };
 
+  /// An MCU of flat blocks (BlockCodes::Flat()), as it stands in the bits that are ready.
+  struct FlatMcu {
+    std::uint64_t code = 1;  // none of whose bits the mask has: there is no such MCU
+    std::uint64_t mask = 0;
+    int count = 0;
+
+    [[nodiscard]] bool IsNext(const EntropyBits& bits) const {
+      return (bits.Look() & mask) == code;
+    }
+  };
+
   std::array<Codes, 4> made;             // of each pair of a DC and an AC table
   std::array<Block, kMostBlocks> block;  // of an MCU
   std::size_t blocks = 0;
+  FlatMcu flat;
   int restart_mcus = 0;
   std::array<int, kMostComponents> written_dc{};
   std::vector<std::uint8_t> bytes;
@@ -270,6 +282,7 @@ struct JpegExcerpter::State {
 
   static bool MakeCodes(const HuffmanTable& dc, const HuffmanTable& ac, Codes& codes);
   bool ListBlocks(const Head& head);
+  void MakeFlat();
   bool Pass(Scan& scan, int mcus) const;
   bool Copy(Scan& scan, int mcus, BitWriter& writer);
   bool PassRestartWhereDue(Scan& scan) const;
@@ -301,7 +314,22 @@ bool JpegExcerpter::State::ListBlocks(const Head& head) {
       block[blocks++] = {&codes.codes, c};
     }
   }
+  MakeFlat();
   return true;
+}
+
+/// Joins the listed blocks' flat codes, unless they are more than is ready at a time.
+void JpegExcerpter::State::MakeFlat() {
+  flat = {};
+  BitString joined;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const BitString one = block[b].codes->Flat();
+    joined.count += one.count;
+    if (one.count == 0 || joined.count > EntropyBits::kReady_bit) return;
+    joined.bits = joined.bits << one.count | one.bits;
+  }
+  const int unused = 64 - joined.count;
+  flat = {joined.bits << unused, ~std::uint64_t{0} << unused, joined.count};
 }
 
 bool JpegExcerpter::State::PassRestartWhereDue(Scan& scan) const {
@@ -348,6 +376,12 @@ bool JpegExcerpter::State::Pass(Scan& scan, int mcus) const {
       bits = scan.bits;
     } else {
       --scan.until_restart;
+    }
+    bits.Fill();
+    if (flat.IsNext(bits)) {
+      bits.Skip(flat.count);
+      if (bits.RanOut()) return false;
+      continue;
     }
     for (std::size_t b = 0; b < blocks; ++b) {
       const BlockCodes& codes = *block[b].codes;

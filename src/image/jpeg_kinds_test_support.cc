@@ -41,7 +41,9 @@ std::vector<Kind> KindsOfCameras() {
           {.name = "grey", .components = 1},
           {.name = "restarts of rows", .across = 2, .down = 2, .restart_rows = 1},
           {.name = "restarts within rows", .across = 2, .restart_mcus = 3},
-          {.name = "standard tables left out", .across = 2, .huffman_tables = false}};
+          {.name = "standard tables left out", .across = 2, .huffman_tables = false},
+          {.name = "dark", .across = 2, .down = 2, .dark = true},
+          {.name = "dark, restarts within rows", .across = 2, .restart_mcus = 3, .dark = true}};
 }
 
 std::vector<Kind> KindsOfCamerasAnd(std::vector<Kind> others) {
@@ -79,7 +81,8 @@ Bytes EncodeKind(const Kind& kind, int width, int height, Random& random) {
       const int x = static_cast<int>(i) / kind.components;
       const int c = static_cast<int>(i) % kind.components;
       const double level = 128 + 90 * std::sin(0.3 * x * (c + 1) + 0.21 * y) + 12 * random.Normal();
-      row[i] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
+      const bool lit = !kind.dark || (x >= 50 && x < 75);
+      row[i] = static_cast<std::uint8_t>(lit ? std::clamp(level, 0.0, 255.0) : 0.0);
     }
     JSAMPROW at = row.data();
     jpeg_write_scanlines(&jpeg, &at, 1);

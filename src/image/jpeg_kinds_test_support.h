@@ -24,9 +24,11 @@ struct Kind {
   bool progressive = false;
   bool arithmetic = false;
   bool huffman_tables = true;
+  bool dark = false;  ///< but for a stripe
 };
 
-/// What cameras write: every sampling of chroma, grey, restarts, standard tables left out.
+/// What cameras write: every sampling of chroma, grey, restarts, standard tables left out, and a
+/// stripe in the dark.
 [[nodiscard]] std::vector<Kind> KindsOfCameras();
 
 /// The same and others.

@@ -18,6 +18,18 @@
 
 namespace trammel::image {
 
+/// A row to be copied from as soon as it is decoded. libjpeg-turbo writes rows that are aligned
+/// past the caches, from where each copy would wait for the memory: hence one byte off.
+class DecodedRow {
+ public:
+  void Resize(std::size_t samples) { bytes_.resize(samples + 1); }
+  [[nodiscard]] bool empty() const { return bytes_.empty(); }
+  [[nodiscard]] std::span<std::uint8_t> samples() { return std::span(bytes_).subspan(1); }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
 // libjpeg's errors jump: nothing with a destructor may live in the functions that they jump out of.
 struct JpegReader::State {
   jpeg_decompress_struct reader{};
@@ -27,9 +39,9 @@ struct JpegReader::State {
   bool created = false;
   bool fill_in = false;
   JpegHeader header;
-  PixelRect part;                 // of the picture that rows are read of
-  std::size_t left_px = 0;        // decoded before the part's first column
-  std::vector<std::uint8_t> row;  // as decoded, where that is not what is asked for
+  PixelRect part;           // of the picture that rows are read of
+  std::size_t left_px = 0;  // decoded before the part's first column
+  DecodedRow row;           // as decoded, where that is not what is asked for
 
   State() = default;
   State(const State&) = delete;
@@ -167,7 +179,7 @@ bool JpegReader::State::ReadRest() {
   if (setjmp(back) != 0) return false;
   const JDIMENSION left = reader.output_height - reader.output_scanline;
   if (left > 1) jpeg_skip_scanlines(&reader, left - 1);
-  JSAMPROW last = row.data();
+  JSAMPROW last = row.samples().data();
   return left == 0 || jpeg_read_scanlines(&reader, &last, 1) == 1;
 }
 
@@ -215,7 +227,7 @@ Result<void> JpegReader::Start(JpegPixels pixels, int reduction) {
   if (!state.Start()) return state.Rejected();
   state.part = {0, 0, static_cast<int>(state.reader.output_width),
                 static_cast<int>(state.reader.output_height)};
-  if (state.header.components == 4) state.row.resize(std::size_t{4} * state.reader.output_width);
+  if (state.header.components == 4) state.row.Resize(std::size_t{4} * state.reader.output_width);
   return {};
 }
 
@@ -231,7 +243,7 @@ Result<void> JpegReader::StartPart(JpegPixels pixels, const PixelRect& part) {
   if (auto chosen = state.Choose(pixels); !chosen) return chosen;
   state.part = part;
   if (!state.StartPart()) return state.Rejected();
-  state.row.resize(static_cast<std::size_t>(state.reader.output_components) *
+  state.row.Resize(static_cast<std::size_t>(state.reader.output_components) *
                    state.reader.output_width);
   return {};
 }
@@ -242,9 +254,9 @@ Result<void> JpegReader::ReadRow(std::uint8_t* row) {
     if (!state.ReadRow(row)) return state.Rejected();
     return {};
   }
-  if (!state.ReadRow(state.row.data())) return state.Rejected();
+  if (!state.ReadRow(state.row.samples().data())) return state.Rejected();
   const auto samples = static_cast<std::size_t>(state.reader.output_components);
-  const std::span<const std::uint8_t> part = std::span(state.row).subspan(
+  const std::span<const std::uint8_t> part = state.row.samples().subspan(
       samples * state.left_px, samples * static_cast<std::size_t>(state.part.width));
   if (state.header.components == 4) {
     PrintOnWhite(part, state.reader.saw_Adobe_marker != 0, row);
