@@ -2,122 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
+#include <cstddef>
 
 #include "base/check.h"
 #include "vision/stripe_search.h"
 
 namespace trammel::vision {
 namespace {
-
-/// Prior shape of the light's own noise: speckle contrast left after the exposure's averaging.
-/// Only its ratio to the sensor's noise matters, the scatter from row to row sets the scale.
-constexpr double kSpeckleContrast = 0.3;
-
-/// Steps of at least 0.3 sigma cross the reach in 14; the rest is Newton's.
-constexpr int kMaxIterations = 24;
-
-struct RowFit {
-  double centre = 0;
-  double sigma = 0;  ///< 0: no maximum near the start
-};
-
-/// What places the line within a row: the model's colours without those it subtracts. They tell the
-/// line from white glints, but the core of a strong line is white itself, and subtracting them
-/// there would hollow it out.
-std::span<const float> BrightnessOf(const std::uint8_t* row, int width, const StripeModel& model,
-                                    std::vector<float>& brightness) {
-  const float b = std::max(0.0F, model.weight_b);
-  const float g = std::max(0.0F, model.weight_g);
-  const float r = std::max(0.0F, model.weight_r);
-  brightness.resize(static_cast<std::size_t>(width));
-  for (float& value : brightness) {
-    value = b * row[0] + g * row[1] + r * row[2];
-    row += 3;
-  }
-  return brightness;
-}
-
-/// exp(-t^2 / 2) at t = (x - centre) / sigma for x = first, first + 1, …, each from the one before.
-class GaussianSteps {
- public:
-  /// What all of one sigma have in common.
-  struct Width {
-    explicit Width(double sigma_px)
-        : sigma(sigma_px), per_square(1 / (sigma * sigma)), ratio_step(std::exp(-per_square)) {}
-    double sigma;
-    double per_square;
-    double ratio_step;
-  };
-
-  GaussianSteps(double first, double centre, const Width& width)
-      : value_(std::exp(-0.5 * (first - centre) * (first - centre) * width.per_square)),
-        ratio_(std::exp(-((first - centre) + 0.5) * width.per_square)),
-        ratio_step_(width.ratio_step) {}
-
-  double Next() {
-    const double value = value_;
-    value_ *= ratio_;
-    ratio_ *= ratio_step_;
-    return value;
-  }
-
- private:
-  double value_;
-  double ratio_;
-  double ratio_step_;
-};
-
-/// Newton's method on the likelihood of a Gaussian stripe: sum of s(x)·g'(x - c) = 0.
-RowFit FitRow(std::span<const float> signal, double start, const GaussianSteps::Width& gauss,
-              double pixel_noise) {
-  const double sigma = gauss.sigma;
-  const double per_sigma = 1 / sigma;
-  const int width = static_cast<int>(signal.size());
-  RowFit fit;
-  double c = start;
-  double curvature = 0;
-  double background = 0;
-  int lo = 0;
-  int hi = 0;
-  bool converged = false;
-  for (int iteration = 0; iteration < kMaxIterations && !converged; ++iteration) {
-    lo = std::max(0, static_cast<int>(std::ceil(c - kBackgroundReach * sigma)));
-    hi = std::min(width - 1, static_cast<int>(c + kBackgroundReach * sigma));
-    background = *std::min_element(signal.begin() + lo, signal.begin() + hi + 1);
-    double slope = 0;
-    curvature = 0;
-    GaussianSteps gaussian(lo, c, gauss);
-    for (int x = lo; x <= hi; ++x) {
-      const double t = (x - c) * per_sigma;
-      const double weight = (signal[static_cast<std::size_t>(x)] - background) * gaussian.Next();
-      slope += weight * t;
-      curvature += weight * (1 - t * t);
-    }
-    double step = curvature > 0 ? sigma * slope / curvature : std::copysign(0.3 * sigma, slope);
-    step = std::clamp(step, -0.5 * sigma, 0.5 * sigma);
-    c += step;
-    if (std::abs(c - start) > kBackgroundReach * sigma || c < 0 || c > width - 1) {
-      return fit;
-    }
-    converged = std::abs(step) < 1e-3 * sigma;
-  }
-  if (!converged || curvature <= 0) {
-    return fit;
-  }
-  double variance = 0;
-  GaussianSteps gaussian(lo, c, gauss);
-  for (int x = lo; x <= hi; ++x) {
-    const double t = (x - c) * per_sigma;
-    const double influence = t * gaussian.Next();
-    const double speckle = kSpeckleContrast * (signal[static_cast<std::size_t>(x)] - background);
-    variance += influence * influence * (pixel_noise * pixel_noise + speckle * speckle);
-  }
-  fit.centre = c;
-  fit.sigma = sigma * std::sqrt(variance) / curvature;
-  return fit;
-}
 
 /// Rows support their neighbours, weighted by their own certainty, never across a step.
 void SmoothAlongLine(const LaserLineOptions& options, float sigma, LaserLineWorkspace& ws,
@@ -183,61 +74,37 @@ void ScaleToScatter(float sigma, const LaserLineOptions& options, LaserLineWorks
   }
 }
 
-/// Robust sigma of the response beside the line: beyond the reach of its own background box.
-float NoiseBesidePath(const ImageSize& size, float sigma, LaserLineWorkspace& ws) {
-  const int reach = static_cast<int>(std::ceil((kBackgroundReach + 2) * sigma));
-  const int step = static_cast<int>(std::max<std::size_t>(1, size.area() / 20011));
-  ws.sample.clear();
-  int phase = 0;  // carried from row to row, so that a coarse step does not sample fixed columns
-  for (int y = 0; y < size.height; ++y) {
-    const int centre = ws.path[static_cast<std::size_t>(y)];
-    int x = phase;
-    for (; x < size.width; x += step) {
-      if (std::abs(x - centre) > reach) {
-        ws.sample.push_back(ws.response[size.at(y) + static_cast<std::size_t>(x)]);
-      }
-    }
-    phase = x - size.width;
-  }
-  return kMadToSigma * MedianMagnitude(ws.sample);
-}
-
-/// Mean response on the path over the noise.
-float PathContrast(const ImageSize& size, float noise, const LaserLineWorkspace& ws) {
+/// Fills ws.on_path. @returns its mean.
+float TakeResponseOnPath(const ImageSize& size, LaserLineWorkspace& ws) {
+  ws.on_path.resize(ws.path.size());
   double sum = 0;
-  for (int y = 0; y < size.height; ++y) {
-    sum += ws.response[size.at(y) + static_cast<std::size_t>(ws.path[static_cast<std::size_t>(y)])];
+  for (std::size_t y = 0; y < ws.path.size(); ++y) {
+    ws.on_path[y] = ws.response[size.at(ws.path[y], static_cast<int>(y))];
+    sum += ws.on_path[y];
   }
-  return static_cast<float>(sum / size.height) / noise;
+  return static_cast<float>(sum / size.height);
 }
 
 /// What row y offers as a stripe: the mean response on the path over its neighbours within half a
 /// stripe sigma, but never more than twice its own.
-float Supported(const ImageSize& size, int y, float sigma, const LaserLineWorkspace& ws) {
-  const auto on_path = [&](int row) {
-    return ws
-        .response[size.at(row) + static_cast<std::size_t>(ws.path[static_cast<std::size_t>(row)])];
-  };
+float Supported(int y, float sigma, const LaserLineWorkspace& ws) {
+  const int height = static_cast<int>(ws.path.size());
   const int reach = static_cast<int>(std::lround(0.5F * sigma));
   float sum = 0;
   int rows = 0;
-  for (int k = std::max(0, y - reach); k <= std::min(size.height - 1, y + reach); ++k) {
+  for (int k = std::max(0, y - reach); k <= std::min(height - 1, y + reach); ++k) {
     if (Connected(ws.path, std::min(k, y), std::max(k, y), sigma)) {
-      sum += on_path(k);
+      sum += ws.on_path[static_cast<std::size_t>(k)];
       ++rows;
     }
   }
-  return std::min(sum / static_cast<float>(rows), 2 * on_path(y));
+  return std::min(sum / static_cast<float>(rows), 2 * ws.on_path[static_cast<std::size_t>(y)]);
 }
 
 }  // namespace
 
-void FindRows(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+void FindRows(const ImageSize& size, const StripeModel& model, const LaserLineOptions& options,
               LaserLineWorkspace& workspace, LaserLine& line) {
-  TRAMMEL_CHECK(frame.width >= 3 && frame.height >= 1 && model.sigma_px > 0,
-                "frame {}x{}, stripe sigma {}", frame.width, frame.height, model.sigma_px);
-  const ImageSize size{frame.width, frame.height};
-  ExtractSignal(frame, model, workspace);
   const float clutter = MatchedFilter(size, model.sigma_px, workspace);
   ShortestPath(size, model.sigma_px, clutter, options, workspace);
   const float noise = NoiseBesidePath(size, model.sigma_px, workspace);
@@ -250,26 +117,21 @@ void FindRows(const BgrView& frame, const StripeModel& model, const LaserLineOpt
   const double pixel_noise =
       std::max(noise * std::sqrt(2 * std::sqrt(M_PI) * model.sigma_px), 0.5 * weight_norm);
   const float floor = std::max(static_cast<float>(options.detection) * noise, weight_norm);
-  line.contrast = PathContrast(size, std::max(noise, weight_norm), workspace);
-  const GaussianSteps::Width gauss(model.sigma_px);
+  line.contrast = TakeResponseOnPath(size, workspace) / std::max(noise, weight_norm);
+  workspace.rows.clear();
   for (int y = 0; y < size.height; ++y) {
-    const auto row = static_cast<std::size_t>(y);
-    const int x = workspace.path[row];
-    if (Supported(size, y, model.sigma_px, workspace) < floor) {
-      continue;
-    }
-    const RowFit fit = FitRow(BrightnessOf(frame.row(y), size.width, model, workspace.row_b), x,
-                              gauss, pixel_noise);
-    if (fit.sigma > 0) {
-      line.centre_px[row] = static_cast<float>(fit.centre);
-      line.sigma_px[row] = static_cast<float>(fit.sigma);
-    }
+    if (Supported(y, model.sigma_px, workspace) >= floor) workspace.rows.push_back(y);
   }
+  FitRows(size, BrightnessOf(model, workspace), workspace.rows, model.sigma_px,
+          static_cast<float>(pixel_noise), workspace, line);
 }
 
 void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
                    LaserLineWorkspace& workspace, LaserLine& line) {
-  FindRows(frame, model, options, workspace, line);
+  TRAMMEL_CHECK(frame.width >= 3 && frame.height >= 1 && model.sigma_px > 0,
+                "frame {}x{}, stripe sigma {}", frame.width, frame.height, model.sigma_px);
+  ExtractSignal(frame, model, workspace);
+  FindRows({frame.width, frame.height}, model, options, workspace, line);
   if (options.row_smoothing > 0) {
     SmoothAlongLine(options, model.sigma_px, workspace, line);
   }

@@ -42,23 +42,27 @@ struct LaserLine {
   [[nodiscard]] bool found(std::size_t row) const { return sigma_px[row] > 0; }
 };
 
-/// Scratch, reused from frame to frame; grows to the largest frame seen.
+/// Scratch, reused from frame to frame; grows to the largest frame seen. Images are stored in bands
+/// of rows (stripe_search.h).
 struct LaserLineWorkspace {
-  std::vector<float> signal;    ///< (height, width)
-  std::vector<float> response;  ///< (height, width): signal behind the zero-mean matched filter
-  std::vector<float> cost;      ///< (height, width) of the shortest-path search
-  std::vector<int> from;        ///< (height, width)
-  std::vector<float> row_a, row_b, kernel, sample, raw_centre, raw_weight;
-  std::vector<double> sums;
-  std::vector<int> path;
+  std::vector<float> signal;
+  std::vector<float> core;      ///< the signal without the colours that are subtracted from it
+  std::vector<float> response;  ///< signal behind the zero-mean matched filter
+  std::vector<float> best;      ///< response, per row
+  std::vector<float> cost;      ///< of the shortest-path search, row by row
+  std::vector<float> cheapest;  ///< cost, per row
+  std::vector<float> on_path;   ///< response, per row
+  std::vector<float> padded, sums, kernel, ramp, way, window, sample, raw_centre, raw_weight;
+  std::vector<int> path, rows;
 };
 
 /// A stripe of 1 px sigma with its background to both sides.
 inline constexpr int kNarrowestFrame_px = 8;
 
 /// Learns which mixture of colours and which width find the one stripe that all the frames show
-/// most steadily from row to row. A few mixtures are tried: red alone, red against white glints,
-/// and red with green where a bright plate saturates red.
+/// most steadily from row to row. All do on two of the frames, the best of them on the others. A
+/// few mixtures are tried: red alone, red against white glints, and red with green where a bright
+/// plate saturates red.
 /// @param frames  at least one, all of one size; the stripe runs down the image.
 ///                REQUIRES width >= kNarrowestFrame_px, height >= 1.
 [[nodiscard]] StripeModel LearnStripe(std::span<const BgrView> frames,

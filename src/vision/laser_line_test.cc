@@ -119,6 +119,36 @@ TEST(LaserLine, PredictsTheScatterItHas) {
   }
 }
 
+// No unbiased estimator of a Gaussian stripe's centre in one row scatters by less, in white noise.
+TEST(LaserLine, ScattersAsLittleAsWhiteNoiseAllows) {
+  Random random(10);
+  Look look;
+  look.noise = 4;
+  look.ambient = 30;
+  for (const double sigma_px : {1.5, 2.5, 4.0}) {
+    look.sigma_px = sigma_px;
+    const double bound_px = look.noise / look.amplitude * std::sqrt(2 * sigma_px / std::sqrt(M_PI));
+    LaserLineOptions options;
+    options.row_smoothing = 0;
+    const StripeModel model{.sigma_px = static_cast<float>(sigma_px)};
+    LaserLineWorkspace workspace;
+    LaserLine line;
+    std::vector<double> errors;
+    for (int trial = 0; trial < 40; ++trial) {
+      const double centre = random.Uniform(25, 35);
+      const Frame frame = Draw(
+          64, 50, [&](int) { return centre; }, look, random);
+      FindLaserLine(frame.view(), model, options, workspace, line);
+      for (const float centre_px : line.centre_px) errors.push_back(centre_px - centre);
+    }
+    // 2000 rows know their scatter to 1.6 %; the background has to be found, too.
+    EXPECT_LT(StandardDeviation(errors), 1.08 * bound_px) << "sigma " << sigma_px << ", seed 10";
+    EXPECT_GT(StandardDeviation(errors), 0.94 * bound_px) << "sigma " << sigma_px << ", seed 10";
+    EXPECT_LT(std::abs(Mean(errors)), 4 * bound_px / std::sqrt(2000.0))
+        << "sigma " << sigma_px << ", seed 10";
+  }
+}
+
 TEST(LaserLine, FollowsAStepToAStripeAThirdAsBright) {
   Random random(4);
   const auto on_bead = [](int y) { return y >= 24 && y < 38; };

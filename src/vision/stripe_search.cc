@@ -5,91 +5,152 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <limits>
 #include <span>
 
 namespace trammel::vision {
 namespace {
 
-/// Robust sigma of the response over the whole image: the stripe is a minority of the pixels.
-float ResponseNoise(const ImageSize& size, LaserLineWorkspace& ws) {
-  // A sample of some ten thousand pixels is plenty; the step is odd against the image's width.
-  const std::size_t step = std::max<std::size_t>(1, size.area() / 20011);
+/// out = b·B + g·G + r·R of the frame's pixels, in bands.
+void MixColours(const BgrView& frame, float b, float g, float r, std::vector<float>& out) {
+  const ImageSize size{frame.width, frame.height};
+  out.resize(size.stored());
+  std::array<const std::uint8_t*, kBandRows> in{};
+  for (int band = 0; band < size.bands(); ++band) {
+    for (int k = 0; k < kBandRows; ++k) {
+      in[static_cast<std::size_t>(k)] = frame.row(std::min(kBandRows * band + k, size.height - 1));
+    }
+    float* to = out.data() + size.column(band, 0);
+    if (b == 0 && g == 0) {
+      for (int x = 0; x < size.width; ++x) {
+        for (const std::uint8_t* row : in) *to++ = r * row[3 * x + 2];
+      }
+    } else {
+      for (int x = 0; x < size.width; ++x) {
+        for (const std::uint8_t* row : in) {
+          *to++ = b * row[3 * x] + g * row[3 * x + 1] + r * row[3 * x + 2];
+        }
+      }
+    }
+  }
+}
+
+/// Robust sigma of the response where `counts(x, y)`. Every n-th pixel is enough: neighbours within
+/// a stripe sigma tell little new, and some ten thousand are plenty.
+template <typename Counts>
+float ResponseNoise(const ImageSize& size, float sigma, const Counts& counts,
+                    LaserLineWorkspace& ws) {
+  const int step =
+      std::max(static_cast<int>(std::max(1.0F, sigma)), static_cast<int>(size.area() / 20011));
   ws.sample.clear();
-  for (std::size_t i = 0; i < size.area(); i += step) {
-    ws.sample.push_back(ws.response[i]);
+  int phase = 0;  // carried from row to row, so that a coarse step does not sample fixed columns
+  for (int y = 0; y < size.height; ++y) {
+    int x = phase;
+    for (; x < size.width; x += step) {
+      if (counts(x, y)) ws.sample.push_back(ws.response[size.at(x, y)]);
+    }
+    phase = x - size.width;
   }
   return kMadToSigma * MedianMagnitude(ws.sample);
 }
 
-/// out[x] = sum over k of kernel[k] · in[x + k].
-void Convolve(const float* in, std::span<const float> kernel, std::span<float> out) {
-  constexpr std::size_t kBlock = 8;  // columns at a time, in vector registers
-  std::size_t x = 0;
-  for (; x + kBlock <= out.size(); x += kBlock) {
-    std::array<float, kBlock> sums{};
-    for (std::size_t k = 0; k < kernel.size(); ++k) {
-      for (std::size_t i = 0; i < kBlock; ++i) sums[i] += kernel[k] * in[x + k + i];
-    }
-    std::copy(sums.begin(), sums.end(), out.begin() + static_cast<std::ptrdiff_t>(x));
+/// One half of a Gaussian of unit sum, its middle first.
+void FillKernel(float sigma, std::vector<float>& kernel) {
+  const int reach = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
+  kernel.resize(static_cast<std::size_t>(reach) + 1);
+  float total = 0;
+  for (int i = 0; i <= reach; ++i) {
+    const float t = static_cast<float>(i) / sigma;
+    kernel[static_cast<std::size_t>(i)] = std::exp(-0.5F * t * t);
+    total += (i == 0 ? 1 : 2) * kernel[static_cast<std::size_t>(i)];
   }
-  for (; x < out.size(); ++x) {
-    out[x] = 0;
-    for (std::size_t k = 0; k < kernel.size(); ++k) out[x] += kernel[k] * in[x + k];
+  for (float& weight : kernel) weight /= total;
+}
+
+/// Fills ws.padded with a band of the signal whose ends go on as they are, and ws.sums with the
+/// sums of all columns before each, and of all.
+void PrepareBand(const ImageSize& size, int band, int reach, LaserLineWorkspace& ws) {
+  const auto place = [](int x) { return static_cast<std::size_t>(x) * kBandRows; };
+  ws.padded.resize(place(size.width + 2 * reach));
+  ws.sums.resize(place(size.width + 1));
+  const BandColumn first = ColumnAt(ws.signal, size.column(band, 0));
+  const BandColumn last = ColumnAt(ws.signal, size.column(band, size.width - 1));
+  for (int i = 0; i < reach; ++i) {
+    ColumnAt(ws.padded, place(i)) = first;
+    ColumnAt(ws.padded, place(reach + size.width + i)) = last;
+  }
+  BandColumn sum = BandColumn::Zero();
+  for (int x = 0; x < size.width; ++x) {
+    const BandColumn column = ColumnAt(ws.signal, size.column(band, x));
+    ColumnAt(ws.padded, place(reach + x)) = column;
+    ColumnAt(ws.sums, place(x)) = sum;
+    sum += column;
+  }
+  ColumnAt(ws.sums, place(size.width)) = sum;
+}
+
+/// Fills a row's cost with what its pixels lack of the row's best, 0 … 1.
+void FillPixelCosts(const ImageSize& size, float floor, LaserLineWorkspace& ws) {
+  const auto width = static_cast<std::size_t>(size.width);
+  ws.cost.resize(size.stored());
+  for (int band = 0; band < size.bands(); ++band) {
+    const std::size_t row = static_cast<std::size_t>(band) * kBandRows;
+    const BandColumn per_best = ColumnAt(ws.best, row).max(floor).inverse();
+    for (int x = 0; x < size.width; ++x) {
+      const BandColumn share = ColumnAt(ws.response, size.column(band, x)) * per_best;
+      const BandColumn cost = 1 - share.max(0.0F).min(1.0F);
+      float* to = ws.cost.data() + row * width + x;
+      for (std::size_t k = 0; k < kBandRows; ++k) to[k * width] = cost[static_cast<int>(k)];
+    }
   }
 }
 
-/// out[x] -= the mean of `box` values to either side, as many as there are.
-/// @param sums  of all values before each, and of all.
-void SubtractBoxMean(std::span<const double> sums, int box, std::span<float> out) {
-  const int width = static_cast<int>(out.size());
-  const auto subtract = [&](int x, int lo, int end) {
-    out[static_cast<std::size_t>(x)] -= static_cast<float>(
-        (sums[static_cast<std::size_t>(end)] - sums[static_cast<std::size_t>(lo)]) / (end - lo));
-  };
-  const int whole_begin = std::min(box, width);
-  const int whole_end = std::max(whole_begin, width - box);
-  for (int x = 0; x < whole_begin; ++x) subtract(x, 0, std::min(width, x + box + 1));
-  const double count = 2 * box + 1;
-  for (int x = whole_begin; x < whole_end; ++x) {  // apart, for vector registers
-    const auto i = static_cast<std::size_t>(x);
-    const auto reach = static_cast<std::size_t>(box);
-    out[i] -= static_cast<float>((sums[i + reach + 1] - sums[i - reach]) / count);
+/// One step of the search: cost[x] += min over x' of before[x'] + price of going x' -> x, the price
+/// being slope·|x - x'| but never more than that of a jump. Felzenszwalb's two passes, linear in
+/// width, on costs less the slope, where all that is left to do is to take the lesser.
+/// @param jumped  the least of `before` and the price of a jump.
+/// @param ramp    slope·x.
+/// @returns the row's least.
+float AddCheapestWay(std::span<const float> before, std::span<const float> ramp, float jumped,
+                     std::span<float> way, std::span<float> cost) {
+  constexpr float kNone = std::numeric_limits<float>::max();
+  float least = kNone;
+  for (std::size_t x = 0; x < before.size(); ++x) {
+    least = std::min(least, before[x] - ramp[x]);
+    way[x] = std::min(jumped, least + ramp[x]);
   }
-  for (int x = whole_end; x < width; ++x) subtract(x, std::max(0, x - box), width);
+  least = kNone;
+  float cheapest = kNone;
+  for (std::size_t x = before.size(); x-- > 0;) {
+    least = std::min(least, before[x] + ramp[x]);
+    cost[x] += std::min(way[x], least - ramp[x]);
+    cheapest = std::min(cheapest, cost[x]);
+  }
+  return cheapest;
 }
 
-/// One step of the search: best[x] = min over x' of previous[x'] + price of going x' -> x, the
-/// price being slope·|x - x'| but never more than jump. Felzenszwalb's two passes, linear in width.
-void Relax(std::span<const float> previous, float slope, float jump, std::span<float> best,
-           std::span<int> from) {
-  const int width = static_cast<int>(previous.size());
-  int cheapest = 0;
-  for (int x = 0; x < width; ++x) {
-    best[static_cast<std::size_t>(x)] = previous[static_cast<std::size_t>(x)];
-    from[static_cast<std::size_t>(x)] = x;
-    if (previous[static_cast<std::size_t>(x)] < previous[static_cast<std::size_t>(cheapest)]) {
-      cheapest = x;
+/// Where the cheapest way to column x comes from, of the row before.
+/// @param cheapest  the least of `before`.
+int CameFrom(std::span<const float> before, int x, float cheapest, float slope, float jump) {
+  const auto cost = [&](int i) { return before[static_cast<std::size_t>(i)]; };
+  const int width = static_cast<int>(before.size());
+  int from = x;
+  float best = cost(x);
+  for (int step = 1; step < width; ++step) {
+    const float price = slope * static_cast<float>(step);
+    if (price >= jump || cheapest + price >= best) break;
+    for (const int other : {x - step, x + step}) {
+      if (other >= 0 && other < width && cost(other) + price < best) {
+        from = other;
+        best = cost(other) + price;
+      }
     }
   }
-  for (int x = 1; x < width; ++x) {
-    const auto i = static_cast<std::size_t>(x);
-    if (best[i - 1] + slope < best[i]) {
-      best[i] = best[i - 1] + slope;
-      from[i] = from[i - 1];
-    }
+  if (cheapest + jump < best) {
+    from = static_cast<int>(std::min_element(before.begin(), before.end()) - before.begin());
   }
-  const float jumped = previous[static_cast<std::size_t>(cheapest)] + jump;
-  for (int x = width - 1; x >= 0; --x) {
-    const auto i = static_cast<std::size_t>(x);
-    if (x + 1 < width && best[i + 1] + slope < best[i]) {
-      best[i] = best[i + 1] + slope;
-      from[i] = from[i + 1];
-    }
-    if (jumped < best[i]) {
-      best[i] = jumped;
-      from[i] = cheapest;
-    }
-  }
+  return from;
 }
 
 }  // namespace
@@ -117,48 +178,57 @@ float MedianMagnitude(std::span<float> sample) {
   return *median;
 }
 
+std::vector<float>& BrightnessOf(const StripeModel& model, LaserLineWorkspace& workspace) {
+  const bool subtracts = model.weight_b < 0 || model.weight_g < 0 || model.weight_r < 0;
+  return subtracts ? workspace.core : workspace.signal;
+}
+
 void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace) {
-  const ImageSize size{frame.width, frame.height};
-  workspace.signal.resize(size.area());
-  for (int y = 0; y < size.height; ++y) {
-    const std::uint8_t* in = frame.row(y);
-    float* out = workspace.signal.data() + size.at(y);
-    for (int x = 0; x < size.width; ++x, in += 3) {
-      out[x] = model.weight_b * in[0] + model.weight_g * in[1] + model.weight_r * in[2];
-    }
+  MixColours(frame, model.weight_b, model.weight_g, model.weight_r, workspace.signal);
+  if (&BrightnessOf(model, workspace) == &workspace.core) {
+    MixColours(frame, std::max(0.0F, model.weight_b), std::max(0.0F, model.weight_g),
+               std::max(0.0F, model.weight_r), workspace.core);
   }
 }
 
 float MatchedFilter(const ImageSize& size, float sigma, LaserLineWorkspace& ws) {
-  const int reach = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
-  ws.kernel.resize(static_cast<std::size_t>(2 * reach + 1));
-  float total = 0;
-  for (int i = -reach; i <= reach; ++i) {
-    const float t = static_cast<float>(i) / sigma;
-    total += ws.kernel[static_cast<std::size_t>(i + reach)] = std::exp(-0.5F * t * t);
-  }
-  for (float& k : ws.kernel) {
-    k /= total;
-  }
+  FillKernel(sigma, ws.kernel);
+  const int reach = static_cast<int>(ws.kernel.size()) - 1;
   const int box = std::max(2, static_cast<int>(std::ceil(kBackgroundReach * sigma)));
-  ws.response.resize(size.area());
-  ws.row_a.resize(static_cast<std::size_t>(size.width + 2 * reach));
-  ws.sums.resize(static_cast<std::size_t>(size.width) + 1);
-  for (int y = 0; y < size.height; ++y) {
-    const float* in = ws.signal.data() + size.at(y);
-    float* out = ws.response.data() + size.at(y);
-    float* padded = ws.row_a.data();
-    std::fill_n(padded, reach, in[0]);
-    std::copy_n(in, size.width, padded + reach);
-    std::fill_n(padded + reach + size.width, reach, in[size.width - 1]);
-    ws.sums[0] = 0;
+  ws.response.resize(size.stored());
+  ws.best.resize(static_cast<std::size_t>(size.bands()) * kBandRows);
+  for (int band = 0; band < size.bands(); ++band) {
+    PrepareBand(size, band, reach, ws);
+    const auto padded = [&](int x) {
+      return ColumnAt(ws.padded, static_cast<std::size_t>(x + reach) * kBandRows);
+    };
+    const auto sum = [&](int x) {
+      return ColumnAt(ws.sums, static_cast<std::size_t>(x) * kBandRows);
+    };
+    BandColumn best = BandColumn::Constant(std::numeric_limits<float>::lowest());
     for (int x = 0; x < size.width; ++x) {
-      ws.sums[static_cast<std::size_t>(x) + 1] = ws.sums[static_cast<std::size_t>(x)] + in[x];
+      BandColumn column = ws.kernel[0] * padded(x);
+      for (int k = 1; k <= reach; ++k) {
+        column += ws.kernel[static_cast<std::size_t>(k)] * (padded(x - k) + padded(x + k));
+      }
+      const int begin = std::max(0, x - box);
+      const int end = std::min(size.width, x + box + 1);
+      column -= (sum(end) - sum(begin)) * (1 / static_cast<float>(end - begin));
+      ColumnAt(ws.response, size.column(band, x)) = column;
+      best = best.max(column);
     }
-    Convolve(padded, ws.kernel, {out, static_cast<std::size_t>(size.width)});
-    SubtractBoxMean(ws.sums, box, {out, static_cast<std::size_t>(size.width)});
+    ColumnAt(ws.best, static_cast<std::size_t>(band) * kBandRows) = best;
   }
-  return ResponseNoise(size, ws);
+  return ResponseNoise(
+      size, sigma, [](int, int) { return true; }, ws);
+}
+
+float NoiseBesidePath(const ImageSize& size, float sigma, LaserLineWorkspace& ws) {
+  const int reach = static_cast<int>(std::ceil((kBackgroundReach + 2) * sigma));
+  const auto beside = [&](int x, int y) {
+    return std::abs(x - ws.path[static_cast<std::size_t>(y)]) > reach;
+  };
+  return ResponseNoise(size, sigma, beside, ws);
 }
 
 void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLineOptions& options,
@@ -166,31 +236,24 @@ void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLi
   const float slope = static_cast<float>(options.slope_cost);
   const float jump = static_cast<float>(options.jump_cost) * sigma;
   const auto width = static_cast<std::size_t>(size.width);
-  ws.cost.resize(size.area());
-  ws.from.resize(size.area());
-  for (int y = 0; y < size.height; ++y) {
-    const float* response = ws.response.data() + size.at(y);
-    const std::span cost(ws.cost.data() + size.at(y), width);
-    if (y == 0) {
-      std::fill(cost.begin(), cost.end(), 0.0F);
-    } else {
-      Relax({ws.cost.data() + size.at(y - 1), width}, slope, jump, cost,
-            {ws.from.data() + size.at(y), width});
-    }
-    const float floor = std::max(static_cast<float>(options.detection) * noise, 1e-6F);
-    const float best = std::max(*std::max_element(response, response + width), floor);
-    for (std::size_t x = 0; x < width; ++x) {
-      cost[x] += 1 - std::clamp(response[x] / best, 0.0F, 1.0F);
-    }
+  const auto height = static_cast<std::size_t>(size.height);
+  FillPixelCosts(size, std::max(static_cast<float>(options.detection) * noise, 1e-6F), ws);
+  const auto cost = [&](std::size_t y) { return std::span(ws.cost).subspan(y * width, width); };
+  ws.ramp.resize(width);
+  ws.way.resize(width);
+  for (std::size_t x = 0; x < width; ++x) ws.ramp[x] = slope * static_cast<float>(x);
+  ws.cheapest.resize(height);
+  ws.cheapest[0] = *std::min_element(cost(0).begin(), cost(0).end());
+  for (std::size_t y = 1; y < height; ++y) {
+    const float jumped = ws.cheapest[y - 1] + jump;
+    ws.cheapest[y] = AddCheapestWay(cost(y - 1), ws.ramp, jumped, ws.way, cost(y));
   }
-  ws.path.resize(static_cast<std::size_t>(size.height));
-  const float* last = ws.cost.data() + size.at(size.height - 1);
-  int x = static_cast<int>(std::min_element(last, last + width) - last);
-  for (int y = size.height - 1; y >= 0; --y) {
-    ws.path[static_cast<std::size_t>(y)] = x;
-    if (y > 0) {
-      x = ws.from[size.at(y) + static_cast<std::size_t>(x)];
-    }
+  ws.path.resize(height);
+  const auto last = cost(height - 1);
+  int x = static_cast<int>(std::min_element(last.begin(), last.end()) - last.begin());
+  for (std::size_t y = height; y-- > 0;) {
+    ws.path[y] = x;
+    if (y > 0) x = CameFrom(cost(y - 1), x, ws.cheapest[y - 1], slope, jump);
   }
 }
 

@@ -2,6 +2,7 @@
 // centre.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -16,26 +17,51 @@ inline constexpr float kMadToSigma = 1.4826F;
 /// The matched filter's background is a box this many stripe sigmas to either side.
 inline constexpr float kBackgroundReach = 4;
 
-/// The shape of the workspace's images.
+/// Rows that are worked on side by side: the workspace's images are stored in bands of so many
+/// rows, in a band column by column. Whatever runs along a row runs along all of them, in vector
+/// registers.
+inline constexpr int kBandRows = 8;
+using BandColumn = Eigen::Array<float, kBandRows, 1>;  ///< one column of a band, or one value a row
+
+/// The shape of the workspace's images. The last band is filled up with its last row.
 struct ImageSize {
   int width;
   int height;
+  [[nodiscard]] int bands() const { return (height + kBandRows - 1) / kBandRows; }
   [[nodiscard]] std::size_t area() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   }
-  /// Index of the first pixel of row y.
-  [[nodiscard]] std::size_t at(int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+  /// Values of all bands.
+  [[nodiscard]] std::size_t stored() const { return column(bands(), 0); }
+  /// Index of a band's column.
+  [[nodiscard]] std::size_t column(int band, int x) const {
+    return (static_cast<std::size_t>(band) * static_cast<std::size_t>(width) +
+            static_cast<std::size_t>(x)) *
+           kBandRows;
+  }
+  [[nodiscard]] std::size_t at(int x, int y) const {
+    return column(y / kBandRows, x) + static_cast<std::size_t>(y % kBandRows);
   }
 };
+
+inline Eigen::Map<BandColumn> ColumnAt(std::vector<float>& image, std::size_t index) {
+  return Eigen::Map<BandColumn>(image.data() + index);
+}
 
 /// The median of |sample|, 0 for none; overwrites the sample. REQUIRES no NaN.
 [[nodiscard]] float MedianMagnitude(std::span<float> sample);
 
-/// workspace.signal from the frame's colours.
+/// What places a line within a row: the model's colours without those it subtracts. They tell the
+/// line from white glints, but the core of a strong line is white itself, and subtracting them
+/// there would hollow it out. After ExtractSignal().
+[[nodiscard]] std::vector<float>& BrightnessOf(const StripeModel& model,
+                                               LaserLineWorkspace& workspace);
+
+/// Takes workspace.signal from the frame's colours, and what BrightnessOf() gives.
 void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace);
 
-/// workspace.response = Gaussian(sigma) * signal - box mean of the signal, per row.
+/// workspace.response = Gaussian(sigma) * signal - box mean of the signal, per row; workspace.best
+/// has the largest of each row.
 /// @returns the response's robust sigma over the whole image, of which the stripe is a small part.
 [[nodiscard]] float MatchedFilter(const ImageSize& size, float sigma,
                                   LaserLineWorkspace& workspace);
@@ -45,12 +71,24 @@ void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWork
 void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLineOptions& options,
                   LaserLineWorkspace& workspace);
 
+/// The response's robust sigma beside the path: beyond the reach of the line's own background box.
+[[nodiscard]] float NoiseBesidePath(const ImageSize& size, float sigma,
+                                    LaserLineWorkspace& workspace);
+
 /// Whether the path's rows a … b (a <= b) hang together without a step.
 [[nodiscard]] bool Connected(const std::vector<int>& path, int a, int b, float sigma);
 
+/// Finds the maximum likelihood position of a Gaussian stripe in rows of the image, each near the
+/// path; rows in which there is none stay as they are.
+/// @param brightness  as BrightnessOf() gives it.
+/// @param pixel_noise  1 sigma, grey levels.
+void FitRows(const ImageSize& size, const std::vector<float>& brightness, std::span<const int> rows,
+             float sigma, float pixel_noise, LaserLineWorkspace& workspace, LaserLine& line);
+
 /// FindLaserLine() without what rows know of each other: each stands for itself, and its sigma is
-/// as noise and speckle predict it.
-void FindRows(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+/// as noise and speckle predict it. Of the frame it knows what ExtractSignal() took of it, by a
+/// model of the same colours.
+void FindRows(const ImageSize& size, const StripeModel& model, const LaserLineOptions& options,
               LaserLineWorkspace& workspace, LaserLine& line);
 
 }  // namespace trammel::vision
