@@ -154,6 +154,20 @@ void FindLine(benchmark::State& state, bool crop) {
   SetFrames(state, frames);
 }
 
+/// What the laser eye does once for each line of a scan.
+void LearnLine(benchmark::State& state, Light light) {
+  constexpr std::size_t kModelFrames = 8;
+  std::vector<BgrView> views;
+  for (std::size_t i = 0; i < kModelFrames; ++i) {
+    views.push_back(Crop(Frames(light)[i].view(), kPaperCrop));
+  }
+  const vision::LaserLineOptions options{.row_smoothing = 0, .as_good = 1.15};
+  vision::LaserLineWorkspace workspace;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(vision::LearnStripe(views, options, workspace));
+  }
+}
+
 void Names(benchmark::internal::Benchmark* bench) { bench->Unit(benchmark::kMillisecond); }
 
 BENCHMARK_CAPTURE(Decode, dark_whole, Light::kDark, false)->Apply(Names);
@@ -173,6 +187,12 @@ BENCHMARK_CAPTURE(FindLine, whole_frame, false)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(FindLine, crop, true)
     ->Name("find_line_45x60_crop")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(LearnLine, dark, Light::kDark)
+    ->Name("learn_line_45x60_crop/dark")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(LearnLine, bright, Light::kBright)
+    ->Name("learn_line_45x60_crop/bright")
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -21,12 +21,14 @@ double Difference(const Frame& a, const Frame& b) {
 }
 
 /// How many leading pairs are still: the longest run whose largest difference is below half of what
-/// nine in ten of the pairs after it have. Never more than half of the sweep.
+/// nine in ten of the pairs after it have. Never more than half of the sweep. REQUIRES a pair.
 std::size_t StillRun(std::span<const double> differences) {
   std::size_t still = 0;
   double largest = 0;
+  const double most = 0.5 * *std::max_element(differences.begin(), differences.end());
   for (std::size_t run = 1; run <= differences.size() / 2; ++run) {
     largest = std::max(largest, differences[run - 1]);
+    if (largest >= most) break;
     if (largest < 0.5 * Quantile(differences.subspan(run), 0.1)) {
       still = run;
     }
