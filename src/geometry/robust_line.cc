@@ -91,19 +91,30 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
     anchor_x[i] = x[i * (x.size() - 1) / (anchors - 1)];
     anchor_y[i] = y[i * (x.size() - 1) / (anchors - 1)];
   }
+  const auto candidate = [&](std::size_t a, std::size_t b) {
+    RobustLine line;
+    line.slope = (anchor_y[b] - anchor_y[a]) / (anchor_x[b] - anchor_x[a]);
+    line.offset = anchor_y[a] - line.slope * anchor_x[a];
+    return line;
+  };
+  const auto median = [&](const RobustLine& line) {
+    return MedianResidual(judges.x.first(judges.count), judges.y.first(judges.count), line,
+                          residuals);
+  };
+  // A few candidates that are likely good: the best is no worse than they are.
+  double bound = std::numeric_limits<double>::max();
+  for (std::size_t a = 0; a < anchors / 4; a += 2) {
+    if (anchor_x[a] == anchor_x[anchors - 1 - a]) break;
+    bound = std::min(bound, median(candidate(a, anchors - 1 - a)));
+  }
+  bound = std::nextafter(bound, std::numeric_limits<double>::infinity());
   for (std::size_t a = 0; a < anchors; ++a) {
     for (std::size_t b = a + 1; b < anchors; ++b) {
-      if (anchor_x[a] == anchor_x[b]) {
-        continue;
-      }
-      RobustLine line;
-      line.slope = (anchor_y[b] - anchor_y[a]) / (anchor_x[b] - anchor_x[a]);
-      line.offset = anchor_y[a] - line.slope * anchor_x[a];
-      if (HasMedianBelow(best.median_residual, judges, line)) {
-        line.median_residual = MedianResidual(judges.x.first(judges.count),
-                                              judges.y.first(judges.count), line, residuals);
-        best = line;
-      }
+      if (anchor_x[a] == anchor_x[b]) continue;
+      RobustLine line = candidate(a, b);
+      if (!HasMedianBelow(bound, judges, line)) continue;
+      bound = line.median_residual = median(line);
+      best = line;
     }
   }
   // One weighted step over the points near the line: the pairs alone are as noisy as two points.

@@ -405,8 +405,11 @@ bool JpegExcerpter::State::Pass(Scan& scan, int mcus) const {
 bool CopyCoefficients(const BlockCodes& codes, EntropyBits& bits, BitWriter& writer) {
   for (int left = kCoefficients - 1; left > 0;) {
     bits.Fill();
-    const AcStep step = codes.Ac(bits.Look());
-    if (!step.found() || step.count() > left) return false;
+    AcStep step = codes.Several(bits.Look());
+    if (left <= step.weight()) {  // the block's end lies between them, or there is none
+      step = codes.Ac(bits.Look());
+      if (!step.found() || step.count() > left) return false;
+    }
     writer.Put(bits.Look() >> (64 - step.bits()), step.bits());
     bits.Skip(step.bits());
     left = step.ends() ? 0 : left - step.count();
