@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/square.h"
 #include "base/statistics.h"
 
 namespace trammel::pressure_advance {
@@ -37,6 +38,8 @@ struct Reference {
   double level = 0;
   double drift = 0;  // relative, per unit of position
   double centre = 0;
+  double scatter_relative = 0;  // of one reading
+  double weight = 0;            // of its readings, each 1 at most
   double sigma_relative = 0;
 
   [[nodiscard]] double at(double position) const {
@@ -65,7 +68,8 @@ double MedianValue(const std::vector<Point>& points) {
   return Median(values);
 }
 
-constexpr std::size_t kFewestReadings = 4;
+constexpr std::size_t kFewestReadings = 3;
+constexpr std::size_t kFewestForDrift = 4;  // in each of a line's two stretches
 
 // The relative change from the first slow stretch to the last, as the median over all lines.
 double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& plan) {
@@ -74,7 +78,7 @@ double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& p
   const double apart = (last.lo + last.hi - first.lo - first.hi) / 2;
   std::vector<double> drifts;
   for (const LinePoints& line : lines) {
-    if (line.slow.front().size() < kFewestReadings || line.slow.back().size() < kFewestReadings) {
+    if (line.slow.front().size() < kFewestForDrift || line.slow.back().size() < kFewestForDrift) {
       continue;
     }
     const double before = MedianValue(line.slow.front());
@@ -112,7 +116,7 @@ std::optional<Reference> FitReference(const LinePoints& line, double drift, doub
   if (level.size() < kFewestReadings) return std::nullopt;
   constexpr double kNarrowest = 0.04;  // relative; flow differs by a few per cent between lines
   const double scale = std::max(kNarrowest * common_level, RobustStandardDeviation(level));
-  Reference reference{common_level, drift, centre, 0};
+  Reference reference{common_level, drift, centre, 0, 0, 0};
   double weights = 0, squares = 0;
   for (int iteration = 0; iteration < 10; ++iteration) {
     double sum = 0;
@@ -128,10 +132,54 @@ std::optional<Reference> FitReference(const LinePoints& line, double drift, doub
     if (weights < 0.25 * static_cast<double>(level.size())) return std::nullopt;
     reference.level = sum / weights;
   }
-  // Neighbouring readings share flow noise: half of them count.
-  reference.sigma_relative =
-      std::sqrt(squares / weights / std::max(1.0, weights / 2)) / reference.level;
+  reference.scatter_relative = std::sqrt(squares / weights) / reference.level;
+  reference.weight = weights;
   return reference;
+}
+
+// How sure each level is. A few readings tell their own scatter badly; that of the other lines
+// counts as much as `others` more of them.
+void RateLevels(double others, std::vector<std::optional<Reference>>& references) {
+  std::vector<double> variances;
+  for (const auto& reference : references) {
+    if (reference) variances.push_back(Square(reference->scatter_relative));
+  }
+  if (variances.empty()) return;
+  const double usual = Median(variances);
+  for (auto& reference : references) {
+    if (!reference) continue;
+    const double n = reference->weight;
+    const double variance =
+        (n * Square(reference->scatter_relative) + others * usual) / (n + others);
+    // Neighbouring readings share flow noise: half of them count.
+    reference->sigma_relative = std::sqrt(variance / std::max(1.0, n / 2));
+  }
+}
+
+// Draws levels that few readings tell towards what all lines have in common: lines differ in flow
+// by a few per cent. A line that clearly differs by more keeps its own.
+void PoolLevels(std::vector<std::optional<Reference>>& references) {
+  constexpr double kLeastSpread = 0.01;  // relative; assumed
+  constexpr double kFar = 3;             // standard deviations
+  constexpr std::size_t kFewestLines = 4;
+  std::vector<double> levels, variances;
+  for (const auto& reference : references) {
+    if (!reference) continue;
+    levels.push_back(reference->level);
+    variances.push_back(Square(reference->sigma_relative));
+  }
+  if (levels.size() < kFewestLines) return;
+  const double common = Median(levels);
+  const double spread = RobustStandardDeviation(levels) / common;
+  const double between = std::max(Square(kLeastSpread), Square(spread) - Median(variances));
+  for (auto& reference : references) {
+    if (!reference) continue;
+    const double own = Square(reference->sigma_relative);
+    const double away = reference->level / common - 1;
+    if (!(std::abs(away) < kFar * std::sqrt(own + between))) continue;
+    reference->level = common * (1 + away * between / (own + between));
+    reference->sigma_relative = std::sqrt(own * between / (own + between));
+  }
 }
 
 struct Integral {
@@ -209,13 +257,21 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
   const double centre = (plan.reference.front().lo + plan.reference.back().hi) / 2;
   const double common_level = levels.empty() ? 0 : Median(levels);
 
+  std::vector<std::optional<Reference>> references(profiles.size());
+  for (std::size_t i = 0; i < profiles.size() && common_level > 0; ++i) {
+    if (!profiles[i].unusable.empty()) continue;
+    references[i] = FitReference(lines[i], drift, centre, common_level);
+  }
+  // A steady middle has readings enough of its own.
+  constexpr double kOthers = 4;
+  RateLevels(plan.steady_middle ? 0 : kOthers, references);
+  if (!plan.steady_middle) PoolLevels(references);
   std::vector<LineExcess> results(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     LineExcess& result = results[i];
     result.unusable = profiles[i].unusable;
     if (!result.unusable.empty()) continue;
-    const std::optional<Reference> reference =
-        common_level > 0 ? FitReference(lines[i], drift, centre, common_level) : std::nullopt;
+    const std::optional<Reference>& reference = references[i];
     if (!reference || !(reference->at(plan.acceleration.span.lo) > 0) ||
         !(reference->at(plan.deceleration.span.hi) > 0)) {
       result.unusable = NoReference(lines[i], plan);

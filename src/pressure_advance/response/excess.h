@@ -35,7 +35,8 @@ struct LineExcess {
 
 /// Measures all lines, shape (lines). The reference is what a line reads in its slow stretches,
 /// with one drift along the line common to all (light, tilt, a wandering flow), so that neither a
-/// drift nor a gap that reaches into one line's slow stretch is taken for a transition. Samples
+/// drift nor a gap that reaches into one line's slow stretch is taken for a transition. Levels that
+/// few readings tell are drawn towards the other lines'. Samples
 /// that the eye could not read are bridged by their neighbours; a line with more than
 /// kMostUnread of a window unread in one piece is unusable; what a line does not show by its own
 /// word (LineProfile::shows_acceleration) is not looked at. Across a bead larger than the picture a

@@ -187,5 +187,44 @@ TEST(Excess, ALineThatShowsOneTransitionIsReadThere) {
   EXPECT_NEAR(excess[1].deceleration.value, 0.5, kExact_mm);
 }
 
+// Of three readings of 5 % the level is known to 4 % (half of neighbours count), and a window of
+// 10 mm errs by 0.4 mm; lines that flow alike tell it together.
+TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
+  constexpr double kNoise = 0.05;
+  constexpr int kLines = 12;
+  Random random(7);
+  TransitionPlan plan = Plan();
+  plan.reference = {{6.65, 6.75}, {28.85, 29.05}};
+  std::vector<LineProfile> profiles;
+  for (int i = 0; i < kLines; ++i) {
+    profiles.push_back(Line(0, 0));
+    for (ProfileSample& sample : profiles.back().samples) {
+      const bool slow = sample.position < 6.8 || sample.position > 28.8;
+      if (slow) sample.area.value *= 1 + kNoise * random.Normal();
+    }
+  }
+  const auto scatter_mm = [&] {
+    std::vector<double> missing_mm;
+    for (const LineExcess& line : MeasureExcess(profiles, Reading::kArea, plan)) {
+      EXPECT_TRUE(line.unusable.empty()) << line.unusable;
+      missing_mm.push_back(line.acceleration.value);
+    }
+    return StandardDeviation(missing_mm);
+  };
+  const double pooled_mm = scatter_mm();
+  EXPECT_LT(pooled_mm, 0.2);
+  plan.steady_middle = true;  // has readings enough: each line by itself
+  EXPECT_GT(scatter_mm(), 1.5 * pooled_mm);
+}
+
+TEST(Excess, ALineThatClearlyFlowsOtherwiseKeepsItsOwnLevel) {
+  std::vector<LineProfile> profiles;
+  for (int i = 0; i < 8; ++i) profiles.push_back(Line(0, 0));
+  for (ProfileSample& sample : profiles[3].samples) sample.area.value *= 1.2;
+  const auto excess = Measure(profiles);
+  EXPECT_NEAR(excess[3].acceleration.value, 0, kExact_mm);
+  EXPECT_NEAR(excess[3].deceleration.value, 0, kExact_mm);
+}
+
 }  // namespace
 }  // namespace trammel::pressure_advance

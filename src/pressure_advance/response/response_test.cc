@@ -154,6 +154,7 @@ TEST(Response, HoldsTheSlowTailOfAShearThinningDeceleration) {
   };
   ResponseOptions short_window;
   short_window.transitions.after = 0.06;
+  short_window.transitions.after_mm = 0;
   EXPECT_LT(std::abs(error_s({})), kBound_s);
   EXPECT_GT(std::abs(error_s(short_window)), kBound_s);
   EXPECT_GT(std::abs(error_s(short_window)), 1.5 * std::abs(error_s({})));

@@ -72,7 +72,7 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
   const double before = std::min(options.before * length, rise / 4);
   double after = options.after * length;
   if (motion.length_mm) {
-    const double lag_mm = 4 * longest_lag_s * segments[2].speed_mm_s;
+    const double lag_mm = std::max(options.after_mm, 4 * longest_lag_s * segments[2].speed_mm_s);
     after = std::max(after, lag_mm * length / *motion.length_mm);
   }
   after = std::min(after, 0.6 * slow_after);
@@ -101,8 +101,11 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
     plan.early = {plan.acceleration.span.lo, rise + options.early_end * (first_end - rise)};
   }
   const Interval last{fall + after, length - margin};
-  plan.reference = {middle ? Interval{first_end, second_begin} : Interval{margin, rise - before},
-                    last};
+  const double begin = motion.length_mm
+                           ? std::max(margin, options.start_margin_mm * length / *motion.length_mm)
+                           : margin;
+  const Interval first{std::min(begin, rise - before), rise - before};
+  plan.reference = {middle ? Interval{first_end, second_begin} : first, last};
   return plan;
 }
 

@@ -45,6 +45,11 @@ struct TransitionOptions {
   double plateau_begin = 0.35;  ///< of the fast segment: a steady middle begins …
   double plateau_end = 0.65;    ///< … and ends here, where the line is long enough to have one
   double end_margin = 0.02;     ///< of the line, at both ends: never a reference
+  /// In mm from the printed start: never a reference either. There the flow still rises to what is
+  /// asked for, over three lags of the slow flow.
+  double start_margin_mm = 2.5;
+  /// In mm, what `after` is at least: three lags of the slow flow again.
+  double after_mm = 3;
 };
 
 /// Plans the windows for a line with one fast segment between two slower ones.

@@ -95,5 +95,17 @@ TEST(Transitions, AreRefusedByNameWhereTheSegmentsHaveNone) {
   EXPECT_THAT(plan.error().message, HasSubstr("takes 7.49 mm"));
 }
 
+// There the flow still rises, or the surplus still drains, however short the line is.
+TEST(Transitions, OfAShortLineNeitherItsStartNorTheTailBehindTheSecondChangeIsAReference) {
+  const LineMotion motion{{{0.16, 10}, {0.6, 150}, {0.24, 10}}, 25, 3000};
+  const TransitionPlan plan = Plan(motion);
+  EXPECT_NEAR(plan.reference[0].lo, 2.5, kRounding);
+  EXPECT_NEAR(plan.deceleration.span.hi, 19 + 3, kRounding);
+  EXPECT_NEAR(plan.reference[1].lo, 22, kRounding);
+  LineMotion shorter = motion;
+  shorter.length_mm = 12.5;
+  EXPECT_LE(Plan(shorter).reference[0].lo, Plan(shorter).reference[0].hi);
+}
+
 }  // namespace
 }  // namespace trammel::pressure_advance
