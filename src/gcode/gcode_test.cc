@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "gcode/dialect.h"
+#include "gcode/move_time.h"
 #include "gcode/number.h"
 #include "gcode/placeholders.h"
 #include "gcode/tool_commands.h"
@@ -105,6 +106,13 @@ TEST(Placeholders, ABraceWithoutItsPartnerIsAnErrorAndNotSwallowed) {
     ASSERT_FALSE(result) << text;
     EXPECT_THAT(result.error().message, HasSubstr("without its partner")) << text;
   }
+}
+
+TEST(MoveTime, IsATrapezoidsOrATriangles) {
+  EXPECT_NEAR(MoveTime_s(100, 50, 1000), 100 / 50.0 + 50 / 1000.0, 1e-12);
+  EXPECT_NEAR(MoveTime_s(1, 50, 1000), 2 * std::sqrt(1 / 1000.0), 1e-12);
+  EXPECT_NEAR(MoveTime_s(10, 50, 50, 50, 1000), 0.2, 1e-12);
+  EXPECT_EQ(MoveTime_s(0, 50, 1000), 0);
 }
 
 }  // namespace

@@ -68,6 +68,9 @@ constexpr auto kFields = std::to_array<ScanField>({
      "Before and behind the scanned part, where the head speeds up and slows down."},
     {kScan, "settle", &S::settle_s, "s", 0.1, 60,
      "Standing still before each sweep: it shows in the frames where the motion begins."},
+    {kScan, "lines_at_once", &S::lines_at_once, "", 1, 100,
+     "Lines that are swept one after the other without standing still in between, each from its "
+     "nearer end."},
     {kScan, "nozzle_temperature", &S::scan_nozzle_temperature_c, "°C", 0, 300,
      "The nozzle cools to this before the scan, so that it does not ooze; at least 50, which it "
      "reaches in any room. 0: its heater is switched off, and nothing is waited for."},

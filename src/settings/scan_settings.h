@@ -44,6 +44,7 @@ struct ScanSettings {
   double run_up_mm = 1;                 ///< in which the head reaches its speed, before and behind
   double settle_s =
       0.7;  ///< standing before and after each sweep: longest latency, 5 frames, slack
+  int lines_at_once = 1;                   ///< swept without standing in between; 1: paper
   double scan_nozzle_temperature_c = 150;  ///< the nozzle cools to this before the scan: no ooze;
                                            ///< 0: off, and no waiting
   double heat_time_limit_s = 900;

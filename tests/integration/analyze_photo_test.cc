@@ -80,7 +80,8 @@ TEST_F(AnalyzePhoto, HasNoHeightsForTheDeviation) {
 }
 
 TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
-  ASSERT_EQ(test::RunTrammel("pa pattern --material abs", folder()).exit_code, 0);
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs --set preset=paper", folder()).exit_code,
+            0);
   const auto photo = test::RunTrammel(
       "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
       folder());
@@ -93,6 +94,7 @@ TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
 TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
   const auto pattern = test::RunTrammel(
       "pa pattern --material abs --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10 --set "
+      "preset=paper --set "
       "line_spacing=1.5",
       folder());
   ASSERT_EQ(pattern.exit_code, 0) << pattern.output;

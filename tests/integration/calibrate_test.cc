@@ -69,6 +69,39 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
               end.peak_memory_mb);
 }
 
+// Ten lines in two goes, each into one video.
+TEST(Calibrate, TheDefaultPatternIsSweptToAndFroAndFindsTheTruth) {
+  ShopOptions options;
+  options.camera.latency_jitter_s = 0.05;
+  options.camera.frames_per_s = 30;
+  MachineShop shop(options);
+  WriteWhole(shop.folder() / "default.toml",
+             "[filament]\nnozzle_temperature = 190\nidle_nozzle_temperature = 170\n"
+             "bed_temperature = 40\n[printer]\nz_speed = 50\n");
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--json", "--config", "default.toml"})->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
+  const auto answer = nlohmann::json::parse(end.standard_output);
+  ASSERT_EQ(answer["verdict"], "good");
+  const double sigma_s = answer["standard_uncertainty_s"].get<double>();
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
+  EXPECT_LT(sigma_s, 0.002);
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  const auto scan = files::ReadScan(shop.folder() / "rec");
+  ASSERT_TRUE(scan) << scan.error().message;
+  ASSERT_EQ(scan->lines.size(), 10U);
+  for (std::size_t line = 0; line < 10; ++line) {
+    EXPECT_EQ(scan->lines[line].video.substr(0, 5), line < 5 ? "line0" : "line5");
+  }
+  const auto again = AnalyzeToJson("rec", shop.folder());
+  EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
+  constexpr double kPlace_mm = 0.15;  // the paper's, at three times its speed
+  const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
+  EXPECT_EQ(placed.unmatched, 0);
+  ASSERT_GT(placed.error_mm.size(), 250U);
+  for (const double error_mm : placed.error_mm) EXPECT_LT(std::abs(error_mm), kPlace_mm);
+}
+
 TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
   MachineShop shop;
   shop.Script(kWorkedWith);

@@ -31,7 +31,7 @@ constexpr std::uint64_t kFirstBusySeed = 2000;
 constexpr int kWidth = 4;  // each takes a quarter of a core, mostly the camera's
 constexpr double kLimit_s = 600;
 constexpr double kWithin_s = 0.002;
-constexpr double kPlace_mm = 0.05;
+constexpr double kPlace_mm = 0.15;  // at 20 mm/s: 7 ms
 
 // Low temperatures are reached sooner; pattern, speeds and scan are the defaults.
 const char* const kSettings = R"([filament]

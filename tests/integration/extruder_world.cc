@@ -11,7 +11,6 @@ namespace {
 namespace pa = pressure_advance;
 
 constexpr double kStep_s = 0.0005;
-constexpr double kReading_mm = 2.0 / 9;  // 30 frames a second at 400 mm/min
 constexpr double kCell_mm = 0.05;
 constexpr double kFootprint_mm = 0.4;
 constexpr double kNominal_mm2 = 0.11;
@@ -76,8 +75,8 @@ class HotEnd {
 
 double SpeedAt(const ExtruderWorld& world, double s) {
   const double slow2 = world.slow_mm_s * world.slow_mm_s;
-  const double from = s - world.length_mm / 4;
-  const double to = 3 * world.length_mm / 4 - s;
+  const double from = s - world.first_share * world.length_mm;
+  const double to = (world.first_share + world.fast_share) * world.length_mm - s;
   if (from <= 0 || to <= 0) return world.slow_mm_s;
   return std::min(world.fast_mm_s,
                   std::sqrt(slow2 + 2 * world.acceleration_mm_s2 * std::min(from, to)));
@@ -158,7 +157,11 @@ StoredLaw TanhLaw(double share, double knee_mm_s) {
 }
 
 pa::LineMotion ExtruderWorld::Motion() const {
-  return {{{0.25, slow_mm_s}, {0.5, fast_mm_s}, {0.25, slow_mm_s}}, length_mm, acceleration_mm_s2};
+  return {{{first_share, slow_mm_s},
+           {fast_share, fast_mm_s},
+           {1 - first_share - fast_share, slow_mm_s}},
+          length_mm,
+          acceleration_mm_s2};
 }
 
 double TruePressureAdvance(const ExtruderWorld& world) {
@@ -179,11 +182,12 @@ std::vector<pa::LineProfile> PrintPattern(const ExtruderWorld& world, Random& ra
                                               world.lag_scatter_s * random.Normal());
     const std::vector<double> cells = Lay(world, k_star_s, pressure_advance_s);
     const double flow = 1 + world.flow_scatter * random.Normal();
-    const double keep = std::exp(-kReading_mm / world.flow_noise_length_mm);
+    const double keep = std::exp(-world.reading_mm / world.flow_noise_length_mm);
     double wander = random.Normal();
     pa::LineProfile profile;
     profile.pressure_advance_s = pressure_advance_s;
-    for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm; s += kReading_mm) {
+    for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm;
+         s += world.reading_mm) {
       wander = keep * wander + std::sqrt(1 - keep * keep) * random.Normal();
       const double area = cells[static_cast<std::size_t>(s / kCell_mm + 0.5)] * flow *
                           (1 + world.flow_noise * wander);

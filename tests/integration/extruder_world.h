@@ -32,11 +32,14 @@ struct ExtruderWorld {
   double reading_noise = 0.03;  ///< 1 sigma of one reading, relative to the nominal area
 
   double length_mm = 30;
+  double first_share = 0.25;  ///< of the line, at slow_mm_s …
+  double fast_share = 0.5;    ///< … and behind it at fast_mm_s; the rest slowly again
   double slow_mm_s = 5;
   double fast_mm_s = 150;
   double acceleration_mm_s2 = 3000;
   double smooth_time_s = 0.04;
-  double left_out_mm = 4;  ///< at both ends of a line
+  double left_out_mm = 4;       ///< at both ends of a line
+  double reading_mm = 2.0 / 9;  ///< from one to the next: 30 frames a second at 400 mm/min
   std::vector<double> pressure_advance_s;
 
   [[nodiscard]] pressure_advance::LineMotion Motion() const;
@@ -45,7 +48,7 @@ struct ExtruderWorld {
 /// The pressure advance that supplies just what the mean line's speed change stores, slip counted.
 [[nodiscard]] double TruePressureAdvance(const ExtruderWorld& world);
 
-/// Areas as a laser reads them, a reading every 0.222 mm.
+/// Areas as a laser reads them, a reading every reading_mm.
 [[nodiscard]] std::vector<pressure_advance::LineProfile> PrintPattern(const ExtruderWorld& world,
                                                                       Random& random);
 

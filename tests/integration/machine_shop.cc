@@ -23,7 +23,7 @@ const std::map<std::string, std::string> kQuickConfig = {
     {"printer", "travel_speed = 300\nz_speed = 50\npark_lift = 2\n"},
     {"filament", "nozzle_temperature = 190\nidle_nozzle_temperature = 170\nbed_temperature = 40\n"},
     {"pressure_advance_pattern",
-     "pressure_advances = [0.012, 0.022, 0.031, 0.039, 0.05]\nframe_loops = 0\n"
+     "preset = \"paper\"\npressure_advances = [0.012, 0.022, 0.031, 0.039, 0.05]\nframe_loops = 0\n"
      "segments = [{fraction = 0.25, speed = 10}, {fraction = 0.5, speed = 150}, "
      "{fraction = 0.25, speed = 10}]\n"},
     {"camera", "fps = 60\n"},

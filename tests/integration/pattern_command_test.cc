@@ -24,8 +24,9 @@ TEST(PatternCommand, WritesGcodePlanAndPreviewAndSaysWhatItCosts) {
   const TemporaryFolder folder;
   const CommandResult run = RunTrammel("pa pattern --material abs", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, AllOf(HasSubstr("filament   27.6 mm, 0.07 g"), HasSubstr("time "),
-                                HasSubstr("bounds     X 108.97 ... 141.03 mm")));
+  EXPECT_THAT(run.output, AllOf(HasSubstr("filament   16.7 mm, 0.04 g"), HasSubstr("print "),
+                                HasSubstr("scan "), HasSubstr("together "),
+                                HasSubstr("bounds     X 111.91 ... 138.09 mm")));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), StartsWith("; trammel"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.svg"), HasSubstr("<svg"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.png"), StartsWith("\x89PNG"));

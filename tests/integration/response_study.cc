@@ -15,6 +15,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 #include "extruder_world.h"
+#include "pressure_advance/pattern/pattern_presets.h"
 #include "pressure_advance/response/response.h"
 
 namespace trammel {
@@ -44,6 +45,26 @@ std::vector<double> Values(double lo_s, double hi_s, int count) {
     values[static_cast<std::size_t>(i)] = lo_s + (hi_s - lo_s) * i / (count - 1);
   }
   return values;
+}
+
+// TRAMMEL_STUDY_PRESET: whose lines and scan; left out: the default's.
+ExtruderWorld World() {
+  const char* name = std::getenv("TRAMMEL_STUDY_PRESET");
+  pa::PatternConfig pattern;
+  settings::ScanSettings scan;
+  ApplyPreset(pa::ParsePatternPreset(name == nullptr ? "" : name).value_or(pa::kDefaultPreset),
+              pattern, scan);
+  constexpr double kFrames_per_s = 30;
+  ExtruderWorld world;
+  world.length_mm = pattern.line_length_mm;
+  world.first_share = pattern.segments[0].fraction;
+  world.fast_share = pattern.segments[1].fraction;
+  world.slow_mm_s = pattern.segments[0].speed_mm_s;
+  world.fast_mm_s = pattern.segments[1].speed_mm_s;
+  world.acceleration_mm_s2 = pattern.acceleration_mm_s2;
+  world.left_out_mm = scan.skip_mm;
+  world.reading_mm = scan.scan_speed_mm_s / kFrames_per_s;
+  return world;
 }
 
 struct Row {
@@ -96,7 +117,7 @@ void AddRowsBeyondTheUsual(
 std::vector<Row> Rows() {
   std::vector<Row> rows;
   const auto add = [&rows](const std::string& name, auto&& change) {
-    Row row{name, {}};
+    Row row{name, World()};
     change(row);
     rows.push_back(row);
   };
@@ -242,7 +263,7 @@ TEST(ResponseStudy, AllowsForADriftThatMostPrintersDoNotHave) {
   for (const double drift : {0.0, -0.4, 0.4}) {
     Tally usual, without;
     for (int i = 0; i < patterns; ++i) {
-      ExtruderWorld world;
+      ExtruderWorld world = World();
       world.lag_drift = drift;
       world.pressure_advance_s = Values(0, 0.06, 10);
       world.k_star_s = 0.042;
@@ -275,7 +296,7 @@ TEST(ResponseStudy, AnswersNothingBeyondTheTestedRange) {
       int answered = 0, named = 0;
       for (int i = 0; i < patterns; ++i) {
         Random random = SeedOf(i);
-        ExtruderWorld world;
+        ExtruderWorld world = World();
         world.law = test::PowerLaw(random.Uniform(0.4, 1));
         world.pressure_advance_s = Values(lo_s, lo_s + 0.06, 10);
         world.k_star_s = lo_s + 0.06 * random.Uniform(part.lo, part.hi);
@@ -298,7 +319,7 @@ TEST(ResponseStudy, AnswersInsideTheTestedRangeUpToWhereItsIntervalFits) {
     Tally both;
     for (int i = 0; i < patterns; ++i) {
       Random random = SeedOf(i);
-      ExtruderWorld world;
+      ExtruderWorld world = World();
       world.law = test::PowerLaw(random.Uniform(0.4, 1));
       world.pressure_advance_s = Values(0, 0.06, 10);
       world.k_star_s = 0.06 * at;

@@ -4,12 +4,14 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "app/config/config_value.h"
 #include "base/url_secrets.h"
 #include "files/suggest.h"
 #include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/pattern/pattern_presets.h"
 #include "settings/scan_fields.h"
 
 namespace trammel::files {
@@ -20,6 +22,9 @@ std::string At(const std::string& file, const toml::source_region& source) {
 }
 
 using Settings = std::vector<ConfigSetting>;
+
+constexpr std::string_view kPatternSection = "pressure_advance_pattern";
+constexpr std::string_view kPreset = "preset";
 
 std::vector<std::string_view> SectionNames(const Settings& settings) {
   std::vector<std::string_view> names;
@@ -86,12 +91,38 @@ Result<void> ReadSection(std::string_view section, const toml::table& table,
   return {};
 }
 
+Result<pressure_advance::PatternPreset> PresetNamed(std::string_view name) {
+  if (const auto preset = pressure_advance::ParsePatternPreset(name)) return *preset;
+  return Fail(
+      fmt::format("[{}] {}: \"{}\" is neither quick nor paper", kPatternSection, kPreset, name));
+}
+
+// What the file's preset stands for, below all that the file sets.
+Result<void> ReadPreset(const toml::table& root, const std::string& file, Config& config) {
+  const toml::node_view<const toml::node> named = root[kPatternSection][kPreset];
+  const auto name = named.value_exact<std::string>();
+  if (!name) return {};  // of another type: said where the keys are read
+  const auto preset = PresetNamed(*name);
+  if (!preset) {
+    return Fail(fmt::format("{}: {}", At(file, named.node()->source()), preset.error().message));
+  }
+  ApplyPreset(*preset, config.pattern, config.scan);
+  return {};
+}
+
 }  // namespace
+
+Config DefaultConfig() {
+  Config config;
+  ApplyPreset(pressure_advance::kDefaultPreset, config.pattern, config.scan);
+  return config;
+}
 
 Result<Config> ParseConfig(std::string_view text, const std::string& file) {
   const Result<toml::table> root = ParseToml(text, file);
   if (!root) return tl::unexpected(root.error());
-  Config config;
+  Config config = DefaultConfig();
+  if (auto done = ReadPreset(*root, file, config); !done) return tl::unexpected(done.error());
   const Settings settings = SettingsOf(config);
   const std::vector<std::string_view> sections = SectionNames(settings);
   for (const auto& [name, value] : *root) {
@@ -189,15 +220,21 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
   if (table.size() != 1) {
     return Fail(fmt::format("--set {}: more than one value", name));
   }
+  const std::string preset_before = config.pattern.preset;
   if (const auto fault = SetSetting(*setting, *table.get("value"))) {
     return Fail(fmt::format("--set {}: [{}] {}: {}", name, setting->section, key, *fault));
+  }
+  if (setting->section == kPatternSection && setting->key == kPreset) {
+    const auto preset = PresetNamed(std::exchange(config.pattern.preset, preset_before));
+    if (!preset) return Fail(fmt::format("--set {}: {}", name, preset.error().message));
+    ApplyPreset(*preset, config.pattern, config.scan);
   }
   config.options[fmt::format("{}.{}", setting->section, setting->key)] = "--set " + name;
   return {};
 }
 
 std::string DescribeConfigKeys() {
-  Config defaults;
+  Config defaults = DefaultConfig();
   std::string out =
       "# trammel.toml: every key with its default. Keep what differs; a key that is left out has\n"
       "# its default. Keys that stand behind '#' have none.\n";

@@ -22,6 +22,9 @@ struct Config {
   std::map<std::string, std::string> options = {};
 };
 
+/// What a file that sets nothing gives: the default preset's pattern and scan.
+[[nodiscard]] Config DefaultConfig();
+
 /// The largest configuration that is read.
 inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
 

@@ -53,7 +53,7 @@ TEST(ConfigKeys, DescriptionIsItselfAConfigurationThatChangesNothing) {
   auto config = ParseConfig(DescribeConfigKeys(), "keys");
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_GT(config->keys_set, 70);
-  Config defaults;
+  Config defaults = DefaultConfig();
   const auto expected = SettingsOf(defaults);
   const auto settings = SettingsOf(*config);
   for (std::size_t i = 0; i < settings.size(); ++i) {
@@ -291,6 +291,37 @@ TEST(ConfigOverride, SetsOneKeyWithOrWithoutItsSection) {
   EXPECT_EQ(config.scan.address, "printer:7126");
   EXPECT_TRUE(OverrideConfig("height_direction=+x", config));
   EXPECT_EQ(config.scan.height_direction, AxisDirection::kPlusX);
+}
+
+TEST(ConfigPreset, StandsBelowWhatTheFileSetsWhereverItStands) {
+  for (const char* text : {"[pressure_advance_pattern]\npreset = \"paper\"\nline_spacing = 5\n",
+                           "[pressure_advance_pattern]\nline_spacing = 5\npreset = \"paper\"\n"}) {
+    const auto config = ParseConfig(text, "file");
+    ASSERT_TRUE(config) << config.error().message;
+    EXPECT_EQ(config->pattern.line_length_mm, PatternConfig{}.line_length_mm);
+    EXPECT_EQ(config->pattern.line_spacing_mm, 5);
+    EXPECT_EQ(config->scan.scan_speed_mm_s, ScanSettings{}.scan_speed_mm_s);
+  }
+  const auto quick = ParseConfig("[scan]\nskip = 2\n", "file");
+  ASSERT_TRUE(quick);
+  EXPECT_EQ(quick->pattern.preset, "quick");
+  EXPECT_LT(quick->pattern.line_length_mm, PatternConfig{}.line_length_mm);
+  EXPECT_EQ(quick->scan.skip_mm, 2);
+}
+
+TEST(ConfigPreset, OfTheCommandLineLeavesWhatTheFileSet) {
+  auto config = ParseConfig("[pressure_advance_pattern]\nline_spacing = 5\n", "file");
+  ASSERT_TRUE(config);
+  ASSERT_TRUE(OverrideConfig("preset=paper", *config));
+  EXPECT_EQ(config->pattern.segments, PatternConfig{}.segments);
+  EXPECT_EQ(config->pattern.line_spacing_mm, 5);
+  EXPECT_EQ(config->scan.lines_at_once, 1);
+  const auto unknown = OverrideConfig("preset=fast", *config);
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("\"fast\" is neither quick nor paper"));
+  const auto file = ParseConfig("[pressure_advance_pattern]\npreset = \"slow\"\n", "file");
+  ASSERT_FALSE(file);
+  EXPECT_THAT(file.error().message, HasSubstr("file:2: [pressure_advance_pattern] preset"));
 }
 
 TEST(ConfigOverride, AKeyOfTwoSectionsIsTheFirstUnlessItsSectionIsNamed) {

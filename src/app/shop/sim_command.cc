@@ -54,13 +54,9 @@ Result<Size> ParseSize(const char* option, const std::string& text, const Size& 
 }
 
 Result<void> RecordConditions(const ScanArguments& arguments) {
-  sim::ScanOptions options;
-  options.pattern = arguments.pattern;
   const Result<Size> frame =
       ParseSize("--frame", arguments.frame, {sim::kSensorWidthPx, sim::kSensorHeightPx});
   if (!frame) return Fail(frame.error().message);
-  options.frame_width_px = frame->width_px;
-  options.frame_height_px = frame->height_px;
   std::vector<sim::Condition> conditions;
   if (arguments.all_conditions) {
     for (const sim::Condition& condition : sim::AllConditions()) conditions.push_back(condition);
@@ -77,6 +73,10 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   }
   const Result<sim::Plan> plan = sim::ReadPlanFile(arguments.plan);
   if (!plan) return Fail(plan.error().message);
+  sim::ScanOptions options = sim::ScanOptionsFor(*plan);
+  options.pattern = arguments.pattern;
+  options.frame_width_px = frame->width_px;
+  options.frame_height_px = frame->height_px;
   const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
   if (!gcode) return Fail(gcode.error().message);
   const SlowWork work("printing and scanning");

@@ -22,6 +22,7 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/early_answer.h"
 #include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/photo_plan.h"
@@ -208,6 +209,11 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
     session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
     answer.Begin(request.folder);
   };
+  if (request.print && request.scan && request.gcode.empty()) {
+    const MachineTime time = MachineTimeOf(request.pattern, request.settings);
+    session.Say(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart", time.print.total_s(),
+                            time.scan ? time.scan->total_s() : 0));
+  }
   const CalibrationRun run = CalibrateInto(session, request);
   if (!run.done) return tl::unexpected(run.done.error());
   return Ran{folder->path(), run.bed_c};

@@ -10,7 +10,9 @@
 
 #include "app/printer_session.h"
 #include "app/provenance.h"
+#include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "settings/material.h"
@@ -69,17 +71,16 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
     return {};
   }
   pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
+  const procedure::Reach bed = BedOf(pattern);
+  if (shown.print && shown.scan) pattern = ParkedForScan(pattern, settings, bed);
   const auto layout = LayOut(pattern);
-  procedure::Reach reach;
-  reach.minimum_mm = {pattern.bed_origin_x_mm, pattern.bed_origin_y_mm, 0};
-  reach.maximum_mm = {pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
-                      pattern.bed_origin_y_mm + pattern.bed_size_y_mm, 1000};
-  const auto sweeps =
-      procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, reach);
+  const auto sweeps = PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, bed);
   if (!sweeps) return tl::unexpected(sweeps.error());
   if (shown.print) fmt::print("; --- print ---\n{}", WriteGcode(layout, pattern));
   if (shown.scan) {
-    fmt::print("; --- scan, about {:.0f} s{} ---\n{}", sweeps->time_s(),
+    const procedure::ScanTime time =
+        TimeOf(*sweeps, pattern, pattern.acceleration_mm_s2, ParkPoint(pattern));
+    fmt::print("; --- scan, about {:.0f} s{} ---\n{}", time.total_s(),
                settings.scan_nozzle_temperature_c > 0
                    ? fmt::format(", nozzle at {:.4g} degC", settings.scan_nozzle_temperature_c)
                    : ", nozzle off",

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
+#include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -44,6 +46,7 @@ struct PatternArguments {
   bool idle = false;
   bool photo = false;
   bool force = false;
+  bool json = false;
 };
 
 /// The shortcuts of the command line, over what the file says.
@@ -87,40 +90,64 @@ Result<void> Override(const PatternArguments& arguments, files::Config& config) 
   return {};
 }
 
-Result<PatternConfig> Configure(const PatternArguments& arguments) {
-  const Result<ConfigText> text = FindConfig(arguments.config);
-  if (!text) return tl::unexpected(text.error());
-  Result<files::Config> config = files::ParseConfig(text->text, text->file);
+Result<files::Config> Configure(const PatternArguments& arguments, const ConfigText& text) {
+  Result<files::Config> config = files::ParseConfig(text.text, text.file);
   if (!config) return tl::unexpected(config.error());
   if (auto done = Override(arguments, *config); !done) return tl::unexpected(done.error());
-  if (auto valid = files::ValidateConfig(*config, text->text, text->file); !valid) {
+  if (auto valid = files::ValidateConfig(*config, text.text, text.file); !valid) {
     return tl::unexpected(valid.error());
   }
   if (const auto problem = settings::FindTemperatureProblem(config->pattern)) {
-    return tl::unexpected(files::LocateProblem(*problem, *config, text->text, text->file));
+    return tl::unexpected(files::LocateProblem(*problem, *config, text.text, text.file));
   }
-  fmt::print("settings   {}\n", text->file);
-  return config->pattern;
+  return config;
 }
 
-void Print(const PatternSummary& summary, const PatternLayout& layout,
-           const PatternConfig& config) {
-  const auto minutes = static_cast<int>(summary.time_s / 60);
+void Print(const PatternSummary& summary, const PatternLayout& layout, const PatternConfig& config,
+           const MachineTime& time) {
   fmt::print("lines      {} in {} pattern(s)\n", layout.lines.size(), layout.patterns.size());
   fmt::print("heated to  {}\n", settings::DescribeTemperatures(config));
   fmt::print("filament   {:.1f} mm{}\n", summary.filament_mm,
              summary.filament_g ? fmt::format(", {:.2f} g", *summary.filament_g) : "");
-  fmt::print("time       {} min {:.0f} s without heating\n", minutes,
-             summary.time_s - 60 * minutes);
+  fmt::print("print      {} (without heating)\n", Describe(time.print));
+  if (time.scan) {
+    fmt::print("scan       {}\n", Describe(*time.scan));
+    fmt::print("together   {:.1f} s (pa calibrate, without heating, cooling and homing)\n",
+               time.total_s());
+  }
   fmt::print("bounds     X {:.2f} ... {:.2f} mm, Y {:.2f} ... {:.2f} mm\n",
              summary.printed.min_x_mm, summary.printed.max_x_mm, summary.printed.min_y_mm,
              summary.printed.max_y_mm);
   fmt::print("peak flow  {:.1f} mm^3/s\n", summary.peak_flow_mm3_s);
 }
 
+// What the pattern costs, as one JSON object.
+void PrintJson(const PatternSummary& summary, const MachineTime& time) {
+  nlohmann::ordered_json json = {{"filament_mm", summary.filament_mm},
+                                 {"peak_flow_mm3_s", summary.peak_flow_mm3_s},
+                                 {"print_s",
+                                  {{"lines", time.print.lines_s},
+                                   {"frame", time.print.frame_s},
+                                   {"between", time.print.between_s},
+                                   {"to_and_fro", time.print.to_and_fro_s},
+                                   {"total", time.print.total_s()}}}};
+  if (time.scan) {
+    json["scan_s"] = {{"sweeps", time.scan->sweeping_s},
+                      {"turns", time.scan->turning_s},
+                      {"standing", time.scan->standing_s},
+                      {"travels", time.scan->travelling_s},
+                      {"total", time.scan->total_s()}};
+    json["total_s"] = time.total_s();
+  }
+  fmt::print("{}\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
 Result<void> RunPattern(const PatternArguments& arguments) {
-  const Result<PatternConfig> config = Configure(arguments);
-  if (!config) return tl::unexpected(config.error());
+  const Result<ConfigText> text = FindConfig(arguments.config);
+  if (!text) return tl::unexpected(text.error());
+  const Result<files::Config> settings = Configure(arguments, *text);
+  if (!settings) return tl::unexpected(settings.error());
+  const PatternConfig& config = settings->pattern;
   const fs::path gcode_path = arguments.out;
   if (!gcode_path.has_filename()) {
     return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
@@ -135,18 +162,26 @@ Result<void> RunPattern(const PatternArguments& arguments) {
       !may) {
     return may;
   }
-  const PatternLayout layout = LayOut(*config);
-  const auto plan = MakePlan(layout, *config, gcode_path.filename().string());
-  const report::Canvas preview = report::PatternPreview(layout, *config);
-  auto written = WriteOutputs({{gcode_path, WriteGcode(layout, *config)},
+  const PatternLayout layout = LayOut(config);
+  const auto plan = MakePlan(layout, config, gcode_path.filename().string());
+  const report::Canvas preview = report::PatternPreview(layout, config);
+  auto written = WriteOutputs({{gcode_path, WriteGcode(layout, config)},
                                {plan_path, files::FormatPlan(plan)},
                                {svg_path, preview.ToSvg()},
                                {png_path, preview.ToPng()}},
                               arguments.force);
   if (!written) return written;
+  const PatternSummary summary = Summarise(layout, config);
+  const MachineTime time =
+      arguments.photo ? MachineTime{summary.time, {}} : MachineTimeOf(config, settings->scan);
+  if (arguments.json) {
+    PrintJson(summary, time);
+    return {};
+  }
+  fmt::print("settings   {}\n", text->file);
   fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
              plan_path.string(), svg_path.string(), png_path.string());
-  Print(Summarise(layout, *config), layout, *config);
+  Print(summary, layout, config, time);
   return {};
 }
 
@@ -175,6 +210,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--idle", arguments->idle,
                     "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");
+  command->add_flag("--json", arguments->json, "print what it costs as one JSON object");
   command->callback([arguments, &exit_code] {
     const Result<void> done = RunPattern(*arguments);
     if (!done) exit_code = PrintError(done.error());

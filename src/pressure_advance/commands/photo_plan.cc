@@ -11,6 +11,7 @@
 
 #include "files/whole_file.h"
 #include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/pattern/pattern_presets.h"
 
 namespace trammel::app {
 namespace {
@@ -50,7 +51,8 @@ std::string FaultOf(const std::vector<PlanLine>& lines) {
     if (first.x * along.x + first.y * along.y < 0) {
       return fmt::format(
           "the lines of {} s and {} s were printed in opposite directions; a photo is read only "
-          "where all run the same way: print the pattern with alternate_directions = false",
+          "where all run the same way: print the pattern of --photo, or with preset = \"paper\" "
+          "and alternate_directions = false",
           lines.front().pressure_advance_s, line.pressure_advance_s);
     }
   }
@@ -108,6 +110,7 @@ PhotoPlan PlanOfPhotoPattern() {
 
 void SetForPhoto(pressure_advance::PatternConfig& pattern) {
   const PhotoPlan read = PlanOfPhotoPattern();
+  ApplyPreset(pressure_advance::PatternPreset::kPaper, pattern);
   pattern.pressure_advances_s = read.pressure_advance_s;
   pattern.segments = read.segments;
   pattern.line_spacing_mm = 1.5;

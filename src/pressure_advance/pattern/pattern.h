@@ -71,9 +71,20 @@ struct PatternLayout {
 /// temperatures (settings::FindTemperatureProblem).
 [[nodiscard]] std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config);
 
+/// What a print's time is made of.
+struct PatternTime {
+  double lines_s = 0;       ///< while lines are extruded
+  double frame_s = 0;       ///< while frame, mark and prime are
+  double between_s = 0;     ///< from each of these to the next: travel, lift, retraction
+  double to_and_fro_s = 0;  ///< down to the plate and up again
+
+  [[nodiscard]] double total_s() const { return lines_s + frame_s + between_s + to_and_fro_s; }
+};
+
 struct PatternSummary {
   double filament_mm = 0;            ///< used: forwards less backwards
   std::optional<double> filament_g;  ///< absent where nothing tells its density
+  PatternTime time;                  ///< parts of `time_s`
   double time_s = 0;                 ///< of the moves, by trapezoids; without heating and homing
   double peak_flow_mm3_s = 0;        ///< the hot end must melt this much
   BoundsMm printed;

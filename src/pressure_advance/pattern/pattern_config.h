@@ -37,6 +37,7 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
                                               ///< the reach of Klipper's tuning tower, direct drive
 
   // The pattern.
+  std::string preset;  ///< that others of these come from (pattern_presets.h); empty: the paper's
   std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
   std::optional<double> position_y_mm;   ///< … absent: everything is centred on the bed
   double pressure_advance_start_s = 0;   ///< [0, 10]; paper
@@ -64,9 +65,12 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   double frame_speed_mm_s = 33;  ///< (0, 500]; paper: F2000
   double frame_pressure_advance_s = 0;  ///< [0, 10]; the frame runs at one speed and needs none
   double prime_length_mm = 0.5;         ///< [0, 50] of filament before each frame; paper
-  int columns = 1;                      ///< [1, 100] patterns side by side
-  int rows = 1;                         ///< [1, 100] patterns one behind the other
-  double pattern_gap_mm = 3;            ///< [0, 200] of free plate between two frames
+  bool lift_between_lines = true;       ///< z_hop on the way to a line; else only to the first one
+  std::optional<double> approach_lift_mm;  ///< [0.5, 200] above the layer, from where the nozzle …
+                                           ///< … comes down on the pattern; absent: park_lift_mm
+  int columns = 1;            ///< [1, 100] patterns side by side
+  int rows = 1;               ///< [1, 100] patterns one behind the other
+  double pattern_gap_mm = 3;  ///< [0, 200] of free plate between two frames
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.

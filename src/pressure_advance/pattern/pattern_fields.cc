@@ -23,6 +23,12 @@ constexpr auto kFields = std::to_array<PatternField>({
      "More is applied only with --force. Direct drives need up to about 0.2, Bowden tubes up to 1, "
      "seldom 1.5. A pattern that goes further raises it to its own highest value."},
 
+    {kPattern, "preset", &C::preset, "", 0, 0,
+     "quick, or paper, the published pattern and scan of three times the time: sets line_length, "
+     "segments, line_spacing, alternate_directions, lift_between_lines, frame_loops, frame_margin, "
+     "frame_speed, approach_lift, and speed, skip, run_up, settle and lines_at_once of [scan], "
+     "where "
+     "they are left out."},
     {kPattern, "position_x", &C::position_x_mm, "mm", -2000, 2000,
      "Left outer edge of the first frame. Left out: centred on the bed."},
     {kPattern, "position_y", &C::position_y_mm, "mm", -2000, 2000,
@@ -66,6 +72,12 @@ constexpr auto kFields = std::to_array<PatternField>({
      "Pressure advance of the frame, and after the pattern."},
     {kPattern, "prime_length", &C::prime_length_mm, "mm", 0, 50,
      "Filament pushed out before each frame, so that it starts full."},
+    {kPattern, "lift_between_lines", &C::lift_between_lines, "", 0, 0,
+     "Lift by z_hop on the way from line to line, too. false needs alternate_directions: then the "
+     "way runs from one line's end to the next one's beside it, across no bead."},
+    {kPattern, "approach_lift", &C::approach_lift_mm, "mm", 0.5, 200,
+     "Height above the layer from which the nozzle comes down on the pattern. Left out: "
+     "park_lift."},
     {kPattern, "columns", &C::columns, "", 1, 100, "Patterns side by side."},
     {kPattern, "rows", &C::rows, "", 1, 100, "Patterns one behind the other."},
     {kPattern, "pattern_gap", &C::pattern_gap_mm, "mm", 0, 200, "Free plate between two patterns."},

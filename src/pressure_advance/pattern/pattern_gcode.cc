@@ -102,7 +102,7 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
   }
   writer.Lines(LimitCommands(config.dialect, config.acceleration_mm_s2, 0.0));
   writer.Line("; the nozzle rises before its first travel");
-  writer.Line(fmt::format("G1 Z{} F{}", FormatNumber(ParkPoint(config).z_mm, kPositionDecimals),
+  writer.Line(fmt::format("G1 Z{} F{}", FormatNumber(ApproachZ_mm(config), kPositionDecimals),
                           FormatNumber(config.z_speed_mm_s * 60, kFeedDecimals)));
 }
 

@@ -104,6 +104,10 @@ PointMm ParkPoint(const PatternConfig& config) {
   return {park.x_mm, park.y_mm, PrintZ_mm(config) + config.park_lift_mm};
 }
 
+double ApproachZ_mm(const PatternConfig& config) {
+  return PrintZ_mm(config) + config.approach_lift_mm.value_or(config.park_lift_mm);
+}
+
 double PrintZ_mm(const PatternConfig& config) {
   return config.layer_height_mm + config.z_offset_mm;
 }

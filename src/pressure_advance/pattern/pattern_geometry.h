@@ -30,6 +30,9 @@ struct PatternGeometry {
 /// Where the nozzle goes when done.
 [[nodiscard]] PointMm ParkPoint(const PatternConfig& config);
 
+/// Height at which the nozzle comes over the bed before the print.
+[[nodiscard]] double ApproachZ_mm(const PatternConfig& config);
+
 /// Height of the nozzle while printing.
 [[nodiscard]] double PrintZ_mm(const PatternConfig& config);
 

@@ -14,7 +14,7 @@ class Pen {
         filament_per_mm_(FilamentPerMm(config)),
         print_z_mm_(PrintZ_mm(config)),
         at_{config.bed_origin_x_mm + config.bed_size_x_mm / 2,
-            config.bed_origin_y_mm + config.bed_size_y_mm / 2, print_z_mm_ + config.park_lift_mm} {}
+            config.bed_origin_y_mm + config.bed_size_y_mm / 2, ApproachZ_mm(config)} {}
 
   /// What the following moves belong to.
   void Begin(int pattern, int line, double pressure_advance_s) {
@@ -30,8 +30,8 @@ class Pen {
     retracted_ = true;
   }
 
-  void GoTo(const PointMm& target) {
-    Height(at_.z_mm > print_z_mm_ ? at_.z_mm : print_z_mm_ + config_.z_hop_mm);
+  void GoTo(const PointMm& target, bool lifted = true) {
+    if (lifted) Height(at_.z_mm > print_z_mm_ ? at_.z_mm : print_z_mm_ + config_.z_hop_mm);
     Travel(target);
     Height(print_z_mm_);
     Filament(MoveKind::kUnretract, config_.retract_length_mm, config_.retract_speed_mm_s);
@@ -186,7 +186,7 @@ PatternLayout LayOut(const PatternConfig& config) {
           LineOf(config, outer, pattern, static_cast<int>(i), pressure_advances_s[i]));
       pen.Leave();
       pen.Begin(pattern, static_cast<int>(layout.lines.size()) - 1, pressure_advances_s[i]);
-      pen.GoTo(layout.lines.back().start);
+      pen.GoTo(layout.lines.back().start, i == 0 || config.lift_between_lines);
       DrawLine(config, layout.lines.back(), pen);
     }
   }

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "gcode/bead.h"
+#include "gcode/move_time.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "settings/material.h"
@@ -35,20 +36,20 @@ double JunctionSpeed_mm_s(const Move& a, const Move& b, double acceleration_mm_s
   return std::min(limit_mm_s, speed_mm_s);
 }
 
-/// Time of a trapezoid, or of a triangle where the cruising speed is not reached.
-double TrapezoidTime_s(double length_mm, double enter_mm_s, double cruise_mm_s, double leave_mm_s,
-                       double acceleration_mm_s2) {
-  const double peak_mm_s =
-      std::min(cruise_mm_s, std::sqrt(acceleration_mm_s2 * length_mm +
-                                      (enter_mm_s * enter_mm_s + leave_mm_s * leave_mm_s) / 2));
-  const double ramps_mm =
-      (2 * peak_mm_s * peak_mm_s - enter_mm_s * enter_mm_s - leave_mm_s * leave_mm_s) /
-      (2 * acceleration_mm_s2);
-  return (2 * peak_mm_s - enter_mm_s - leave_mm_s) / acceleration_mm_s2 +
-         std::max(0.0, length_mm - ramps_mm) / peak_mm_s;
+// What a move's time counts as.
+double& PartOf(PatternTime& time, const Move& move, bool begun) {
+  switch (move.kind) {
+    case MoveKind::kLine:
+      return time.lines_s;
+    case MoveKind::kFrame:
+    case MoveKind::kPrime:
+      return time.frame_s;
+    default:
+      return move.pattern < 0 || !begun ? time.to_and_fro_s : time.between_s;
+  }
 }
 
-double Time_s(const std::vector<Move>& moves, double acceleration_mm_s2) {
+PatternTime TimeOf(const std::vector<Move>& moves, double acceleration_mm_s2) {
   // junction[i] is the speed at the start of move i; the last entry is the stop at the end.
   std::vector<double> junction_mm_s(moves.size() + 1, 0.0);
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -60,7 +61,8 @@ double Time_s(const std::vector<Move>& moves, double acceleration_mm_s2) {
   for (std::size_t i = moves.size(); i-- > 0;) {
     junction_mm_s[i] = std::min(junction_mm_s[i], reachable(junction_mm_s[i + 1], moves[i]));
   }
-  double time_s = 0;
+  PatternTime time;
+  bool begun = false;
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const Move& move = moves[i];
     junction_mm_s[i + 1] = std::min(junction_mm_s[i + 1], reachable(junction_mm_s[i], move));
@@ -69,10 +71,11 @@ double Time_s(const std::vector<Move>& moves, double acceleration_mm_s2) {
     if (length_mm == 0) {
       length_mm = std::abs(move.to.z_mm - move.from.z_mm) + std::abs(move.filament_mm);
     }
-    time_s += TrapezoidTime_s(length_mm, junction_mm_s[i], move.speed_mm_s, junction_mm_s[i + 1],
-                              acceleration_mm_s2);
+    begun = begun || move.width_mm > 0;
+    PartOf(time, move, begun) += gcode::MoveTime_s(length_mm, junction_mm_s[i], move.speed_mm_s,
+                                                   junction_mm_s[i + 1], acceleration_mm_s2);
   }
-  return time_s;
+  return time;
 }
 
 }  // namespace
@@ -80,7 +83,8 @@ double Time_s(const std::vector<Move>& moves, double acceleration_mm_s2) {
 PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& config) {
   PatternSummary summary;
   summary.printed = layout.printed;
-  summary.time_s = Time_s(layout.moves, config.acceleration_mm_s2);
+  summary.time = TimeOf(layout.moves, config.acceleration_mm_s2);
+  summary.time_s = summary.time.total_s();
   const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   for (const Move& move : layout.moves) {
     summary.filament_mm += move.filament_mm;

@@ -153,6 +153,13 @@ Problem CheckBead(const PatternConfig& config) {
   return std::nullopt;
 }
 
+Problem CheckWays(const PatternConfig& config) {
+  if (config.lift_between_lines || config.alternate_directions) return std::nullopt;
+  return InPattern("lift_between_lines",
+                   "false needs alternate_directions = true: without, the nozzle would be dragged "
+                   "along the line that it has just printed");
+}
+
 Problem CheckMark(const PatternConfig& config) {
   constexpr int kFewestBeads = 3;  // a blob is thinner
   if (!config.corner_mark) return std::nullopt;
@@ -242,8 +249,8 @@ Problem CheckUserGcode(const PatternConfig& config) {
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
-  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckMark,
-                     CheckFit, CheckPark, CheckUserGcode}) {
+  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckWays,
+                     CheckMark, CheckFit, CheckPark, CheckUserGcode}) {
     if (Problem problem = check(config)) return problem;
   }
   return std::nullopt;

@@ -148,7 +148,10 @@ Result<void> KeepBedWarm(const Session& session, double bed_c) {
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       PrinterStateGuard& guard, FrameRecorder* recorder,
                       const std::string& camera) {
-  const PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
+  PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
+  if (request.print && request.scan) {
+    config = ParkedForScan(config, request.settings, ReachOf(guard.before()));
+  }
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
     auto printed = PrintPattern(session, request, config, plan);

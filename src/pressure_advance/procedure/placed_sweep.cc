@@ -20,6 +20,28 @@ using pressure_advance::SweepObservation;
 
 namespace {
 
+// How far along a leg a point lies.
+double WithinLeg(const PathLeg& leg, double x_mm, double y_mm) {
+  return (x_mm - leg.x_mm) * leg.along_x + (y_mm - leg.y_mm) * leg.along_y;
+}
+
+// The leg that a move begins on and runs along; null where there is none.
+const PathLeg* LegOf(const machine::TrapezoidMove& move, double x_mm, double y_mm,
+                     std::span<const PathLeg> legs) {
+  constexpr double kStraight = 0.999;  // cosine
+  constexpr double kAside_mm = 0.05;   // of rounded coordinates
+  for (const PathLeg& leg : legs) {
+    if (move.direction[0] * leg.along_x + move.direction[1] * leg.along_y < kStraight) continue;
+    const double within_mm = WithinLeg(leg, x_mm, y_mm);
+    const double aside_mm = (x_mm - leg.x_mm) * leg.along_y - (y_mm - leg.y_mm) * leg.along_x;
+    if (std::abs(aside_mm) <= kAside_mm && within_mm >= -kAside_mm &&
+        within_mm <= leg.length_mm + kAside_mm) {
+      return &leg;
+    }
+  }
+  return nullptr;
+}
+
 /// Observes frames `first` to `end`, and looks at the one before them.
 Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t first, std::size_t end,
                           std::span<FrameObservation> observed) {
@@ -50,10 +72,12 @@ Result<FrameObservation> FrameObserver::Next(const CapturedFrame& frame) {
   return seen;
 }
 
-bool IsWhole(std::span<const LineMove> moves, const Sweep& sweep) {
+bool IsWhole(std::span<const LineMove> moves, std::span<const Sweep> run) {
   constexpr double kAway_mm = 0.02;  // of rounded coordinates
   constexpr double kCreep_mm_s = 0.01;
-  double at_mm = sweep.PositionOf(sweep.start_x_mm, sweep.start_y_mm);
+  const std::vector<PathLeg> legs = PathOf(run);
+  if (legs.empty()) return false;
+  double at_mm = legs.front().begin_mm;
   double speed_mm_s = 0;
   for (const LineMove& move : moves) {
     if (std::abs(move.start_mm - at_mm) > kAway_mm) return false;
@@ -61,20 +85,25 @@ bool IsWhole(std::span<const LineMove> moves, const Sweep& sweep) {
     at_mm = move.start_mm + 0.5 * (move.start_speed_mm_s + speed_mm_s) * move.duration_s;
   }
   return !moves.empty() && std::abs(speed_mm_s) < kCreep_mm_s &&
-         std::abs(sweep.PositionOf(sweep.end_x_mm, sweep.end_y_mm) - at_mm) <= kAway_mm;
+         std::abs(legs.back().begin_mm + legs.back().length_mm - at_mm) <= kAway_mm;
 }
 
-std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
-                                const machine::ClockRelation& clock,
+std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves,
+                                std::span<const Sweep> run, const machine::ClockRelation& clock,
                                 const std::array<double, 4>& gcode_origin_mm) {
+  const std::vector<PathLeg> legs = PathOf(run);
   std::vector<LineMove> along;
+  if (legs.empty()) return along;
   for (const machine::TrapezoidMove& move : moves) {
-    const double share = move.direction[0] * sweep.along_x + move.direction[1] * sweep.along_y;
-    if (!(move.duration_s > 0) || share == 0) continue;
+    const double x_mm = move.start_mm[0] - gcode_origin_mm[0];
+    const double y_mm = move.start_mm[1] - gcode_origin_mm[1];
+    const PathLeg* leg = legs.size() == 1 ? legs.data() : LegOf(move, x_mm, y_mm, legs);
+    if (leg == nullptr || !(move.duration_s > 0)) continue;
+    const double share = move.direction[0] * leg->along_x + move.direction[1] * leg->along_y;
+    if (share == 0) continue;
     along.push_back({clock.HostTimeOf(move.print_time_s), move.duration_s,
-                     sweep.PositionOf(move.start_mm[0] - gcode_origin_mm[0],
-                                      move.start_mm[1] - gcode_origin_mm[1]),
-                     move.start_velocity_mm_s * share, move.acceleration_mm_s2 * share});
+                     leg->begin_mm + WithinLeg(*leg, x_mm, y_mm), move.start_velocity_mm_s * share,
+                     move.acceleration_mm_s2 * share});
   }
   return along;
 }
@@ -101,11 +130,17 @@ Result<SweepObservation> Observe(std::span<const CapturedFrame> frames,
   return sweep;
 }
 
-std::vector<std::optional<double>> ScoredPositions(const pressure_advance::SweepTiming& timing) {
+std::vector<std::optional<double>> ScoredPositions(const pressure_advance::SweepTiming& timing,
+                                                   const SweptStretch& line) {
+  constexpr double kSure = 3;  // standard uncertainties from where the head turns
   std::vector<std::optional<double>> positions;
   for (const pressure_advance::FrameTiming& frame : timing.frames) {
     positions.emplace_back();
-    if (frame.motion == FrameMotion::kSteady) positions.back() = frame.position_mm;
+    const double away_mm = kSure * frame.position_sigma_mm;
+    if (frame.motion == FrameMotion::kSteady && frame.position_mm >= line.begin_mm + away_mm &&
+        frame.position_mm <= line.end_mm - away_mm) {
+      positions.back() = line.PositionOf(frame.position_mm);
+    }
   }
   return positions;
 }

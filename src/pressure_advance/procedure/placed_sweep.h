@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "machine/camera/camera.h"
 #include "machine/moonraker/printer.h"
+#include "pressure_advance/procedure/sweep_path.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/timing/sweep_timing.h"
@@ -16,16 +17,18 @@
 
 namespace trammel::procedure {
 
-/// The moves of the head as positions of the laser along a sweep's line, on the host's clock.
+/// The moves of the head as ways along a run (sweep_path.h), which of a run of one line are
+/// positions of the laser along it, on the host's clock.
 /// @param gcode_origin_mm  where G-code's origin lies in the toolhead's coordinates, in which the
 ///                         moves are (SET_GCODE_OFFSET): lines were printed and swept in G-code's.
 [[nodiscard]] std::vector<pressure_advance::LineMove> AlongLine(
-    std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
+    std::span<const machine::TrapezoidMove> moves, std::span<const Sweep> run,
     const machine::ClockRelation& clock, const std::array<double, 4>& gcode_origin_mm);
 
-/// Whether the moves lead from a sweep's begin to its end without a gap, and the head stands there:
+/// Whether the moves lead from a run's begin to its end without a gap, and the head stands there:
 /// no more of them are to be told.
-[[nodiscard]] bool IsWhole(std::span<const pressure_advance::LineMove> moves, const Sweep& sweep);
+[[nodiscard]] bool IsWhole(std::span<const pressure_advance::LineMove> moves,
+                           std::span<const Sweep> run);
 
 /// Sees when frames came, and how much each differs from the one before.
 class FrameObserver {
@@ -47,9 +50,10 @@ class FrameObserver {
     std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion,
     std::vector<pressure_advance::FrameObservation> begun = {});
 
-/// Positions for scan.json: those of frames that certainly moved at the sweep's speed.
+/// Positions along one line of a run, for scan.json: those of frames that certainly moved at the
+/// sweep's speed, and along this line.
 [[nodiscard]] std::vector<std::optional<double>> ScoredPositions(
-    const pressure_advance::SweepTiming& timing);
+    const pressure_advance::SweepTiming& timing, const SweptStretch& line);
 
 /// What fraction of the pixels became at least 30 levels redder.
 [[nodiscard]] Result<double> Reddened(const machine::CapturedFrame& before,

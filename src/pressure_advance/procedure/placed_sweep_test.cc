@@ -17,6 +17,8 @@ TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
   Sweep sweep;
   sweep.along_x = -1;  // printed towards -x
   sweep.along_y = 0;
+  sweep.start_x_mm = 99;
+  sweep.end_x_mm = 70;
   sweep.origin_mm = -100;  // the laser stands at the line's start where the nozzle is at x = 100
   machine::ClockRelation clock;
   clock.print_from_host = {1000, 50, 1, 0, 0};  // print time 50 is 1000 s of ours
@@ -25,7 +27,7 @@ TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
       {53, 0.5, 5, 0, {98, 20, 17.86}, {0, 0, 1}},   // in z: nothing along the line
       {54, 0.0, 5, 0, {98, 20, 17.86}, {-1, 0, 0}},  // without duration
   };
-  const auto along = AlongLine(moves, sweep, clock, {});
+  const auto along = AlongLine(moves, {&sweep, 1}, clock, {});
   ASSERT_EQ(along.size(), 1u);
   EXPECT_NEAR(along[0].start_s, 1002, kExact);
   EXPECT_NEAR(along[0].start_mm, 2, kExact);
@@ -36,9 +38,10 @@ TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
 // A line was printed in G-code's coordinates and is swept in them; the firmware tells its own.
 TEST(PlacedSweep, AGcodeOffsetIsNotTakenForAPlaceOnTheLine) {
   Sweep sweep;
+  sweep.end_x_mm = 30;
   machine::ClockRelation clock;
   const std::vector<machine::TrapezoidMove> moves = {{1, 0.5, 4, 0, {12.3, 7, 0}, {1, 0, 0}}};
-  const auto along = AlongLine(moves, sweep, clock, {0.3, -0.1, 0.02});
+  const auto along = AlongLine(moves, {&sweep, 1}, clock, {0.3, -0.1, 0.02});
   ASSERT_EQ(along.size(), 1u);
   EXPECT_NEAR(along[0].start_mm, 12, kExact);
 }
@@ -48,12 +51,13 @@ TEST(PlacedSweep, IsWholeWhereTheMovesLeadFromItsBeginToAStandAtItsEnd) {
   sweep.start_x_mm = 10;
   sweep.end_x_mm = 40;
   auto moves = pressure_advance::TrapezoidSweep(100, 10, 40, 10, 1000);
-  EXPECT_TRUE(IsWhole(moves, sweep));
-  EXPECT_FALSE(IsWhole(std::span(moves).first(moves.size() - 1), sweep));  // the end is to come
-  EXPECT_FALSE(IsWhole(std::span(moves).subspan(1), sweep));
-  EXPECT_FALSE(IsWhole({}, sweep));
+  const std::span<const Sweep> run(&sweep, 1);
+  EXPECT_TRUE(IsWhole(moves, run));
+  EXPECT_FALSE(IsWhole(std::span(moves).first(moves.size() - 1), run));  // the end is to come
+  EXPECT_FALSE(IsWhole(std::span(moves).subspan(1), run));
+  EXPECT_FALSE(IsWhole({}, run));
   moves.erase(moves.begin() + 1);  // a batch got lost
-  EXPECT_FALSE(IsWhole(moves, sweep));
+  EXPECT_FALSE(IsWhole(moves, run));
 }
 
 TEST(PlacedSweep, OnlySteadyFramesAreScored) {
@@ -66,7 +70,7 @@ TEST(PlacedSweep, OnlySteadyFramesAreScored) {
     frame.motion = motion;
     timing.frames.push_back(frame);
   }
-  const auto positions = ScoredPositions(timing);
+  const auto positions = ScoredPositions(timing, {0, 30, 0, 1});
   ASSERT_EQ(positions.size(), 4u);
   EXPECT_FALSE(positions[0].has_value());
   EXPECT_FALSE(positions[1].has_value());

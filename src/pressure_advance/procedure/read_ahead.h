@@ -36,10 +36,10 @@ class ReadAhead {
   ReadAhead& operator=(const ReadAhead&) = delete;
   ~ReadAhead() = default;  ///< the thread is stopped and joined first: it is the last member
 
-  /// Puts a line behind the others; returns at once. REQUIRES a crop and one line.
+  /// Puts a video behind the others; returns at once. REQUIRES a crop, and lines of one video.
   void Add(std::filesystem::path folder, pressure_advance::Scan scan);
 
-  /// Waits until all lines are read. For tests: a scan never waits for it.
+  /// Waits until all videos are read. For tests: a scan never waits for it.
   void WaitForAll();
 
   /// What was read of this line, once. Absent where it was not read with this crop, or
@@ -50,22 +50,23 @@ class ReadAhead {
                                               const FrameSize& size);
 
  private:
-  struct Line {
-    std::filesystem::path video;  // in its folder
+  struct Video {
+    std::filesystem::path path;  // in its folder
     std::filesystem::path folder;
-    pressure_advance::Scan scan;  // with this line alone
+    pressure_advance::Scan scan;  // with the lines of this video alone
   };
   struct Read {
     PixelRect crop;
     AxisDirection height_direction = AxisDirection::kMinusX;
     FrameSize size;
-    LineAhead line;  // with all frames
+    std::vector<Frame> frames;  // all of them, until a line takes its own
+    std::vector<std::optional<pressure_advance::SweepReading>> lines;  // absent once taken
   };
   void Work(const std::stop_token& stop);
 
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::deque<Line> waiting_;
+  std::deque<Video> waiting_;
   bool reading_ = false;
   std::map<std::filesystem::path, Read> read_;
   std::size_t bytes_ = 0;  // of all frames read so far

@@ -12,6 +12,7 @@ namespace trammel::procedure {
 namespace {
 
 using pressure_advance::Scan;
+using pressure_advance::ScanLine;
 using pressure_advance::SweepReading;
 
 constexpr int kFrames = 60;
@@ -116,6 +117,28 @@ TEST_F(ReadAheadTest, GivesNothingOfAnotherCropSizeOrNumberOfFrames) {
   ahead_.Add(folder_.path(), scan_);
   ahead_.WaitForAll();
   EXPECT_FALSE(ahead_.Take(folder_.path(), scan_, scan_.lines[0], {320, 241, ""}));
+}
+
+// Several lines swept in one go share a video.
+TEST_F(ReadAheadTest, GivesEachLineOfAVideoItsOwnFramesOnce) {
+  constexpr std::size_t kTurn = 30;
+  scan_.lines.push_back(scan_.lines[0]);
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    (i < kTurn ? scan_.lines[1] : scan_.lines[0]).frame_positions_mm[i].reset();
+  }
+  ahead_.Add(folder_.path(), scan_);
+  ahead_.WaitForAll();
+  for (const ScanLine& line : scan_.lines) {
+    const auto ahead = ahead_.Take(folder_.path(), scan_, line, {320, 240, "line0.avi"});
+    ASSERT_TRUE(ahead);
+    const auto frames =
+        ReadFrames(folder_.path() / "line0.avi", scan_, line, {320, 240, "line0.avi"});
+    ASSERT_TRUE(frames);
+    EXPECT_TRUE(SamePixels(ahead->frames, *frames));
+    vision::LaserLineWorkspace workspace;
+    ExpectSame(ahead->reading, ReadSweep(*frames, scan_, line, {}, workspace));
+    EXPECT_FALSE(ahead_.Take(folder_.path(), scan_, line, {320, 240, "line0.avi"})) << "once";
+  }
 }
 
 TEST_F(ReadAheadTest, LeavesADamagedVideoToWhoSaysWhatIsWrong) {

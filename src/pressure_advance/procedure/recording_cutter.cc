@@ -42,7 +42,7 @@ bool SamePixels(const std::vector<Frame>& one, const std::vector<Frame>& other) 
 
 Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
                      const std::stop_token& stop) {
-  TRAMMEL_CHECK(scan.crop && scan.lines.size() == 1, "a crop: {}, {} lines", scan.crop.has_value(),
+  TRAMMEL_CHECK(scan.crop && !scan.lines.empty(), "a crop: {}, {} lines", scan.crop.has_value(),
                 scan.lines.size());
   const ScanLine& line = scan.lines.front();
   const auto video = VideoOf(folder, line);
@@ -53,7 +53,9 @@ Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
   all.frame_positions_mm.clear();
   const auto whole = ReadFrames(*video, scan, all, *size);
   if (!whole) return tl::unexpected(whole.error());
-  if (auto readable = CheckReadable(*whole, scan, line); !readable) return readable;
+  for (const ScanLine& one : scan.lines) {
+    if (auto readable = CheckReadable(*whole, scan, one); !readable) return readable;
+  }
   const double whole_every = std::max(1.0, std::round(kWholeEvery_s * scan.frames_per_s));
   auto cut = machine::CutVideo::Write(
       *video, {*scan.crop, static_cast<std::size_t>(whole_every), scan.frames_per_s}, stop);

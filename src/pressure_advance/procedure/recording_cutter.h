@@ -15,10 +15,10 @@
 
 namespace trammel::procedure {
 
-/// Cuts one line's video (machine/video/video_cutter.h), once the line reads well within the crop
+/// Cuts a video (machine/video/video_cutter.h), once each of its lines reads well within the crop
 /// and every frame's crop is the same to the bit in the cut. A whole frame stays every 6 s.
-/// @param scan  with the crop and this line alone.
-/// Errors, which leave the video whole: the line cannot be read, or its bead reaches out of the
+/// @param scan  with the crop and the lines of this video alone.
+/// Errors, which leave the video whole: a line cannot be read, or its bead reaches out of the
 /// crop; the video's, the disk's, kInterrupted.
 [[nodiscard]] Result<void> CutLine(const std::filesystem::path& folder,
                                    const pressure_advance::Scan& scan, const std::stop_token& stop);
@@ -31,7 +31,7 @@ class RecordingCutter {
   RecordingCutter& operator=(const RecordingCutter&) = delete;
   ~RecordingCutter();  ///< leaves whole what is not cut yet
 
-  /// Puts a line behind the others; returns at once. REQUIRES a crop and one line.
+  /// Puts a video behind the others; returns at once. REQUIRES a crop, and lines of one video.
   void Add(std::filesystem::path folder, pressure_advance::Scan scan);
 
   /// Cuts what still waits, on the calling thread too: nothing has to keep pace any more. Returns

@@ -84,31 +84,31 @@ std::vector<pressure_advance::FrameObservation> OfTheFirst(
   return observed;
 }
 
-// The motion between two moments of the host's clock, along the line. What was told before the
+// The motion between two moments of the host's clock, along the run. What was told before the
 // frames ended is whole nearly always; what is missing comes a second later at most.
-Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from_s, double to_s,
-                       RecordedSweep& recorded) {
+Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, double from_s,
+                       double to_s, RecordedSweep& recorded) {
   machine::Printer& printer = sweeping.session.printer;
   const auto clock = printer.Clock(kClock_s, sweeping.session.Within(kFrame_s));
   if (!clock) return tl::unexpected(clock.error());
   recorded.clock_sigma_s = clock->PrintTimeBound(to_s) / std::sqrt(3.0);
   recorded.motion =
-      AlongLine(printer.MovesTold(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s)), sweep,
+      AlongLine(printer.MovesTold(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s)), run,
                 *clock, sweeping.gcode_origin_mm);
-  if (IsWhole(recorded.motion, sweep)) return {};
+  if (IsWhole(recorded.motion, run)) return {};
   const auto moves = printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
                                    sweeping.session.Within(kFrame_s));
   if (!moves) return tl::unexpected(moves.error());
-  recorded.motion = AlongLine(*moves, sweep, *clock, sweeping.gcode_origin_mm);
+  recorded.motion = AlongLine(*moves, run, *clock, sweeping.gcode_origin_mm);
   if (!recorded.motion.empty()) return {};
   if (auto homed = CheckStillHomed(sweeping.session); !homed) return homed;
   return Fail("the printer told of no motion during a sweep: does its firmware have motion_report?",
               ErrorKind::kMeasurement);
 }
 
-// Sweeps one line with the camera recording.
+// Sweeps the lines of a run with the camera recording.
 // @returns when the head stood for it, so that no end of the travel passes for the sweep's begin.
-Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double speed_mm_s,
+Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run, double speed_mm_s,
                            RecordedSweep& recorded) {
   const Session& session = sweeping.session;
   const ScanSettings& settings = sweeping.request.settings;
@@ -126,7 +126,7 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
   };
   Result<void> swept = stand();
   const double stood_s = machine::HostNow();
-  if (swept) swept = Go(session, SweepGcode(sweep, speed_mm_s));
+  if (swept) swept = Go(session, SweepGcode(run, speed_mm_s));
   if (swept) swept = stand();
   auto frames = sweeping.recorder.End();
   if (!swept) return tl::unexpected(swept.error());
@@ -136,22 +136,24 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
   return stood_s;
 }
 
-Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::string video,
-                                double speed_mm_s) {
+Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep> run,
+                                 std::string video, double speed_mm_s) {
   const Session& session = sweeping.session;
   RecordedSweep recorded;
-  recorded.pressure_advance_s = sweep.pressure_advance_s;
-  recorded.print_direction = DirectionOf(sweep);
+  const std::vector<SweptStretch> stretches = StretchesOf(run);
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    recorded.lines.push_back({run[i].pressure_advance_s, DirectionOf(run[i]), stretches.at(i)});
+  }
   recorded.video = std::move(video);
   auto ready = CheckStillFree(session);
-  if (ready) ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
+  if (ready) ready = Go(session, TravelGcode(run.front(), sweeping.request.travel_speed_mm_s));
   if (ready) ready = KeepAlive(session);
-  // Again for each line: the printer's own limit switches a forgotten laser off.
+  // Again for each run: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
   if (!ready) return tl::unexpected(ready.error());
-  const auto from_s = RecordSweep(sweeping, sweep, speed_mm_s, recorded);
+  const auto from_s = RecordSweep(sweeping, run, speed_mm_s, recorded);
   if (!from_s) return tl::unexpected(from_s.error());
-  auto asked = AskMotion(sweeping, sweep, *from_s, machine::HostNow(), recorded);
+  auto asked = AskMotion(sweeping, run, *from_s, machine::HostNow(), recorded);
   if (!asked) return tl::unexpected(asked.error());
   return recorded;
 }
@@ -180,20 +182,27 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
 constexpr int kMostSweepsOfALine = 3;
 constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
 
-// Sweeps one line until its frames can be placed, a few times at most: what kept a busy computer
+// "line 3", "lines 1 to 5", counted from 1.
+std::string NameOf(const SweepRun& run) {
+  if (run.count == 1) return fmt::format("line {}", run.first + 1);
+  return fmt::format("lines {} to {}", run.first + 1, run.first + run.count);
+}
+
+// Sweeps a run until its frames can be placed, a few times at most: what kept a busy computer
 // from its work has mostly gone by then. What cannot be placed in the end is left out.
-Result<void> SweepLineAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps, std::size_t line,
-                               std::size_t& repeats_left, ScanRecording& recording) {
+Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
+                              const SweepRun& run, std::size_t& repeats_left,
+                              ScanRecording& recording) {
   for (int attempt = 1;; ++attempt) {
-    std::string video = attempt == 1 ? fmt::format("line{}.avi", line)
-                                     : fmt::format("line{}-{}.avi", line, attempt);
-    auto swept = SweepLine(sweeping, sweeps.sweeps[line], std::move(video), sweeps.speed_mm_s);
+    std::string video = attempt == 1 ? fmt::format("line{}.avi", run.first)
+                                     : fmt::format("line{}-{}.avi", run.first, attempt);
+    auto swept = SweepLines(sweeping, sweeps.Of(run), std::move(video), sweeps.speed_mm_s);
     if (!swept) return tl::unexpected(swept.error());
     if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
     if (!recording.trouble()) return {};
     if (attempt == kMostSweepsOfALine || repeats_left == 0) return {};
     --repeats_left;
-    sweeping.session.Say(fmt::format("scanning line {} again: {}", line + 1, *recording.trouble()));
+    sweeping.session.Say(fmt::format("scanning {} again: {}", NameOf(run), *recording.trouble()));
     if (auto aside = recording.SetLastAside(); !aside) return aside;
   }
 }
@@ -208,21 +217,34 @@ Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
               failed.error().kind);
 }
 
+// Of all sweeps, without travels and what commands take.
+double SweepTime_s(const SweepPlan& sweeps) {
+  double time_s = 0;
+  for (const SweepRun& run : sweeps.runs) {
+    const PathLeg last = PathOf(sweeps.Of(run)).back();
+    const PathLeg first = PathOf(sweeps.Of(run)).front();
+    time_s +=
+        2 * sweeps.settle_s + (last.begin_mm + last.length_mm - first.begin_mm) / sweeps.speed_mm_s;
+  }
+  return time_s;
+}
+
 Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanRecording& recording) {
   const std::size_t lines = sweeps.sweeps.size();
-  std::size_t repeats_left = 1 + lines / 2;
+  std::size_t repeats_left = 1 + sweeps.runs.size() / 2;
   const double begin_s = machine::HostNow();
-  for (std::size_t i = 0; i < lines; ++i) {
-    // Travels and waits are known once there was one.
-    const double each_s =
-        i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
-    sweeping.session.Tell({.text = fmt::format("scanning line {} of {}", i + 1, lines),
+  double each_s = SweepTime_s(sweeps) / static_cast<double>(lines);
+  for (const SweepRun& run : sweeps.runs) {
+    const std::size_t i = run.first;
+    // Travels and waits are known once there was a run.
+    if (i > 0) each_s = (machine::HostNow() - begin_s) / static_cast<double>(i);
+    sweeping.session.Tell({.text = fmt::format("scanning {} of {}", NameOf(run), lines),
                            .remaining_s = each_s * static_cast<double>(lines - i),
                            .phase = "scanning",
                            .done = static_cast<double>(i) / static_cast<double>(lines)});
-    auto scanned = SweepLineAndAgain(sweeping, sweeps, i, repeats_left, recording);
+    auto scanned = SweepRunAndAgain(sweeping, sweeps, run, repeats_left, recording);
     if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
-    if (i + 1 >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
+    if (i + run.count >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
   }
   for (const std::string& line : recording.LeftOut()) sweeping.session.Say(line);
   return recording.Finish();

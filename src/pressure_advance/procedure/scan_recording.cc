@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "files/new_file.h"
@@ -64,11 +66,21 @@ json DescribeSweep(const RecordedSweep& sweep) {
                       {"start_speed_mm_s", move.start_speed_mm_s},
                       {"acceleration_mm_s2", move.acceleration_mm_s2}});
   }
-  return {{"pressure_advance_s", sweep.pressure_advance_s},
-          {"video", sweep.video},
-          {"print_direction", ToString(sweep.print_direction)},
-          {"clock_sigma_s", sweep.clock_sigma_s},
-          {"motion", std::move(motion)}};
+  json described = {{"pressure_advance_s", sweep.lines.front().pressure_advance_s},
+                    {"video", sweep.video},
+                    {"print_direction", ToString(sweep.lines.front().print_direction)},
+                    {"clock_sigma_s", sweep.clock_sigma_s},
+                    {"motion", std::move(motion)}};
+  if (sweep.lines.size() < 2) return described;
+  for (const SweptLine& line : sweep.lines) {
+    described["lines"].push_back({{"pressure_advance_s", line.pressure_advance_s},
+                                  {"print_direction", ToString(line.print_direction)},
+                                  {"begin_mm", line.stretch.begin_mm},
+                                  {"end_mm", line.stretch.end_mm},
+                                  {"origin_mm", line.stretch.origin_mm},
+                                  {"backwards", line.stretch.direction < 0}});
+  }
+  return described;
 }
 
 template <class NotPlaced>
@@ -114,21 +126,29 @@ Result<void> ScanRecording::Add(RecordedSweep sweep) {
 
 Result<void> ScanRecording::SetLastAside() {
   const RecordedSweep& last = recorded_.back();
-  set_aside_.push_back({last.video, last.pressure_advance_s, trouble_.value_or("")});
+  for (const SweptLine& line : last.lines) {
+    set_aside_.push_back({last.video, line.pressure_advance_s, trouble_.value_or("")});
+  }
   recorded_.pop_back();
   seen_.pop_back();
   return Write();
 }
 
+std::size_t ScanRecording::recorded_lines() const {
+  std::size_t lines = 0;
+  for (const RecordedSweep& sweep : recorded_) lines += sweep.lines.size();
+  return lines;
+}
+
 Result<void> ScanRecording::Finish() const {
-  if (placed() >= 2 && 3 * placed() > 2 * recorded_.size()) return {};
+  if (placed() >= 2 && 3 * placed() > 2 * recorded_lines()) return {};
   const std::string why = not_placed_.empty()
                               ? std::string("nothing was recorded")
                               : not_placed_.back().video + ": " + not_placed_.back().why;
   return Fail(
       fmt::format("{} of {} lines' frames cannot be tied to the motion: {}; the pictures "
                   "are kept in {}",
-                  recorded_.size() - placed(), recorded_.size(), why, request_.folder.string()),
+                  recorded_lines() - placed(), recorded_lines(), why, request_.folder.string()),
       ErrorKind::kMeasurement);
 }
 
@@ -160,7 +180,9 @@ void ScanRecording::HandOnNewLines() {
   if (!one.crop) return;
   for (const ScanLine& line : scan_.lines) {
     if (!handed_on_.insert(line.video).second) continue;
-    one.lines = {line};
+    one.lines.clear();
+    std::copy_if(scan_.lines.begin(), scan_.lines.end(), std::back_inserter(one.lines),
+                 [&](const ScanLine& other) { return other.video == line.video; });
     if (request_.read_ahead != nullptr) request_.read_ahead->Add(request_.folder, one);
     if (request_.cutter != nullptr) request_.cutter->Add(request_.folder, one);
   }
@@ -268,37 +290,53 @@ void ScanRecording::PlaceAll() {
   not_placed_.clear();
   left_out_.clear();
   trouble_.reset();
+  std::vector<Missing> missing;
   for (std::size_t k = 0; k < timing_.sweeps.size(); ++k) {
-    const RecordedSweep& recorded = recorded_[placed.used[k]];
-    ScanLine line;
-    line.pressure_advance_s = recorded.pressure_advance_s;
-    line.print_direction = recorded.print_direction;
-    line.video = recorded.video;
-    line.frame_positions_mm = ScoredPositions(timing_.sweeps[k]);
-    if (CanBeScored(line.frame_positions_mm)) {
-      NameGap(placed.used[k], line);
-      scan_.lines.push_back(std::move(line));
-    } else {
-      placed.left_out.emplace_back(placed.used[k], WhyNot(timing_.sweeps[k]));
+    const std::size_t sweep = placed.used[k];
+    for (std::size_t i = 0; i < recorded_[sweep].lines.size(); ++i) {
+      const SweptLine& swept = recorded_[sweep].lines[i];
+      ScanLine line;
+      line.pressure_advance_s = swept.pressure_advance_s;
+      line.print_direction = swept.print_direction;
+      line.video = recorded_[sweep].video;
+      line.frame_positions_mm = ScoredPositions(timing_.sweeps[k], swept.stretch);
+      if (CanBeScored(line.frame_positions_mm)) {
+        NameGap(sweep, line);
+        scan_.lines.push_back(std::move(line));
+      } else {
+        missing.push_back({sweep, i, WhyNot(timing_.sweeps[k])});
+      }
     }
   }
-  if (timing_.sweeps.empty() && !placed.used.empty()) {  // they contradict each other
-    for (const std::size_t i : placed.used) {
-      placed.left_out.emplace_back(i, timing_.latency_s.reason());
+  const auto miss = [&](std::size_t sweep, const std::string& why) {
+    for (std::size_t i = 0; i < recorded_[sweep].lines.size(); ++i) {
+      missing.push_back({sweep, i, why});
     }
+  };
+  for (const auto& [sweep, why] : placed.left_out) miss(sweep, why);
+  if (timing_.sweeps.empty()) {  // they contradict each other
+    for (const std::size_t sweep : placed.used) miss(sweep, timing_.latency_s.reason());
   }
+  std::sort(missing.begin(), missing.end(), [](const Missing& a, const Missing& b) {
+    return std::tie(a.sweep, a.line) < std::tie(b.sweep, b.line);
+  });
+  NameMissing(missing);
+}
+
+void ScanRecording::NameMissing(const std::vector<Missing>& missing) {
   std::vector<std::size_t> all(recorded_.size());
   std::iota(all.begin(), all.end(), 0U);
-  std::sort(placed.left_out.begin(), placed.left_out.end());
-  for (const auto& [i, reason] : placed.left_out) {
-    const RecordedSweep& recorded = recorded_[i];
-    const std::string why = WithBusyComputer(timing_.sweeps.empty() ? all : std::vector{i}, reason);
-    not_placed_.push_back({recorded.video, recorded.pressure_advance_s, why});
+  for (const auto& [sweep, i, reason] : missing) {
+    const double pressure_advance_s = recorded_[sweep].lines[i].pressure_advance_s;
+    const std::string& video = recorded_[sweep].video;
+    const std::string why =
+        WithBusyComputer(timing_.sweeps.empty() ? all : std::vector{sweep}, reason);
+    not_placed_.push_back({video, pressure_advance_s, why});
     left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}: {}",
-                                    recorded.pressure_advance_s, recorded.video, why));
+                                    pressure_advance_s, video, why));
     // What one line is too little to tell, more lines will.
     const bool too_few = timing_.latency_s.verdict() == Verdict::kCannotTell;
-    if (i + 1 == recorded_.size() && !too_few) trouble_ = why;
+    if (sweep + 1 == recorded_.size() && !too_few) trouble_ = why;
   }
 }
 

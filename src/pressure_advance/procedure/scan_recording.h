@@ -11,21 +11,28 @@
 #include "base/result.h"
 #include "machine/camera/camera.h"
 #include "pressure_advance/procedure/scan.h"
+#include "pressure_advance/procedure/sweep_path.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/response/transitions.h"
 #include "pressure_advance/timing/sweep_timing.h"
 
 namespace trammel::procedure {
 
-/// One sweep as it was recorded.
-struct RecordedSweep {
+/// A line as it was swept.
+struct SweptLine {
   double pressure_advance_s = 0;
   AxisDirection print_direction = AxisDirection::kPlusX;
-  std::string video;  ///< in the recording's folder; its `.times` beside it
+  SweptStretch stretch;  ///< of the motion
+};
+
+/// One sweep, of one line or of several in one go, as it was recorded.
+struct RecordedSweep {
+  std::vector<SweptLine> lines;  ///< at least one
+  std::string video;             ///< in the recording's folder; its `.times` beside it
   std::vector<machine::CapturedFrame> frames;
   std::vector<pressure_advance::FrameObservation> observed;  ///< the first frames, so far
-  std::vector<pressure_advance::LineMove> motion;  ///< along the line, on this machine's clock
-  double clock_sigma_s = 0;                        ///< of the motion's times
+  std::vector<pressure_advance::LineMove> motion;            ///< ways, on this machine's clock
+  double clock_sigma_s = 0;                                  ///< of the motion's times
 };
 
 /// Keeps a recording readable at any moment (docs/formats.md).
@@ -67,6 +74,11 @@ class ScanRecording {
     double pressure_advance_s = 0;
     std::string why;
   };
+  struct Missing {
+    std::size_t sweep = 0;
+    std::size_t line = 0;  // of the sweep
+    std::string why;
+  };
   struct Placed {
     pressure_advance::SessionTiming timing;
     std::vector<std::size_t> used;                              // the sweeps that it is of
@@ -79,6 +91,8 @@ class ScanRecording {
   void FindCrop();
   void HandOnNewLines();
   void NameGap(std::size_t sweep, const pressure_advance::ScanLine& line);
+  void NameMissing(const std::vector<Missing>& missing);
+  [[nodiscard]] std::size_t recorded_lines() const;
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
   [[nodiscard]] std::string WithBusyComputer(const std::vector<std::size_t>& sweeps,

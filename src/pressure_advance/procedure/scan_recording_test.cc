@@ -44,7 +44,8 @@ class ScanRecordingTest : public ::testing::Test {
   [[nodiscard]] RecordedSweep Sweep(std::size_t number) const {
     const test::WorldSweep& seen = session_.at(number);
     RecordedSweep sweep;
-    sweep.pressure_advance_s = 0.01 * static_cast<double>(number);
+    const SweptStretch whole{world_.start_mm, world_.end_mm, 0, 1};
+    sweep.lines = {{0.01 * static_cast<double>(number), AxisDirection::kPlusX, whole}};
     sweep.video = "line" + std::to_string(number) + ".avi";
     sweep.motion = pressure_advance::TrapezoidSweep(seen.start_s, world_.start_mm, world_.end_mm,
                                                     world_.speed_mm_s, world_.acceleration_mm_s2);
@@ -177,6 +178,43 @@ TEST_F(ScanRecordingTest, RefusesWithTheReasonAndNeverBlamesTheRecording) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "scan.json"));
   EXPECT_THAT(files::ReadScan(folder_.path()).error().message,
               HasSubstr("earlier than the clocks allow"));
+}
+
+// Two lines in one go, the second one against its print.
+TEST_F(ScanRecordingTest, LinesThatAreSweptInOneGoShareAVideoAndNoFrame) {
+  constexpr double kTurn_mm = 4;
+  const double middle_mm = (world_.start_mm + world_.end_mm) / 2;
+  RecordedSweep both = Sweep(0);
+  both.lines = {
+      {0.0, AxisDirection::kPlusX, {world_.start_mm, middle_mm - kTurn_mm / 2, 0, 1}},
+      {0.01, AxisDirection::kPlusX, {middle_mm + kTurn_mm / 2, world_.end_mm, world_.end_mm, -1}}};
+  ScanRecording recording(request_, 2);
+  ASSERT_TRUE(recording.Begin());
+  ASSERT_TRUE(recording.Add(both));
+  ASSERT_TRUE(recording.Add(Sweep(1)));
+  EXPECT_EQ(recording.placed(), 3U);
+  const nlohmann::json lines = File("scan.json")["lines"];
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0]["video"], lines[1]["video"]);
+  const auto& first = lines[0]["frame_positions_mm"];
+  const auto& second = lines[1]["frame_positions_mm"];
+  const auto& whole = lines[2]["frame_positions_mm"];
+  std::size_t of_first = 0, of_second = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    of_first += !first[i].is_null();
+    of_second += !second[i].is_null();
+    EXPECT_TRUE(first[i].is_null() || second[i].is_null()) << i;
+    if (!second[i].is_null()) {
+      EXPECT_LT(second[i], world_.end_mm - middle_mm) << "the way back";
+    }
+  }
+  EXPECT_GT(of_first, 10U);
+  EXPECT_GT(of_second, 10U);
+  EXPECT_LT(of_first + of_second, whole.size());
+  const nlohmann::json sweeps = File("sweeps.json")["sweeps"];
+  EXPECT_EQ(sweeps[0]["lines"].size(), 2U);
+  EXPECT_TRUE(sweeps[0]["lines"][1]["backwards"]);
+  EXPECT_FALSE(sweeps[1].contains("lines"));
 }
 
 }  // namespace

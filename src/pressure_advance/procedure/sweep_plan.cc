@@ -3,12 +3,18 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
+
+#include "gcode/move_time.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/procedure/sweep_path.h"
 
 namespace trammel::procedure {
 namespace {
 
 using pressure_advance::PatternPlan;
 using pressure_advance::PlanLine;
+using pressure_advance::PointMm;
 using settings::ScanSettings;
 
 Sweep Along(const PlanLine& line, std::size_t index, double length_mm,
@@ -31,6 +37,14 @@ Sweep Along(const PlanLine& line, std::size_t index, double length_mm,
   return sweep;
 }
 
+constexpr double kSeenShare = 0.75;  // of a line's first slow stretch may be skipped
+
+// How much of a line may be skipped: its change of speed has to be seen, and a little before.
+double FirstSlow_mm(const PatternPlan& plan) {
+  if (plan.segments.empty()) return plan.line_length_mm;
+  return kSeenShare * plan.segments.front().fraction * plan.line_length_mm;
+}
+
 Result<void> CheckReach(double value_mm, std::size_t axis, const Reach& reach,
                         const std::string& what) {
   if (value_mm >= reach.minimum_mm[axis] && value_mm <= reach.maximum_mm[axis]) return {};
@@ -43,9 +57,69 @@ Result<void> CheckReach(double value_mm, std::size_t axis, const Reach& reach,
       ErrorKind::kSafety);
 }
 
+double Distance_mm(double from_x_mm, double from_y_mm, double to_x_mm, double to_y_mm) {
+  return std::hypot(to_x_mm - from_x_mm, to_y_mm - from_y_mm);
+}
+
+// Puts sweeps into runs, and turns those round that begin at their far end.
+void PlanRuns(const ScanSettings& settings, SweepPlan& plan) {
+  constexpr double kLongestTurn_mm = 10;  // what lies further off is another pattern
+  constexpr double kLongestRun_s = 20;    // the printer's own limit switches a laser off after 30 s
+  double way_mm = 0;
+  for (std::size_t i = 0; i < plan.sweeps.size(); ++i) {
+    Sweep& sweep = plan.sweeps[i];
+    const double length_mm =
+        Distance_mm(sweep.start_x_mm, sweep.start_y_mm, sweep.end_x_mm, sweep.end_y_mm);
+    if (i > 0 && plan.runs.back().count < static_cast<std::size_t>(settings.lines_at_once)) {
+      const Sweep& before = plan.sweeps[i - 1];
+      const auto turn_mm = [&](double x_mm, double y_mm) {
+        return Distance_mm(before.end_x_mm, before.end_y_mm, x_mm, y_mm);
+      };
+      const bool backwards =
+          turn_mm(sweep.end_x_mm, sweep.end_y_mm) < turn_mm(sweep.start_x_mm, sweep.start_y_mm);
+      const double turning_mm = backwards ? turn_mm(sweep.end_x_mm, sweep.end_y_mm)
+                                          : turn_mm(sweep.start_x_mm, sweep.start_y_mm);
+      const double longer_mm = way_mm + turning_mm + length_mm;
+      if (turning_mm <= kLongestTurn_mm && longer_mm <= kLongestRun_s * settings.scan_speed_mm_s) {
+        if (backwards) {
+          std::swap(sweep.start_x_mm, sweep.end_x_mm);
+          std::swap(sweep.start_y_mm, sweep.end_y_mm);
+        }
+        ++plan.runs.back().count;
+        way_mm = longer_mm;
+        continue;
+      }
+    }
+    plan.runs.push_back({i, 1});
+    way_mm = length_mm;
+  }
+}
+
 }  // namespace
 
-double SweepPlan::time_s() const { return sweep_time_s * static_cast<double>(sweeps.size()); }
+ScanTime TimeOf(const SweepPlan& plan, const settings::PrinterSettings& printer,
+                double acceleration_mm_s2, const PointMm& from) {
+  const auto move_s = [&](double length_mm, double speed_mm_s) {
+    return gcode::MoveTime_s(length_mm, speed_mm_s, acceleration_mm_s2);
+  };
+  ScanTime time;
+  time.travelling_s += move_s(std::abs(plan.z_mm - from.z_mm), printer.z_speed_mm_s);
+  double x_mm = from.x_mm, y_mm = from.y_mm;
+  for (const SweepRun& run : plan.runs) {
+    const auto sweeps = plan.Of(run);
+    time.travelling_s +=
+        move_s(std::hypot(sweeps.front().start_x_mm - x_mm, sweeps.front().start_y_mm - y_mm),
+               printer.travel_speed_mm_s);
+    time.standing_s += 2 * plan.settle_s;
+    for (const PathLeg& leg : PathOf(sweeps)) {
+      (leg.sweep != nullptr ? time.sweeping_s : time.turning_s) +=
+          move_s(leg.length_mm, plan.speed_mm_s);
+    }
+    x_mm = sweeps.back().end_x_mm;
+    y_mm = sweeps.back().end_y_mm;
+  }
+  return time;
+}
 
 Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern,
                              const ScanSettings& settings, const Reach& reach) {
@@ -54,11 +128,16 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
     return Fail(fmt::format("[scan] skip = {} mm at either end leaves nothing of a line of {} mm",
                             settings.skip_mm, plan.line_length_mm));
   }
+  if (const double first_mm = FirstSlow_mm(plan); settings.skip_mm > first_mm) {
+    return Fail(
+        fmt::format("[scan] skip = {} mm at either end leaves out where a line speeds up, "
+                    "{} mm behind its start; at most {:.3g}",
+                    settings.skip_mm, first_mm / kSeenShare, first_mm));
+  }
   SweepPlan sweeps;
   sweeps.z_mm = settings.focus_height_mm;
   sweeps.speed_mm_s = settings.scan_speed_mm_s;
-  sweeps.sweep_time_s =
-      (swept_mm + 2 * settings.run_up_mm) / settings.scan_speed_mm_s + 2 * settings.settle_s;
+  sweeps.settle_s = settings.settle_s;
   if (auto done = CheckReach(sweeps.z_mm, 2, reach, "To focus the camera"); !done) {
     return tl::unexpected(done.error());
   }
@@ -83,7 +162,29 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
     return Fail(fmt::format("the plan has no pattern {}, only {} line(s) in others",
                             pattern.value_or(0), plan.lines.size()));
   }
+  PlanRuns(settings, sweeps);
   return sweeps;
+}
+
+pressure_advance::PatternConfig ParkedForScan(const pressure_advance::PatternConfig& pattern,
+                                              const ScanSettings& settings, const Reach& reach) {
+  constexpr double kClear_mm = 5;  // what a hot end and its ooze keep from the lines
+  if (pattern.park_x_mm || pattern.park_y_mm) return pattern;
+  const auto layout = LayOut(pattern);
+  const auto sweeps = PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, reach);
+  if (!sweeps) return pattern;
+  const Sweep& first = sweeps->sweeps.front();
+  const auto& printed = layout.printed;
+  const bool above = first.start_x_mm > printed.min_x_mm - kClear_mm &&
+                     first.start_x_mm < printed.max_x_mm + kClear_mm &&
+                     first.start_y_mm > printed.min_y_mm - kClear_mm &&
+                     first.start_y_mm < printed.max_y_mm + kClear_mm;
+  pressure_advance::PatternConfig parked = pattern;
+  parked.park_x_mm = first.start_x_mm;
+  parked.park_y_mm = first.start_y_mm;
+  parked.park_lift_mm = sweeps->z_mm - PrintZ_mm(pattern);
+  parked.approach_lift_mm = pattern.approach_lift_mm.value_or(pattern.park_lift_mm);
+  return above || FindProblem(parked) ? pattern : parked;
 }
 
 std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s) {
@@ -91,8 +192,14 @@ std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s) {
                      60 * travel_speed_mm_s);
 }
 
-std::string SweepGcode(const Sweep& sweep, double speed_mm_s) {
-  return fmt::format("G1 X{:.3f} Y{:.3f} F{:.3f}", sweep.end_x_mm, sweep.end_y_mm, 60 * speed_mm_s);
+std::string SweepGcode(std::span<const Sweep> run, double speed_mm_s) {
+  std::string gcode;
+  for (const Sweep& sweep : run) {
+    if (!gcode.empty()) gcode += "\n" + TravelGcode(sweep, speed_mm_s) + "\n";
+    gcode +=
+        fmt::format("G1 X{:.3f} Y{:.3f} F{:.3f}", sweep.end_x_mm, sweep.end_y_mm, 60 * speed_mm_s);
+  }
+  return gcode;
 }
 
 std::string DescribeSweeps(const SweepPlan& plan, const ScanSettings& settings,
@@ -100,10 +207,14 @@ std::string DescribeSweeps(const SweepPlan& plan, const ScanSettings& settings,
   const auto optional = [](const std::string& gcode) { return gcode.empty() ? "" : gcode + "\n"; };
   std::string text = optional(settings.lights_off_gcode);
   text += fmt::format("G90\nG1 Z{:.3f} F{:.0f}\n", plan.z_mm, 60 * 5.0);
-  for (const Sweep& sweep : plan.sweeps) {
-    text += fmt::format("; line at {:.4g} s\n{}\nM400\n{}\n{}\nM400\n", sweep.pressure_advance_s,
-                        TravelGcode(sweep, travel_speed_mm_s), settings.laser_on_gcode,
-                        SweepGcode(sweep, plan.speed_mm_s));
+  for (const SweepRun& run : plan.runs) {
+    const auto sweeps = plan.Of(run);
+    const std::string to =
+        run.count > 1 ? fmt::format(" ... {:.4g}", sweeps.back().pressure_advance_s) : "";
+    text += fmt::format("; line at {:.4g}{} s\n{}\nM400\n{}\n{}\nM400\n",
+                        sweeps.front().pressure_advance_s, to,
+                        TravelGcode(sweeps.front(), travel_speed_mm_s), settings.laser_on_gcode,
+                        SweepGcode(sweeps, plan.speed_mm_s));
   }
   return text + settings.laser_off_gcode + "\n" + optional(settings.lights_on_gcode);
 }

@@ -4,11 +4,13 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "settings/printer.h"
 #include "settings/scan_settings.h"
 
 namespace trammel::procedure {
@@ -32,15 +34,40 @@ struct Sweep {
   }
 };
 
-struct SweepPlan {
-  std::vector<Sweep> sweeps;  ///< in the order of the lines
-  double z_mm = 0;            ///< focus height
-  double speed_mm_s = 0;
-  double sweep_time_s = 0;  ///< of one sweep, without travels
-
-  /// The whole scan without travels between lines, for a person who waits.
-  [[nodiscard]] double time_s() const;
+/// Sweeps that follow one another without a stand: the head turns from one line to the next.
+struct SweepRun {
+  std::size_t first = 0;  ///< of SweepPlan::sweeps
+  std::size_t count = 1;
 };
+
+struct SweepPlan {
+  std::vector<Sweep> sweeps;   ///< in the order of the lines
+  std::vector<SweepRun> runs;  ///< in the order of the lines, all of them
+  double z_mm = 0;             ///< focus height
+  double speed_mm_s = 0;
+  double settle_s = 0;  ///< standing at either end of a run
+
+  [[nodiscard]] std::span<const Sweep> Of(const SweepRun& run) const {
+    return std::span(sweeps).subspan(run.first, run.count);
+  }
+};
+
+/// What a scan's time is made of. All without what the commands take on their way, and the camera's
+/// latency: some 0.1 s a run.
+struct ScanTime {
+  double sweeping_s = 0;    ///< along the lines
+  double turning_s = 0;     ///< from one line to the next within a run
+  double standing_s = 0;    ///< at the ends of the runs
+  double travelling_s = 0;  ///< between the runs, and from where the print ended
+
+  [[nodiscard]] double total_s() const {
+    return sweeping_s + turning_s + standing_s + travelling_s;
+  }
+};
+
+/// @param from  where the nozzle was left
+[[nodiscard]] ScanTime TimeOf(const SweepPlan& plan, const settings::PrinterSettings& printer,
+                              double acceleration_mm_s2, const pressure_advance::PointMm& from);
 
 /// What the head can reach.
 struct Reach {
@@ -54,9 +81,11 @@ struct Reach {
   }
 };
 
-/// One sweep along each line of one pattern, or of all patterns where none is named, in print
-/// direction: from run_up before the first scored place to run_up behind the last, `skip` inside
-/// the line's ends.
+/// One sweep along each line of one pattern, or of all patterns where none is named: from run_up
+/// before the first scored place to run_up behind the last, `skip` inside the line's ends.
+/// `lines_at_once` of them are swept without a stand where they lie beside one another, a run in
+/// less time than the laser may stay on; a run's first line in print direction, the others from
+/// their nearer end.
 /// Errors: kInput where the plan has no such pattern or skip leaves nothing of a line; kSafety
 /// where the head would have to leave its reach, with the line, the position and the bound.
 [[nodiscard]] Result<SweepPlan> PlanSweeps(const pressure_advance::PatternPlan& plan,
@@ -64,13 +93,22 @@ struct Reach {
                                            const settings::ScanSettings& settings,
                                            const Reach& reach);
 
+/// The pattern as it is printed right before its scan: the nozzle is left where the first sweep
+/// begins, at the focus height, so that nothing is in between. Unchanged where the settings name a
+/// place to park, where the sweeps cannot be planned, and where the nozzle would ooze on the
+/// pattern.
+[[nodiscard]] pressure_advance::PatternConfig ParkedForScan(
+    const pressure_advance::PatternConfig& pattern, const settings::ScanSettings& settings,
+    const Reach& reach);
+
 /// The sweeps as G-code, for `--dry-run`: what the procedure sends, command by command.
 [[nodiscard]] std::string DescribeSweeps(const SweepPlan& plan,
                                          const settings::ScanSettings& settings,
                                          double travel_speed_mm_s);
 
-/// The move to a sweep's start, and the sweep itself. Absolute millimetres (G90) must be in force.
+/// The move to a sweep's start, and the sweeps of a run. Absolute millimetres (G90) must be in
+/// force.
 [[nodiscard]] std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s);
-[[nodiscard]] std::string SweepGcode(const Sweep& sweep, double speed_mm_s);
+[[nodiscard]] std::string SweepGcode(std::span<const Sweep> run, double speed_mm_s);
 
 }  // namespace trammel::procedure

@@ -10,6 +10,8 @@ namespace trammel::pressure_advance {
 struct Segment {
   double fraction = 0;    ///< of the line's length, (0, 1]; the fractions of a line sum to 1
   double speed_mm_s = 0;  ///< commanded, > 0
+
+  bool operator==(const Segment&) const = default;
 };
 
 /// The motion along one line. Length and acceleration may be unknown (a photo tells neither); then

@@ -136,6 +136,17 @@ Result<void> CreateFolder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+ScanOptions ScanOptionsFor(const Plan& plan) {
+  constexpr double kShortSpeed_mm_s = 20;
+  constexpr double kShortSkip_mm = 0.8;
+  ScanOptions options;
+  if (plan.segments.empty()) return options;
+  if (plan.segments.front().fraction * plan.line_length_mm > options.skip_mm) return options;
+  options.scan_speed_mm_s = kShortSpeed_mm_s;
+  options.skip_mm = kShortSkip_mm;
+  return options;
+}
+
 Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condition,
                         const LaserTraits& eye, const ScanOptions& options, const Random& random,
                         const std::filesystem::path& folder) {

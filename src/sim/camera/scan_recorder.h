@@ -22,6 +22,10 @@ struct ScanOptions {
   double skip_mm = 4;                     ///< at either end of a line; the paper's
 };
 
+/// The paper's scan, or, of lines that change their speed before its skip ends, a faster one that
+/// begins nearer to their ends.
+[[nodiscard]] ScanOptions ScanOptionsFor(const Plan& plan);
+
 /// Sweeps every line of one pattern along its print direction and writes scan.json with a video per
 /// line into a new folder.
 /// @param eye     Geometry and looks, for example from DrawLaserTraits.
