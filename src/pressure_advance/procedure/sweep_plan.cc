@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "gcode/move_time.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/sweep_path.h"
+#include "pressure_advance/response/transitions.h"
 
 namespace trammel::procedure {
 namespace {
@@ -43,6 +45,30 @@ constexpr double kSeenShare = 0.75;  // of a line's first slow stretch may be sk
 double FirstSlow_mm(const PatternPlan& plan) {
   if (plan.segments.empty()) return plan.line_length_mm;
   return kSeenShare * plan.segments.front().fraction * plan.line_length_mm;
+}
+
+// That frames enough show the stretches that a line is compared with.
+Result<void> CheckFrames(const PatternPlan& plan, const ScanSettings& settings) {
+  constexpr double kFewest = 3;
+  double longest_s = 0;
+  for (const PlanLine& line : plan.lines) longest_s = std::max(longest_s, line.pressure_advance_s);
+  const auto transitions = pressure_advance::PlanTransitions(
+      {plan.segments, plan.line_length_mm, plan.acceleration_mm_s2},
+      pressure_advance::PositionUnit::kMillimetre, longest_s);
+  if (!transitions) return {};  // said by whoever reads the lines
+  double seen_mm = 0;
+  for (const Interval& stretch : transitions->reference) {
+    seen_mm += std::max(0.0, std::min(stretch.hi, plan.line_length_mm - settings.skip_mm) -
+                                 std::max(stretch.lo, settings.skip_mm));
+  }
+  const double most_mm_s = seen_mm / kFewest * settings.frames_per_s;
+  if (settings.scan_speed_mm_s <= most_mm_s) return {};
+  return Fail(
+      fmt::format("[scan] speed = {:.4g} mm/s is too fast for [camera] fps = {:.4g}: of the "
+                  "{:.2f} mm that a line is compared with, a frame every {:.2f} mm shows too "
+                  "little; at most {:.3g} mm/s",
+                  settings.scan_speed_mm_s, settings.frames_per_s, seen_mm,
+                  settings.scan_speed_mm_s / settings.frames_per_s, most_mm_s));
 }
 
 Result<void> CheckReach(double value_mm, std::size_t axis, const Reach& reach,
@@ -134,6 +160,7 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
                     "{} mm behind its start; at most {:.3g}",
                     settings.skip_mm, first_mm / kSeenShare, first_mm));
   }
+  if (auto done = CheckFrames(plan, settings); !done) return tl::unexpected(done.error());
   SweepPlan sweeps;
   sweeps.z_mm = settings.focus_height_mm;
   sweeps.speed_mm_s = settings.scan_speed_mm_s;

@@ -86,7 +86,8 @@ struct Reach {
 /// `lines_at_once` of them are swept without a stand where they lie beside one another, a run in
 /// less time than the laser may stay on; a run's first line in print direction, the others from
 /// their nearer end.
-/// Errors: kInput where the plan has no such pattern or skip leaves nothing of a line; kSafety
+/// Errors: kInput where the plan has no such pattern, skip leaves nothing of a line or not where it
+/// speeds up, or the sweep leaves too few frames of its slow stretches; kSafety
 /// where the head would have to leave its reach, with the line, the position and the bound.
 [[nodiscard]] Result<SweepPlan> PlanSweeps(const pressure_advance::PatternPlan& plan,
                                            std::optional<int> pattern,

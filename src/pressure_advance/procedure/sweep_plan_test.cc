@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_presets.h"
 
 namespace trammel::procedure {
 namespace {
@@ -66,6 +67,25 @@ TEST(SweepPlan, RefusesASkipThatLeavesNothing) {
   const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, settings, kReach);
   ASSERT_FALSE(plan.has_value());
   EXPECT_EQ(plan.error().kind, ErrorKind::kInput);
+}
+
+TEST(SweepPlan, RefusesASkipOrASpeedThatLeavesTooLittleToCompareALineWith) {
+  pressure_advance::PatternConfig config;
+  settings::ScanSettings settings;
+  ApplyPreset(pressure_advance::PatternPreset::kQuick, config, settings);
+  const auto plan = MakePlan(LayOut(config), config, "pattern.gcode");
+  settings::ScanSettings slow_camera = settings;
+  slow_camera.frames_per_s = 15;
+  const auto few = PlanSweeps(plan, 0, slow_camera, kReach);
+  ASSERT_FALSE(few.has_value());
+  EXPECT_EQ(few.error().kind, ErrorKind::kInput);
+  EXPECT_THAT(few.error().message, HasSubstr("[scan] speed = 20 mm/s is too fast"));
+  slow_camera.scan_speed_mm_s = 10;
+  EXPECT_TRUE(PlanSweeps(plan, 0, slow_camera, kReach).has_value());
+  settings.skip_mm = 4;
+  const auto skipped = PlanSweeps(plan, 0, settings, kReach);
+  ASSERT_FALSE(skipped.has_value());
+  EXPECT_THAT(skipped.error().message, HasSubstr("leaves out where a line speeds up"));
 }
 
 TEST(SweepPlan, TheDefaultPatternFitsADefaultBed) {
