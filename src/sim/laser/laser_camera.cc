@@ -12,7 +12,8 @@ namespace {
 constexpr int kPhases = 64;       // sub-pixel positions of the line's profile
 constexpr int kRaysPerRow = 4;    // of the laser's fan for each image row
 constexpr int kBandReachPx = 72;  // columns on either side of the line that its light can reach
-constexpr double kReliefCellMm = 0.025;
+constexpr double kReliefCellMm = 0.0125;  // half a row: a bead's edge is not to lock to it
+constexpr double kSlopeReachMm = 0.025;
 constexpr double kMarginMm = 0.8;      // beyond the image, for what throws shadow into it
 constexpr double kMatchStepMm = 0.02;  // of the march down a ray
 
@@ -205,8 +206,8 @@ void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double we
     double facing = 1;  // of the surface to the camera
     if (on_filament) {
       const double dzdy =
-          (relief.HeightAt(x, y + kReliefCellMm) - relief.HeightAt(x, y - kReliefCellMm)) /
-          (2 * kReliefCellMm);
+          (relief.HeightAt(x, y + kSlopeReachMm) - relief.HeightAt(x, y - kSlopeReachMm)) /
+          (2 * kSlopeReachMm);
       facing = 1 / std::sqrt(1 + dzdy * dzdy);
     }
     z += rise;

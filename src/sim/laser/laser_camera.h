@@ -65,7 +65,7 @@ class LaserCamera {
   /// what beside it throws shadow into it.
   [[nodiscard]] BedRegion RegionInView(double laser_x_mm, double laser_y_mm) const;
 
-  /// Prepares one part of the bed. REQUIRES cell_mm a power of two times 0.025, at most 0.2.
+  /// Prepares one part of the bed. REQUIRES cell_mm a power of two times 0.0125, at most 0.2.
   /// Cost: about 15 ns a cell.
   [[nodiscard]] LaserScene MakeScene(const Bed& bed, const BedRegion& region, double cell_mm,
                                      const std::optional<BedRegion>& plate) const;

@@ -28,7 +28,9 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
   scene.look_bgr.resize(relief.height_mm.size() * 3);
   const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / relief.cell_mm));
   const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / relief.cell_mm));
-  const int stride = static_cast<int>(std::lround(relief.cell_mm / plate_texture_.cell_mm));
+  // Nodes and the texture's cells divide each other.
+  const double stride = relief.cell_mm / plate_texture_.cell_mm;
+  const auto texel = [&](int node) { return static_cast<int>(std::floor(node * stride)); };
   const auto beyond = [&](int column, int row) {
     return scene.plate && !scene.plate->Contains((column + column0) * relief.cell_mm,
                                                  (row + row0) * relief.cell_mm);
@@ -51,8 +53,7 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
       }
       const Texture& texture = bare ? plate_texture_ : filament_texture_;
       const Sheen& sheen = bare ? traits_.plate : traits_.filament;
-      shade *= static_cast<double>(
-          texture.ambient.At((column + column0) * stride, (row + row0) * stride));
+      shade *= static_cast<double>(texture.ambient.At(texel(column + column0), texel(row + row0)));
       for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
     }
   }

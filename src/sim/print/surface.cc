@@ -21,8 +21,8 @@ double FillOf(double exponent) {
   return std::exp(2 * std::lgamma(1 + 1 / exponent) - std::lgamma(1 + 2 / exponent));
 }
 
-// Height over half-width, tabulated for all fills: evaluating two powers per cell would be most of
-// the rasteriser's time.
+// Integrals of the height over the half-width from the middle, tabulated for all fills: evaluating
+// two powers per cell would be most of the rasteriser's time.
 class SectionTable {
  public:
   SectionTable() {
@@ -34,17 +34,37 @@ class SectionTable {
         const double middle = (lo + hi) / 2;
         (FillOf(middle) < wanted ? lo : hi) = middle;
       }
-      for (int i = 0; i <= kSteps; ++i) {
-        table_[static_cast<std::size_t>(fill)][static_cast<std::size_t>(i)] =
-            static_cast<float>(Superellipse(lo, static_cast<double>(i) / kSteps));
+      // Of the last steps, where the edge is steep, the sum of trapezoids is short: what is missing
+      // of the fill is spread over all.
+      std::array<double, kSteps + 1> sum{};
+      for (int i = 0; i < kSteps; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        sum[at + 1] = sum[at] + (Superellipse(lo, static_cast<double>(i) / kSteps) +
+                                 Superellipse(lo, (i + 1.0) / kSteps)) /
+                                    (2 * kSteps);
+      }
+      for (std::size_t i = 0; i <= kSteps; ++i) {
+        table_[static_cast<std::size_t>(fill)][i] =
+            static_cast<float>(sum[i] * FillOf(lo) / sum[kSteps]);
       }
     }
   }
 
-  /// Height relative to the top at 0 <= t <= 1 of the half-width.
-  [[nodiscard]] double At(double fill, double t) const {
+  /// Integral of the height relative to the top from the middle to -1 <= t <= 1 of the half-width.
+  [[nodiscard]] double IntegralTo(double fill, double t) const {
     const double scaled = (fill - kLowestFill) / (kHighestFill - kLowestFill) * (kFills - 1);
-    const auto row = static_cast<std::size_t>(std::lround(std::clamp(scaled, 0.0, kFills - 1.0)));
+    const double clamped = std::clamp(scaled, 0.0, kFills - 1.0);
+    const auto row = std::min(static_cast<std::size_t>(clamped), std::size_t{kFills - 2});
+    const double between = clamped - static_cast<double>(row);
+    return std::copysign(
+        (1 - between) * InRow(row, std::abs(t)) + between * InRow(row + 1, std::abs(t)), t);
+  }
+
+ private:
+  static constexpr int kFills = 128;
+  static constexpr int kSteps = 256;
+
+  [[nodiscard]] double InRow(std::size_t row, double t) const {
     const double at = std::min(t, 1.0) * kSteps;
     const auto left = std::min(static_cast<std::size_t>(at), std::size_t{kSteps - 1});
     const double share = at - static_cast<double>(left);
@@ -52,11 +72,23 @@ class SectionTable {
            share * static_cast<double>(table_[row][left + 1]);
   }
 
- private:
-  static constexpr int kFills = 128;
-  static constexpr int kSteps = 256;
   std::array<std::array<float, kSteps + 1>, kFills> table_{};
 };
+
+// Whether a node lies within the bead; one on its edge does not.
+bool Within(double off, double half) {
+  constexpr double kRoundingMm = 1e-9;
+  return off < half - kRoundingMm;
+}
+
+// Height of a node `off` from the middle: the section's mean over what lies nearer to it than to
+// its neighbours, so that the nodes together have the section's area. The last one within the bead
+// has what is beyond it, too: no node beyond the edge is covered.
+double NodeHeight(const SectionTable& shape, double fill, double off, double half, double spacing) {
+  const double lo = off - spacing / 2;
+  const double hi = Within(off + spacing, half) ? off + spacing / 2 : half;
+  return (shape.IntegralTo(fill, hi / half) - shape.IntegralTo(fill, lo / half)) * half / spacing;
+}
 
 bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.height_mm > 0; }
 
@@ -69,6 +101,8 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
   const double dx = b.x_mm - a.x_mm;
   const double dy = b.y_mm - a.y_mm;
   const double length = std::hypot(dx, dy);
+  // Of the nodes of a row or a column, whichever cuts the bead, across it.
+  const double spacing = length > 0 ? cell * std::max(std::abs(dx), std::abs(dy)) / length : cell;
   const auto first = [&](double lo, double origin) {
     return static_cast<int>(std::max(0.0, std::ceil((lo - reach - origin) / cell)));
   };
@@ -91,9 +125,9 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
       const double width = a.width_mm + t * (b.width_mm - a.width_mm);
       const double height = a.height_mm + t * (b.height_mm - a.height_mm);
       const double off = std::hypot(x - t * dx, y - t * dy);
-      if (2 * off >= width || height <= 0) continue;
+      if (!Within(off, width / 2) || height <= 0) continue;
       const double area = a.area_mm2 + t * (b.area_mm2 - a.area_mm2);
-      const double z = height * shape.At(area / (width * height), 2 * off / width);
+      const double z = height * NodeHeight(shape, area / (width * height), off, width / 2, spacing);
       heights[column] = std::max(heights[column], static_cast<float>(z));
     }
   }

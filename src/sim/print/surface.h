@@ -47,7 +47,8 @@ struct Relief {
 /// z = h (1 - |2 d / w|^p)^(1/p), with p chosen so that its area is the sample's area_mm2 (p
 /// between 1 and 12; a bead that asks for more keeps width and height and loses area). Strand ends
 /// are rounded. Where beads overlap the higher one shows. Nodes stand at whole multiples of
-/// cell_mm. Between nodes the area of a bead is kept within 1 % at cell_mm <= width / 15. REQUIRES
+/// cell_mm and have the mean of what lies nearest to them: the area of a bead is kept within 0.2 %,
+/// whatever its width, at cell_mm <= width / 12. REQUIRES
 /// 0.002 <= cell_mm <= 1 and a region of at most 40 million cells.
 [[nodiscard]] Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm);
 

@@ -31,6 +31,19 @@ TEST(Surface, BeadKeepsItsAreaWidthAndHeight) {
   }
 }
 
+TEST(Surface, KeepsTheAreaOfEveryWidthAtEveryPlace) {
+  // What is left is what the table of sections says between its fills.
+  constexpr double kShare = 0.002;
+  for (double width = 0.3; width < 0.8; width += 0.0037) {
+    for (const double y : {0.0, 0.007, 0.0125}) {
+      const Bed bed = StraightBead(0, 4, y, width, 0.25);
+      const Relief relief = RasterizeBed(bed, {-1, -1, 5, 1}, 0.025);
+      const double wanted = bed.strands[0].samples[0].area_mm2;
+      EXPECT_NEAR(SectionArea(relief, 2.013, -1, 1), wanted, kShare * wanted) << width << " " << y;
+    }
+  }
+}
+
 TEST(Surface, DiagonalBeadIsTheSameBead) {
   Bed bed = StraightBead(0, 4, 0, 0.5, 0.25);
   for (BeadSample& sample : bed.strands[0].samples) {
