@@ -137,9 +137,37 @@ std::optional<Reference> FitReference(const LinePoints& line, double drift, doub
   return reference;
 }
 
-// How sure each level is. A few readings tell their own scatter badly; that of the other lines
-// counts as much as `others` more of them.
-void RateLevels(double others, std::vector<std::optional<Reference>>& references) {
+// By how much the mean of one line's slow readings errs, relative, as the means of short blocks of
+// them scatter about it: neighbouring readings share the plate's texture. Of all lines together; 0
+// where lines have too few readings to tell.
+double LevelNoise(const std::vector<LinePoints>& lines,
+                  const std::vector<std::optional<Reference>>& references) {
+  constexpr std::size_t kBlock = 4;
+  std::vector<double> off;
+  double blocks = 0, seen = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!references[i]) continue;
+    ++seen;
+    for (const std::vector<Point>& stretch : lines[i].slow) {
+      for (std::size_t first = 0; first + kBlock <= stretch.size(); first += kBlock) {
+        double sum = 0;
+        for (std::size_t k = first; k < first + kBlock; ++k) {
+          sum += stretch[k].value / references[i]->at(stretch[k].position);
+        }
+        off.push_back(sum / kBlock - 1);
+        ++blocks;
+      }
+    }
+  }
+  const double each = seen > 0 ? blocks / seen : 0;
+  if (each < 2) return 0;
+  // The mean was fitted to the same blocks.
+  return RobustStandardDeviation(off) * std::sqrt(each / (each - 1)) / std::sqrt(each);
+}
+
+// How sure each level is: no surer than `noise`. A few readings tell their own scatter badly; that
+// of the other lines counts as much as `others` more of them.
+void RateLevels(double others, double noise, std::vector<std::optional<Reference>>& references) {
   std::vector<double> variances;
   for (const auto& reference : references) {
     if (reference) variances.push_back(Square(reference->scatter_relative));
@@ -152,7 +180,7 @@ void RateLevels(double others, std::vector<std::optional<Reference>>& references
     const double variance =
         (n * Square(reference->scatter_relative) + others * usual) / (n + others);
     // Neighbouring readings share flow noise: half of them count.
-    reference->sigma_relative = std::sqrt(variance / std::max(1.0, n / 2));
+    reference->sigma_relative = std::max(noise, std::sqrt(variance / std::max(1.0, n / 2)));
   }
 }
 
@@ -264,8 +292,12 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
   }
   // A steady middle has readings enough of its own.
   constexpr double kOthers = 4;
-  RateLevels(plan.steady_middle ? 0 : kOthers, references);
-  if (!plan.steady_middle) PoolLevels(references);
+  if (plan.steady_middle) {
+    RateLevels(0, 0, references);
+  } else {
+    RateLevels(kOthers, LevelNoise(lines, references), references);
+    PoolLevels(references);
+  }
   std::vector<LineExcess> results(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     LineExcess& result = results[i];
