@@ -123,8 +123,11 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
         slip_slope * GainOfALinearLag(fit.zero, transitions.ramp_s, transitions.drain_s);
     drift = EstimateLagDrift(fit.slope, fit.slope_sigma, gain, tail_s / fit.zero, options.drift);
   }
+  // Of the distance between the two. A slope above the gain is drift and nothing else; below it may
+  // be filament that was not read, which has a term of its own.
+  const double left_open = drift.mean < 0 ? 0.7 : 0.5;
   return {-drift.mean / 2 * off_centre_s,
-          Square(off_centre_s) * (Square(drift.mean / 2) + Square(drift.sigma))};
+          Square(off_centre_s) * (Square(left_open * drift.mean) + Square(drift.sigma))};
 }
 
 // What holds for both transitions and for their mean.

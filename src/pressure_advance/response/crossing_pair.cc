@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/square.h"
@@ -14,20 +15,62 @@ namespace {
 // Covariance of acceleration, deceleration and tail, in this order; s^2.
 using Covariance = std::array<std::array<double, 3>, 3>;
 
-// By how far each line's residuals moved the three. The two transitions share the lines, and with
-// them each line's own lag.
-Covariance ScatterOfTheLines(const Transitions& transitions, const TransitionCrossings& crossings) {
-  const std::size_t count = transitions.acceleration.pa_s.size();
-  const auto moved_s = [](const TransitionSeries& series, const signal::ZeroCrossing& fit,
-                          std::size_t i) {
-    return fit.influence[i] * (series.excess_s[i] - fit.fitted[i]);
-  };
+// By how far each line's residual moved a crossing.
+std::vector<double> MovedBy(const TransitionSeries& series, const signal::ZeroCrossing& fit) {
+  std::vector<double> moved_s;
+  for (std::size_t i = 0; i < series.pa_s.size(); ++i) {
+    moved_s.push_back(fit.influence[i] * (series.excess_s[i] - fit.fitted[i]));
+  }
+  return moved_s;
+}
+
+// The deceleration's crossing from its own fit, and from the acceleration's less what the two
+// transitions of one line differ by.
+struct Deceleration {
+  double zero_s = 0;
+  double slope = 0;
+  double own = 1;   // weight of its own fit
+  double form = 0;  // variance from what the priors leave open, s^2
+  std::vector<double> moved_s;
+};
+
+Deceleration WeighDeceleration(const TransitionCrossings& crossings,
+                               const std::vector<double>& moved_a_s,
+                               std::vector<double> moved_d_s) {
+  const signal::ZeroCrossing& a = crossings.acceleration;
+  const signal::ZeroCrossing& d = crossings.deceleration;
+  Deceleration result{d.zero, d.slope, 1, Square(d.bend_shift), std::move(moved_d_s)};
+  if (!crossings.paired) return result;
+  const PairedDifference& paired = *crossings.paired;
+  double apart = Square(d.bend_shift);
+  for (std::size_t i = 0; i < moved_a_s.size(); ++i) {
+    apart += Square(result.moved_s[i] - moved_a_s[i]);
+  }
+  const double paired_form = Square(paired.form_s / a.slope);
+  const double paired_variance = paired.variance() / Square(a.slope);
+  const double w = paired.cut_off ? 0 : paired_variance / (paired_variance + apart);
+  result.own = w;
+  result.zero_s = w * d.zero + (1 - w) * (a.zero - paired.value_s / a.slope);
+  result.slope = w * d.slope + (1 - w) * a.slope;
+  result.form =
+      w * w * Square(d.bend_shift) + (1 - w) * (1 - w) * (paired_form + Square(a.bend_shift));
+  for (std::size_t i = 0; i < moved_a_s.size(); ++i) {
+    result.moved_s[i] =
+        w * result.moved_s[i] + (1 - w) * (moved_a_s[i] - paired.moved_s[i] / a.slope);
+  }
+  return result;
+}
+
+// How the three go together, by how far each line moved them: the two transitions share the lines,
+// and with them each line's own lag.
+Covariance ScatterOfTheLines(const TransitionCrossings& crossings,
+                             const std::vector<double>& moved_a_s,
+                             const std::vector<double>& moved_d_s,
+                             const std::vector<double>& moved_early_s) {
+  const std::size_t count = moved_a_s.size();
   Covariance covariance{};
   for (std::size_t i = 0; i < count; ++i) {
-    const double a_s = moved_s(transitions.acceleration, crossings.acceleration, i);
-    const double d_s = moved_s(transitions.deceleration, crossings.deceleration, i);
-    const double early_s = crossings.early ? moved_s(*transitions.early, *crossings.early, i) : a_s;
-    const std::array<double, 3> line{a_s, d_s, early_s - a_s};
+    const std::array<double, 3> line{moved_a_s[i], moved_d_s[i], moved_early_s[i] - moved_a_s[i]};
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t k = 0; k < 3; ++k) covariance[j][k] += line[j] * line[k];
     }
@@ -37,9 +80,11 @@ Covariance ScatterOfTheLines(const Transitions& transitions, const TransitionCro
     return variance > 0 ? sigma / std::sqrt(variance) : 1;
   };
   const double n = static_cast<double>(count);
-  const std::array<double, 3> scales{scale(crossings.acceleration.zero_sigma, covariance[0][0]),
-                                     scale(crossings.deceleration.zero_sigma, covariance[1][1]),
-                                     std::sqrt(n / std::max(1.0, n - 3))};
+  const double fitted = std::sqrt(n / std::max(1.0, n - 3));
+  const std::array<double, 3> scales{
+      scale(crossings.acceleration.zero_sigma, covariance[0][0]),
+      crossings.paired ? fitted : scale(crossings.deceleration.zero_sigma, covariance[1][1]),
+      fitted};
   for (std::size_t j = 0; j < 3; ++j) {
     for (std::size_t k = 0; k < 3; ++k) covariance[j][k] *= scales[j] * scales[k];
   }
@@ -52,7 +97,12 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
                               bool slope_has_scale, const ResponseOptions& options) {
   const signal::ZeroCrossing& a = crossings.acceleration;
   const signal::ZeroCrossing& d = crossings.deceleration;
-  const Covariance lines = ScatterOfTheLines(transitions, crossings);
+  const std::vector<double> moved_a_s = MovedBy(transitions.acceleration, a);
+  const Deceleration whole =
+      WeighDeceleration(crossings, moved_a_s, MovedBy(transitions.deceleration, d));
+  const Covariance lines = ScatterOfTheLines(
+      crossings, moved_a_s, whole.moved_s,
+      crossings.early ? MovedBy(*transitions.early, *crossings.early) : moved_a_s);
 
   const double prior = crossings.early ? Square(options.tail_sigma * a.zero) : 0;
   const double seen = prior > 0 ? prior / (prior + lines[2][2]) : 0;
@@ -63,7 +113,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
 
   // Slip moves the tail too, and with it what is taken off both crossings.
   const double slip_a_s = transitions.acceleration.slip_excess_s / a.slope;
-  const double slip_d_s = transitions.deceleration.slip_excess_s / d.slope;
+  const double slip_d_s = transitions.deceleration.slip_excess_s / whole.slope;
   const double moved_s =
       crossings.early
           ? share * (slip_a_s - transitions.early->slip_excess_s / crossings.early->slope)
@@ -76,11 +126,11 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
                         GainOfALinearLag(a.zero, transitions.ramp_s, transitions.drain_s))
              : options.full_slope;
 
-  const auto correct = [&](const signal::ZeroCrossing& fit, std::size_t j, double slip_s) {
+  const auto correct = [&](const signal::ZeroCrossing& fit, double zero_s, double form,
+                           std::size_t j, double slip_s) {
     CorrectedCrossing corrected;
-    corrected.zero_s = fit.zero - share * crossings.tail_s();
-    corrected.variance = Square(fit.zero_sigma) + Square(fit.bend_shift) - 2 * share * lines[j][2] +
-                         share * share * lines[2][2];
+    corrected.zero_s = zero_s - share * crossings.tail_s();
+    corrected.variance = lines[j][j] + form - 2 * share * lines[j][2] + share * share * lines[2][2];
     corrected.common.slip = options.slip_sigma * slip_s;
     const double missing = slope_has_scale ? std::max(0.0, full_slope - fit.slope) : 0;
     corrected.common.unread = options.unread_sigma * std::min(1.0, missing) * std::abs(fit.zero);
@@ -90,9 +140,10 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
     corrected.common.form = std::hypot(law, options.tail_share_sigma * pair.tail_s, unseen_tail_s);
     return corrected;
   };
-  pair.acceleration = correct(a, 0, slip_a_s + moved_s);
-  pair.deceleration = correct(d, 1, slip_d_s - moved_s);
-  pair.covariance = lines[0][1] - share * (lines[0][2] + lines[1][2]) + share * share * lines[2][2];
+  pair.acceleration = correct(a, a.zero, Square(a.bend_shift), 0, slip_a_s + moved_s);
+  pair.deceleration = correct(d, whole.zero_s, whole.form, 1, slip_d_s - moved_s);
+  pair.covariance = lines[0][1] + (1 - whole.own) * Square(a.bend_shift) -
+                    share * (lines[0][2] + lines[1][2]) + share * share * lines[2][2];
   return pair;
 }
 

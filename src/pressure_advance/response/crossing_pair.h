@@ -30,8 +30,10 @@ struct CrossingPair {
 };
 
 /// Takes the window's tail out of both crossings (ResponseOptions::tail_share of it), and finds
-/// their covariance by leaving out one line at a time: the two transitions share the lines, and
-/// with them each line's own lag.
+/// their covariance by how far each line moved them: the two transitions share the lines, and with
+/// them each line's own lag. The deceleration's crossing is weighed from its own fit and from the
+/// acceleration's less the lines' paired difference, where there is one: by their variances, and
+/// the latter alone where filament was lost before the answer (PairedDifference::cut_off).
 ///
 /// The tail is weighed against its prior, so that a noisy one moves and widens nothing.
 /// @param slope_has_scale  whether a slope of 1 means that all filament was seen

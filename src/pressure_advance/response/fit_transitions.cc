@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/square.h"
+
 namespace trammel::pressure_advance {
 namespace {
 
@@ -31,6 +33,25 @@ std::optional<signal::ZeroCrossing> FitSeen(const TransitionSeries& series,
   return fit;
 }
 
+std::optional<PairedDifference> FitDifference(const Transitions& transitions,
+                                              const TransitionCrossings& crossings,
+                                              const ResponseOptions& options) {
+  const TransitionSeries& a = transitions.acceleration;
+  const TransitionSeries& d = transitions.deceleration;
+  const signal::ZeroCrossing& zero = crossings.acceleration;
+  if (!crossings.early || !(transitions.ramp_s > 0) || !(zero.slope > 0)) return std::nullopt;
+  if (a.SeenPa_s().size() < a.pa_s.size() || d.SeenPa_s().size() < a.pa_s.size()) {
+    return std::nullopt;
+  }
+  // Early and whole window share the lines: half of the crossing's sigma is left of the tail's.
+  const double prior = Square(options.tail_sigma * zero.zero);
+  const double noise = Square(zero.zero_sigma / 2);
+  const double tail_s =
+      prior > 0 ? options.tail_share * crossings.tail_s() * prior / (prior + noise) : 0;
+  return FitPairedDifference(a, d, zero.zero - tail_s, zero.slope,
+                             a.slip_excess_s / (a.slip_excess_s + d.slip_excess_s), options.paired);
+}
+
 }  // namespace
 
 std::vector<double> TransitionSeries::SeenPa_s() const {
@@ -46,8 +67,10 @@ std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions
   auto acceleration = FitSeen(transitions.acceleration, options.acceleration);
   auto deceleration = FitSeen(transitions.deceleration, options.deceleration);
   if (!acceleration || !deceleration) return std::nullopt;
-  TransitionCrossings crossings{*std::move(acceleration), *std::move(deceleration), std::nullopt};
+  TransitionCrossings crossings{*std::move(acceleration), *std::move(deceleration), std::nullopt,
+                                std::nullopt};
   if (transitions.early) crossings.early = FitSeen(*transitions.early, options.acceleration);
+  crossings.paired = FitDifference(transitions, crossings, options);
   return crossings;
 }
 

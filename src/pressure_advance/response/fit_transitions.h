@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "pressure_advance/response/paired_difference.h"
 #include "pressure_advance/response/response_options.h"
 #include "signal/zero_crossing.h"
 
@@ -35,13 +36,15 @@ struct TransitionCrossings {
   signal::ZeroCrossing acceleration;
   signal::ZeroCrossing deceleration;
   std::optional<signal::ZeroCrossing> early;
+  /// Where both windows share the fast stretch and the excesses' scale is known.
+  std::optional<PairedDifference> paired;
 
   /// Crossing of the early window less that of the whole one: what is still to come of it tells how
   /// far the window's end moved both crossings. 0 without an early window.
   [[nodiscard]] double tail_s() const { return early ? early->zero - acceleration.zero : 0; }
 };
 
-/// Fits each transition's crossing by itself.
+/// Fits each transition's crossing by itself, and what the two of one line differ by.
 /// Lines that do not show a transition have no weight and no influence there.
 /// @returns nothing where fewer than three lines that show it have different pressure advance.
 /// REQUIRES the same lines in all series.

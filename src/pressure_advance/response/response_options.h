@@ -3,6 +3,7 @@
 
 #include "base/measured.h"
 #include "pressure_advance/response/lag_drift.h"
+#include "pressure_advance/response/paired_difference.h"
 #include "pressure_advance/response/transitions.h"
 #include "signal/zero_crossing.h"
 
@@ -42,6 +43,7 @@ struct ResponseOptions {
   double tail_share = 0.5;
   double tail_share_sigma = 0.12;
   LagDriftOptions drift;
+  PairedOptions paired;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
