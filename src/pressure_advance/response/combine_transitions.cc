@@ -125,7 +125,7 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
   }
   // Of the distance between the two. A slope above the gain is drift and nothing else; below it may
   // be filament that was not read, which has a term of its own.
-  const double left_open = drift.mean < 0 ? 0.7 : 0.5;
+  const double left_open = drift.mean < 0 ? 0.8 : 0.5;
   return {-drift.mean / 2 * off_centre_s,
           Square(off_centre_s) * (Square(left_open * drift.mean) + Square(drift.sigma))};
 }
