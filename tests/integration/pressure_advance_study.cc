@@ -22,7 +22,8 @@
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "pressure_advance/pattern/pattern_presets.h"
-#include "pressure_advance/response/transitions.h"
+#include "pressure_advance/response/response.h"
+#include "pressure_advance_bound.h"
 #include "sim/camera/scan_recorder.h"
 #include "sim/print/conditions.h"
 #include "sim/print/printer.h"
@@ -51,6 +52,8 @@ struct Outcome {
   std::string text;  // error or reason
   std::optional<Value> value, acceleration, deceleration;
   double bound_s = 0;
+  double mean_bound_s = 0;
+  std::optional<double> bead_error_s;  // of the same fit on the beads themselves
   std::optional<double> best_error_s;
   std::optional<double> cubic_error_s;
 };
@@ -66,29 +69,7 @@ struct World {
   std::string gcode;
   sim::Plan plan;
   settings::ScanSettings scan;
-  pressure_advance::TransitionPlan transitions;
 };
-
-// What no method does better than with these lines (docs/pressure-advance.md): each has a lag of
-// its own, and its flow wanders in windows and reference, the level moving the transitions against
-// each other.
-double BoundOf(const sim::PrinterTraits& traits, const World& world) {
-  const auto& [reference, acceleration, deceleration, middle, early] = world.transitions;
-  const auto length = [&](const Interval& span) {
-    return std::max(0.0, std::min(span.hi, world.plan.line_length_mm - world.scan.skip_mm) -
-                             std::max(span.lo, world.scan.skip_mm));
-  };
-  const double a_mm = length(acceleration.span), d_mm = length(deceleration.span);
-  const double reference_mm = length(reference.front()) + length(reference.back());
-  const double density =
-      2 * traits.flow_noise_length_mm * Square(traits.flow_noise / acceleration.speed_change_mm_s);
-  const double aa = density * a_mm * (1 + a_mm / reference_mm);
-  const double dd = density * d_mm * (1 + d_mm / reference_mm);
-  const double ad = -density * a_mm * d_mm / reference_mm;
-  const double flow = (aa * dd - ad * ad) / (aa + dd - 2 * ad);
-  return std::sqrt((Square(traits.lag_scatter_s) + flow) /
-                   static_cast<double>(world.plan.lines.size()));
-}
 
 Outcome Failed(const Error& error) {
   Outcome outcome;
@@ -110,12 +91,48 @@ World DefaultWorld() {
   const auto plan = pressure_advance::MakePlan(layout, config, "pattern.gcode");
   world.gcode = pressure_advance::WriteGcode(layout, config);
   world.plan = sim::ParsePlan(files::FormatPlan(plan)).value();
-  world.transitions =
-      pressure_advance::PlanTransitions(
-          {config.segments, config.line_length_mm, config.acceleration_mm_s2},
-          pressure_advance::PositionUnit::kMillimetre, config.pressure_advance_end_s)
-          .value();
   return world;
+}
+
+// The cross-section that the printer laid at a distance along a planned line.
+double AreaAt(const sim::Strand& strand, const sim::PlannedLine& line, double along_mm) {
+  const auto distance = [&](const sim::BeadSample& sample) {
+    return std::hypot(sample.x_mm - line.start_x_mm, sample.y_mm - line.start_y_mm);
+  };
+  const auto& samples = strand.samples;
+  const auto next = std::partition_point(
+      samples.begin() + 1, samples.end() - 1,
+      [&](const sim::BeadSample& sample) { return distance(sample) < along_mm; });
+  const auto before = next - 1;
+  const double share = (along_mm - distance(*before)) / (distance(*next) - distance(*before));
+  return std::lerp(before->area_mm2, next->area_mm2, std::clamp(share, 0.0, 1.0));
+}
+
+// The profiles that an eye without any error would have read.
+std::vector<pressure_advance::LineProfile> BeadsOf(
+    const sim::Print& print, const sim::Plan& plan,
+    std::vector<pressure_advance::LineProfile> profiles) {
+  constexpr double kExact_mm2 = 1e-5;
+  constexpr double kNear_mm = 0.05;
+  std::size_t i = 0;
+  for (const sim::PlannedLine& line : plan.lines) {
+    if (line.pattern != 0) continue;
+    pressure_advance::LineProfile& profile = profiles.at(i++);
+    profile.unusable.clear();
+    for (const sim::Strand& strand : print.bed.strands) {
+      const sim::BeadSample& first = strand.samples.front();
+      const sim::BeadSample& last = strand.samples.back();
+      if (std::hypot(first.x_mm - line.start_x_mm, first.y_mm - line.start_y_mm) > kNear_mm ||
+          std::hypot(last.x_mm - line.end_x_mm, last.y_mm - line.end_y_mm) > kNear_mm) {
+        continue;
+      }
+      for (pressure_advance::ProfileSample& sample : profile.samples) {
+        sample.area = {AreaAt(strand, line, sample.position), kExact_mm2};
+        sample.gap = sample.cut_off = false;
+      }
+    }
+  }
+  return profiles;
 }
 
 Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& condition,
@@ -150,7 +167,13 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   if (analysis.deviation.cubic_minimum_s) {
     outcome.cubic_error_s = *analysis.deviation.cubic_minimum_s - truth;
   }
-  outcome.bound_s = BoundOf(traits, world);
+  outcome.bound_s = test::BoundOf(traits);
+  outcome.mean_bound_s = test::MeanBoundOf(traits);
+  const auto beads = pressure_advance::FitResponse(BeadsOf(*print, world.plan, analysis.profiles),
+                                                   analysis.motion);
+  if (beads.result.pressure_advance.good()) {
+    outcome.bead_error_s = beads.result.pressure_advance.quantity().value - truth;
+  }
   outcome.text = analysis.pressure_advance.reason();
   outcome.value = Judge(analysis.pressure_advance, truth);
   outcome.acceleration = Judge(analysis.response.acceleration.pressure_advance, truth);
@@ -191,7 +214,7 @@ struct Intervals {
 struct Tally {
   int runs = 0;
   Intervals value, acceleration, deceleration;
-  std::vector<double> bound_ms, best_ms, cubic_ms;
+  std::vector<double> bound_ms, mean_bound_ms, bead_ms, best_ms, cubic_ms;
 
   void Add(const Outcome& outcome) {
     ++runs;
@@ -200,7 +223,10 @@ struct Tally {
     value.Add(outcome.value);
     acceleration.Add(outcome.acceleration);
     deceleration.Add(outcome.deceleration);
-    if (outcome.value) bound_ms.push_back(1e3 * outcome.bound_s);
+    if (outcome.bead_error_s) bead_ms.push_back(1e3 * *outcome.bead_error_s);
+    if (!outcome.value) return;
+    bound_ms.push_back(1e3 * outcome.bound_s);
+    mean_bound_ms.push_back(1e3 * outcome.mean_bound_s);
   }
 };
 
@@ -209,10 +235,12 @@ void PrintRow(const std::string& name, const Tally& t) {
   const double bound = RootMeanSquare(t.bound_ms);
   const double best = RootMeanSquare(t.best_ms);
   fmt::print(
-      "{:<22} {:>5} {:>5} | {:>5.2f} {:>5.2f} {:>5.2f} {:>5.2f} | {:>5.1f} {:>5.1f} {:>5.1f} "
+      "{:<22} {:>5} {:>5} | {:>5.2f} {:>5.2f} {:>5.2f} {:>5.2f} {:>5.2f} {:>5.2f} | {:>5.1f} "
+      "{:>5.1f} {:>5.1f} "
       "{:>5.2f} | {:>5.2f} {:>5.2f} {:>5.2f} | {:>4} {:>4} {:>4} | {:>5.2f}\n",
       name, t.runs, t.runs - t.value.good(), MeanOrZero(t.value.error_ms), rms, bound,
-      bound > 0 ? rms / bound : 0, t.value.share(), t.acceleration.share(), t.deceleration.share(),
+      bound > 0 ? rms / bound : 0, RootMeanSquare(t.bead_ms), RootMeanSquare(t.mean_bound_ms),
+      t.value.share(), t.acceleration.share(), t.deceleration.share(),
       StandardDeviation(t.value.pull), best, RootMeanSquare(t.cubic_ms), best > 0 ? rms / best : 0,
       Near(t.value.error_ms), Near(t.best_ms), Near(t.cubic_ms), RootMeanSquare(t.value.u_ms));
 }
@@ -263,7 +291,8 @@ TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelve
     }
   }
   fmt::print(
-      "\nresponse: prints, without an answer | mean and rms error, bound (ms), rms over bound |"
+      "\nresponse: prints, without an answer | mean and rms error, bound (ms), rms over bound, rms "
+      "error on the beads themselves, bound of a mean (ms) |"
       "\nin the 95 % interval of the answer, of the acceleration, of the deceleration (%), sd of "
       "error/u |"
       "\ndeviation: rms error of the best line, of the cubic's minimum (ms), response over best "

@@ -135,8 +135,10 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
     const double missing = slope_has_scale ? std::max(0.0, full_slope - fit.slope) : 0;
     corrected.common.unread = options.unread_sigma * std::min(1.0, missing) * std::abs(fit.zero);
     const double outside = slope_has_scale ? std::clamp(1 - fit.slope, 0.0, 1.0) : 0;
-    const double law =
-        std::max(options.lag_form_sigma, options.lag_tail_sigma * outside) * std::abs(fit.zero);
+    const bool short_end = drains && transitions.slow_drain_s < options.paired.least_drain * a.zero;
+    const double law = std::max(short_end ? options.short_end_sigma : options.lag_form_sigma,
+                                options.lag_tail_sigma * outside) *
+                       std::abs(fit.zero);
     corrected.common.form = std::hypot(law, options.tail_share_sigma * pair.tail_s, unseen_tail_s);
     return corrected;
   };

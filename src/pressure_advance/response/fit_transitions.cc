@@ -43,6 +43,8 @@ std::optional<PairedDifference> FitDifference(const Transitions& transitions,
   if (a.SeenPa_s().size() < a.pa_s.size() || d.SeenPa_s().size() < a.pa_s.size()) {
     return std::nullopt;
   }
+  // What the deceleration's window cuts off would look like slip.
+  if (transitions.slow_drain_s < options.paired.least_drain * zero.zero) return std::nullopt;
   // Early and whole window share the lines: half of the crossing's sigma is left of the tail's.
   const double prior = Square(options.tail_sigma * zero.zero);
   const double noise = Square(zero.zero_sigma / 2);

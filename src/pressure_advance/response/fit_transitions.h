@@ -28,8 +28,9 @@ struct Transitions {
   TransitionSeries deceleration;
   /// The acceleration over a window that ends earlier; nothing where the tail has passed by then.
   std::optional<TransitionSeries> early;
-  double ramp_s = 0;   ///< duration of the acceleration; 0 where unknown
-  double drain_s = 0;  ///< from its end to its window's, at the fast speed
+  double ramp_s = 0;        ///< duration of the acceleration; 0 where unknown
+  double drain_s = 0;       ///< from its end to its window's, at the fast speed
+  double slow_drain_s = 0;  ///< from the second change to its window's end, at the slow speed
 };
 
 struct TransitionCrossings {

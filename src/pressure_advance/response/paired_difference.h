@@ -26,6 +26,9 @@ struct PairedOptions {
   /// wanders by 1 % over a millimetre.
   double scatter_s = 0.0008;
   double outlier_scale = 6;  ///< Tukey's biweight
+  /// The deceleration's window lasts at least so many lags at the slow speed, or the differences
+  /// tell nothing: the surplus of melt that thins drains with several times the mean lag.
+  double least_drain = 10;
 };
 
 /// Fits the differences of all lines together.

@@ -77,6 +77,8 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
       transitions.ramp_s = rise.speed_change_mm_s / *motion.acceleration_mm_s2;
       transitions.drain_s = std::max(0.0, rise.fast_length - rise.ramp_length) * prepared.unit_mm /
                             motion.segments[1].speed_mm_s;
+      transitions.slow_drain_s = (plan.deceleration.span.hi - plan.deceleration.boundary) *
+                                 prepared.unit_mm / motion.segments[2].speed_mm_s;
     }
   }
   return prepared;
