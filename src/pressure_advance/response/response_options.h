@@ -47,9 +47,9 @@ struct ResponseOptions {
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
-  /// The same where the deceleration's window lasts less than PairedOptions::least_drain lags at the
-  /// slow speed, and cuts off what melt that thins has still to give.
-  double short_end_sigma = 0.025;
+  /// The same where the deceleration's window lasts less than PairedOptions::least_drain lags at
+  /// the slow speed, and cuts off what melt that thins has still to give.
+  double short_end_sigma = 0.015;
   /// The same for the part of the lag's tail that the windows do not hold (1 - slope), where that
   /// is known; set so that virtual prints with linear and with thinning laws lie inside their
   /// intervals.
