@@ -33,7 +33,14 @@ std::vector<std::string> StopThePrinter(const Session& session, const std::strin
 std::vector<std::string> SwitchLaserOff(const Session& session, const std::string& laser_off_gcode,
                                         bool lit) {
   const auto off = session.printer.Run(laser_off_gcode, {kScript_s});
-  if (off) return {};
+  if (off) {
+    // The pin changes where the moves before it end, 2 s later at most.
+    const auto ended = lit ? session.printer.FinishMoves({kAsk_s}) : off;
+    if (ended) return {};
+    return {fmt::format(
+        "{} waits behind motion that is still queued: look whether the laser is off: {}",
+        laser_off_gcode, ended.error().message)};
+  }
   const std::string& why = off.error().message;
   // Asked anew: what the printer last told by itself may be older than what just failed. A link
   // that is gone is known; behind one that is not, a printer that tells nothing has a laser all the

@@ -287,7 +287,7 @@ Case KilledInTheFirstSweep() {
     EXPECT_GT(outcome.recording.told_frames, 5);
     EXPECT_EQ(outcome.recording.exit_code, kNotTrusted);
     EXPECT_THAT(outcome.recording.said,
-                AllOf(HasSubstr("ended in its first line"), HasSubstr("frames in line0.avi")));
+                AllOf(HasSubstr("ended in its first sweep"), HasSubstr("frames in line0.avi")));
   };
   return killed;
 }

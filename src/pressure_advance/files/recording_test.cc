@@ -64,7 +64,7 @@ TEST_F(UnplacedScan, ThatEndedInItsFirstLineSaysWhatIsMissing) {
   const Error error = Read();
   EXPECT_EQ(error.kind, ErrorKind::kMeasurement);
   EXPECT_THAT(error.message,
-              AllOf(HasSubstr(folder_.path().string()), HasSubstr("ended in its first line"),
+              AllOf(HasSubstr(folder_.path().string()), HasSubstr("ended in its first sweep"),
                     HasSubstr("2 frames in line0.avi"), HasSubstr("scan the pattern again")));
 }
 

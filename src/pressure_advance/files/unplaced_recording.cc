@@ -64,7 +64,7 @@ std::optional<Error> UnplacedRecording(const std::filesystem::path& folder) {
     return Error{
         ErrorKind::kMeasurement,
         fmt::format(
-            "'{}' holds a scan that ended in its first line: {}, and the motion of "
+            "'{}' holds a scan that ended in its first sweep: {}, and the motion of "
             "no line, without which no frame has a place. Nothing can be measured "
             "from it; scan the pattern again",
             folder.string(),

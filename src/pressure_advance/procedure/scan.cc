@@ -126,7 +126,11 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
   };
   Result<void> swept = stand();
   const double stood_s = machine::HostNow();
-  if (swept) swept = Go(session, SweepGcode(run, speed_mm_s));
+  // Move by move: what is queued when somebody stops it goes on, with the laser lit.
+  for (const std::string& move : SweepGcode(run, speed_mm_s)) {
+    if (swept) swept = session.printer.Run(move, session.Within(kMove_s));
+  }
+  if (swept) swept = session.printer.FinishMoves(session.Within(kMove_s));
   if (swept) swept = stand();
   auto frames = sweeping.recorder.End();
   if (!swept) return tl::unexpected(swept.error());

@@ -1,6 +1,7 @@
 #include "pressure_advance/procedure/sweep_plan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -219,14 +220,14 @@ std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s) {
                      60 * travel_speed_mm_s);
 }
 
-std::string SweepGcode(std::span<const Sweep> run, double speed_mm_s) {
-  std::string gcode;
+std::vector<std::string> SweepGcode(std::span<const Sweep> run, double speed_mm_s) {
+  std::vector<std::string> moves;
   for (const Sweep& sweep : run) {
-    if (!gcode.empty()) gcode += "\n" + TravelGcode(sweep, speed_mm_s) + "\n";
-    gcode +=
-        fmt::format("G1 X{:.3f} Y{:.3f} F{:.3f}", sweep.end_x_mm, sweep.end_y_mm, 60 * speed_mm_s);
+    if (!moves.empty()) moves.push_back(TravelGcode(sweep, speed_mm_s));
+    moves.push_back(
+        fmt::format("G1 X{:.3f} Y{:.3f} F{:.3f}", sweep.end_x_mm, sweep.end_y_mm, 60 * speed_mm_s));
   }
-  return gcode;
+  return moves;
 }
 
 std::string DescribeSweeps(const SweepPlan& plan, const ScanSettings& settings,
@@ -241,7 +242,7 @@ std::string DescribeSweeps(const SweepPlan& plan, const ScanSettings& settings,
     text += fmt::format("; line at {:.4g}{} s\n{}\nM400\n{}\n{}\nM400\n",
                         sweeps.front().pressure_advance_s, to,
                         TravelGcode(sweeps.front(), travel_speed_mm_s), settings.laser_on_gcode,
-                        SweepGcode(sweeps, plan.speed_mm_s));
+                        fmt::join(SweepGcode(sweeps, plan.speed_mm_s), "\n"));
   }
   return text + settings.laser_off_gcode + "\n" + optional(settings.lights_on_gcode);
 }

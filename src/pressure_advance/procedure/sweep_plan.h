@@ -107,9 +107,9 @@ struct Reach {
                                          const settings::ScanSettings& settings,
                                          double travel_speed_mm_s);
 
-/// The move to a sweep's start, and the sweeps of a run. Absolute millimetres (G90) must be in
-/// force.
+/// The move to a sweep's start, and the moves of a run in their order. Absolute millimetres (G90)
+/// must be in force.
 [[nodiscard]] std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s);
-[[nodiscard]] std::string SweepGcode(std::span<const Sweep> run, double speed_mm_s);
+[[nodiscard]] std::vector<std::string> SweepGcode(std::span<const Sweep> run, double speed_mm_s);
 
 }  // namespace trammel::procedure
