@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "base/url_secrets.h"
@@ -205,12 +206,14 @@ class MjpegStream final : public FrameSource {
   ChunkDecoder chunks_;
   std::vector<std::uint8_t> pending_;
   std::vector<std::uint8_t> payload_;
+  mutable std::mutex seen_mutex_;  // of what follows: it is described while frames come
   FrameChecker checker_;
   std::optional<CameraClock> clock_;
-  std::uint64_t frames_ = 0;
+  std::uint64_t frames_ = 0;  // written by Next alone, which reads it without the mutex
 };
 
 std::string MjpegStream::Describe() const {
+  const std::lock_guard lock(seen_mutex_);
   const std::string size =
       checker_.width_px() > 0 ? fmt::format(", {}x{} px", checker_.width_px(), checker_.height_px())
                               : std::string();
@@ -237,6 +240,7 @@ CapturedFrame MjpegStream::FrameOf(MultipartPart part) {
   frame.arrival_s = part.arrival_s;
   frame.image = std::move(part.body);
   ReadFrameFields(part.fields, frame);
+  const std::lock_guard lock(seen_mutex_);
   checker_.Check(frame);
   if (frame.captured) clock_ = frame.captured->clock;
   ++frames_;

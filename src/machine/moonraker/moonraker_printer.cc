@@ -102,6 +102,15 @@ MoonrakerPrinter::MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions op
            .on_request = [this](const std::string& method,
                                 const json& params) { return AnswerRequest(method, params); }}) {}
 
+MoonrakerPrinter::~MoonrakerPrinter() {
+  std::shared_ptr<KlippyStreams> stream;
+  {
+    const std::lock_guard lock(mutex_);
+    stream = std::move(move_stream_);
+  }
+  // Ends here, without the mutex, for which its thread may wait.
+}
+
 void MoonrakerPrinter::OnUsable(std::function<void()> done) {
   moonraker_.CallLater(
       "printer.objects.list", nullptr, [this, done = std::move(done)](const RpcAnswer& answer) {

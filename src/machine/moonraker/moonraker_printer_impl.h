@@ -30,6 +30,9 @@ namespace trammel::machine {
 class MoonrakerPrinter : public Printer {
  public:
   MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions options);
+  MoonrakerPrinter(const MoonrakerPrinter&) = delete;
+  MoonrakerPrinter& operator=(const MoonrakerPrinter&) = delete;
+  ~MoonrakerPrinter() override;
 
   [[nodiscard]] Result<void> Start(const WaitLimit& limit) { return moonraker_.Start(limit); }
 
@@ -169,8 +172,9 @@ class MoonrakerPrinter : public Printer {
   bool clock_query_out_ = false;  ///< one is on its way
 
   Moonraker moonraker_;  // its thread uses all the rest
-  /// Last, as its thread uses all the rest, too. Absent where moves come through Moonraker.
-  std::unique_ptr<KlippyStreams> move_stream_;
+  /// Last, as its thread uses all the rest, too. Absent where moves come through Moonraker, whose
+  /// thread looks at it under the mutex.
+  std::shared_ptr<KlippyStreams> move_stream_;
 };
 
 }  // namespace trammel::machine

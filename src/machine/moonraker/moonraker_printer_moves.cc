@@ -91,8 +91,13 @@ Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
 }
 
 void MoonrakerPrinter::AskForMoves() {
-  if (move_stream_) {
-    move_stream_->Reopen();
+  std::shared_ptr<KlippyStreams> stream;
+  {
+    const std::lock_guard lock(mutex_);
+    stream = move_stream_;
+  }
+  if (stream) {
+    stream->Reopen();
     return;
   }
   json params;
