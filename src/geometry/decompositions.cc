@@ -30,6 +30,12 @@ Eigen::MatrixXd OrthogonalCompletion(const Eigen::MatrixXd& columns) {
   return columns.householderQr().householderQ();
 }
 
+OrthogonalTriangular DecomposeOrthogonal(const Eigen::MatrixXd& matrix) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix);
+  return {.q = qr.householderQ() * Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()),
+          .r = qr.matrixQR().topRows(matrix.cols()).triangularView<Eigen::Upper>()};
+}
+
 Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance) {
   // Of the correlations: rows of very different sizes would drown each other.
   const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();

@@ -41,6 +41,15 @@ struct GeneralEigen {
 /// (its Q in QR, all of it). REQUIRES independent columns, no more than rows.
 [[nodiscard]] Eigen::MatrixXd OrthogonalCompletion(const Eigen::MatrixXd& columns);
 
+/// matrix = q · r by Householder's reflections.
+struct OrthogonalTriangular {
+  Eigen::MatrixXd q;  ///< rows × columns, orthonormal
+  Eigen::MatrixXd r;  ///< columns × columns, upper triangle
+};
+
+/// REQUIRES no more columns than rows.
+[[nodiscard]] OrthogonalTriangular DecomposeOrthogonal(const Eigen::MatrixXd& matrix);
+
 /// A matrix that gives the covariance, times its own transpose: it makes independent draws of unit
 /// variance the covariance's. Whatever the units of its rows; what is below 0 in it by chance is
 /// left out. REQUIRES a square matrix.

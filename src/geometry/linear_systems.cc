@@ -36,6 +36,16 @@ Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix) {
   return SolveSquare(matrix, Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
 }
 
+std::optional<Eigen::MatrixXd> SolvePositive(const Eigen::MatrixXd& matrix,
+                                             const Eigen::MatrixXd& right, double least) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
+  if (factor.info() != Eigen::Success ||
+      !(factor.matrixLLT().diagonal().cwiseAbs2().minCoeff() > least)) {
+    return std::nullopt;
+  }
+  return factor.solve(right);
+}
+
 Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix) { return matrix.llt().matrixL(); }
 
 Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& right) {

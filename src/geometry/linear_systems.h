@@ -34,6 +34,13 @@ namespace trammel::geometry {
 /// As SolveSquare. REQUIRES a square, regular matrix.
 [[nodiscard]] Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
 
+/// x of matrix · x = right by Cholesky's decomposition; nothing where the square of one of its
+/// pivots is not above `least`, so that the matrix is not positive definite. REQUIRES a symmetric
+/// matrix, whose lower triangle is read.
+[[nodiscard]] std::optional<Eigen::MatrixXd> SolvePositive(const Eigen::MatrixXd& matrix,
+                                                           const Eigen::MatrixXd& right,
+                                                           double least = 0);
+
 /// The lower triangle L with L · Lᵀ = matrix. REQUIRES a symmetric positive definite matrix.
 [[nodiscard]] Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix);
 

@@ -1,12 +1,13 @@
 // The part, its targets and the camera's places from above the machine, with the correction.
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "document/plot.h"
 #include "document/scale_key.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/report/alignment_page.h"
 
@@ -161,15 +162,14 @@ double Longest(const std::vector<Placed>& targets, double (*length)(const Placed
 void DrawRegions(Canvas& canvas, const Plot& plot, const Scene& scene, double px_per_mm,
                  double enlarged) {
   for (const Placed& target : scene.targets) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(target.covariance);
+    const auto axes = geometry::DecomposeSymmetric(target.covariance);
     std::vector<PointPx> ring;
     constexpr int kSteps = 40;
     const PointPx middle = plot.At({target.at_mm.x(), target.at_mm.y()});
     for (int i = 0; i < kSteps; ++i) {
       const double turn = 4 * std::acos(0.0) * i / kSteps;
       const Vector2d unit(std::cos(turn), std::sin(turn));
-      const Vector2d at = axes.eigenvectors() *
-                          (axes.eigenvalues().cwiseMax(0).cwiseSqrt().cwiseProduct(unit)) *
+      const Vector2d at = axes.vectors * (axes.values.cwiseMax(0).cwiseSqrt().cwiseProduct(unit)) *
                           (kPlane95 * enlarged * px_per_mm);
       ring.push_back({middle.x + at.x(), middle.y - at.y()});
     }

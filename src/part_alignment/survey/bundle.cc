@@ -1,6 +1,5 @@
 #include "part_alignment/survey/bundle.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -69,9 +68,8 @@ Step Solve(const ReducedNormal& normal, const MatrixXd& motions, double damping)
   MatrixXd matrix = Reduce(normal, damping, right);
   const double scale = std::max(matrix.diagonal().mean(), std::numeric_limits<double>::min());
   matrix += scale * motions * motions.transpose();
-  const Eigen::LLT<MatrixXd> factor(matrix);
-  step.reduced = factor.info() == Eigen::Success ? VectorXd(-factor.solve(right))
-                                                 : -geometry::SolveSymmetric(matrix, right);
+  const auto solved = geometry::SolvePositive(matrix, right);
+  step.reduced = solved ? VectorXd(-*solved) : -geometry::SolveSymmetric(matrix, right);
   for (const auto& station : normal.stations) {
     Eigen::Matrix<double, 6, 6> block = station.block;
     block.diagonal() *= 1 + damping;

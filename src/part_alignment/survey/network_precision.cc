@@ -1,6 +1,6 @@
 #include "part_alignment/survey/network_precision.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -23,14 +23,15 @@ constexpr double kSingular = 1e-11;
 MatrixXd ScaledInverse(const MatrixXd& matrix, bool& determined) {
   const VectorXd root = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = root.asDiagonal() * matrix * root.asDiagonal();
-  const Eigen::LLT<MatrixXd> factor(scaled);
-  if (!scaled.allFinite() || factor.info() != Eigen::Success ||
-      !(factor.matrixLLT().diagonal().cwiseAbs2().minCoeff() > kSingular)) {
+  const auto inverse =
+      scaled.allFinite() ? geometry::SolvePositive(
+                               scaled, MatrixXd::Identity(matrix.rows(), matrix.cols()), kSingular)
+                         : std::nullopt;
+  if (!inverse) {
     determined = false;
     return MatrixXd::Zero(matrix.rows(), matrix.cols());
   }
-  const MatrixXd inverse = factor.solve(MatrixXd::Identity(matrix.rows(), matrix.cols()));
-  return root.asDiagonal() * inverse * root.asDiagonal();
+  return root.asDiagonal() * *inverse * root.asDiagonal();
 }
 
 // The inverse within the datum: bordered by the motions it leaves free.

@@ -1,7 +1,6 @@
 #include "part_alignment/survey/survey_world_test_support.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -215,10 +214,10 @@ ToSurvey FitDatum(const Eigen::MatrixXd& truth, const Eigen::MatrixXd& found) {
   fit.from = truth.rowwise().mean();
   fit.to = found.rowwise().mean();
   const Matrix3d cross = (found.colwise() - fit.to) * (truth.colwise() - fit.from).transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const auto [u, values, v] = geometry::DecomposeSingular(cross);
   Matrix3d mirror = Matrix3d::Identity();
-  mirror(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  fit.rotation = svd.matrixU() * mirror * svd.matrixV().transpose();
+  mirror(2, 2) = Matrix3d(u * v.transpose()).determinant() < 0 ? -1 : 1;
+  fit.rotation = u * mirror * v.transpose();
   return fit;
 }
 

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <string>
 
+#include "geometry/linear_systems.h"
 #include "support/target_picture.h"
 
 namespace trammel::part_alignment {
@@ -90,7 +91,7 @@ double CramerRao(const Scene& scene, const Look& look, double noise) {
     }
   }
   // The centre is (h[0][2], h[1][2]): the third and the sixth number, as h[2][2] is 1.
-  const auto covariance = fisher.inverse().eval();
+  const auto covariance = geometry::Inverse(fisher);
   return std::sqrt((noise * noise + 1.0 / 12) * 0.5 * (covariance(2, 2) + covariance(5, 5)));
 }
 

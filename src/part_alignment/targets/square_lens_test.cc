@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/decompositions.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -51,9 +53,8 @@ Seen See(const Camera& camera, const Eigen::Vector3d& at_mm, const Eigen::Matrix
     for (const auto& p : edge) mean += p / kPoints;
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     for (const auto& p : edge) spread += (p - mean) * (p - mean).transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
     points.push_back(mean);
-    directions.push_back(axes.eigenvectors().col(1));
+    directions.push_back(geometry::DecomposeSymmetric(spread).vectors.col(1));
     const Eigen::Vector2d chord = (edge.back() - edge.front()).normalized();
     const Eigen::Vector2d off = edge[kPoints / 2] - edge.front();
     const Eigen::Vector2d inwards = seen.middle - edge.front();

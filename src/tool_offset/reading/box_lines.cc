@@ -1,11 +1,12 @@
 #include "tool_offset/reading/box_lines.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "base/statistics.h"
+#include "geometry/linear_systems.h"
 #include "tool_offset/reading/line_place.h"
 
 namespace trammel::tool_offset {
@@ -157,7 +158,7 @@ Eigen::VectorXd RobustFit(const Eigen::MatrixXd& design, const Eigen::VectorXd& 
   Eigen::VectorXd solution;
   for (int pass = 0; pass < 6; ++pass) {
     const Eigen::VectorXd root = weight.cwiseSqrt();
-    solution = (root.asDiagonal() * design).colPivHouseholderQr().solve(root.cwiseProduct(y));
+    solution = geometry::SolveLeastSquares(root.asDiagonal() * design, root.cwiseProduct(y));
     const Eigen::VectorXd residual = (design * solution - y).cwiseAbs();
     std::vector<double> sorted(residual.data(), residual.data() + residual.size());
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -64,23 +66,21 @@ Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
     if (grows) design(i, last - 1) = design(i, last) * finger.planned_mm / half_mm;
     y[i] = finger.position_mm;
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(count, design.cols());
-  const Eigen::VectorXd solution = qr.solve(y);
+  const auto [q, r] = geometry::DecomposeOrthogonal(design);
+  const Eigen::VectorXd solution = geometry::SolveUpper(r, q.transpose() * y);
   fit.residual = y - design * solution;
   fit.leverage = q.rowwise().squaredNorm();
   // The offset is the last unknown: its row of the inverse of R is 1 / r in the last place.
-  fit.influence = q.col(last) / qr.matrixQR()(last, last);
+  fit.influence = q.col(last) / r(last, last);
   fit.offset_mm = solution[last];
   if (grows) {
-    const auto& r = qr.matrixQR();
     fit.growth = solution[last - 1] / half_mm;
     fit.growth_influence =
         (q.col(last - 1) - r(last - 1, last) * fit.influence) / (r(last - 1, last - 1) * half_mm);
   }
   // The slope of a straight line through what the displacement leaves over.
   const Eigen::VectorXd shared = y - fit.offset_mm * design.col(last);
-  fit.stretch = shared.dot(q.col(1)) / qr.matrixQR()(1, 1) / half_mm;
+  fit.stretch = shared.dot(q.col(1)) / r(1, 1) / half_mm;
   return fit;
 }
 

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "base/statistics.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -71,7 +72,8 @@ double Misfit(const SideProfile& profile, const SheetPlan& plan, double width_mm
     design.row(i) << 1, inside_mm, lines;
   }
   const Eigen::Map<const Eigen::VectorXd> ink(profile.ink.data(), rows);
-  const Eigen::Vector3d fit = (design.transpose() * design).ldlt().solve(design.transpose() * ink);
+  const Eigen::Vector3d fit =
+      geometry::SolveSymmetric(design.transpose() * design, design.transpose() * ink);
   return (ink - design * fit).squaredNorm();
 }
 

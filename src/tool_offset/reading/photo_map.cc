@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "base/statistics.h"
+#include "geometry/linear_systems.h"
 #include "tool_offset/reading/leg_reader.h"
 
 namespace trammel::tool_offset {
@@ -128,7 +129,7 @@ void Fit(const PageView& page, const PhotoSource& source, const std::vector<Sigh
       normal(k, k) += pull;
       right[k] -= pull * now[static_cast<std::size_t>(k - 8)] / step[k];
     }
-    const Unknowns change = normal.ldlt().solve(right);
+    const Unknowns change = geometry::SolveSymmetric(normal, right);
     if (!change.allFinite()) return;
     map = Moved(map, change.cwiseProduct(step));
     TakePose(page, source, map, pose);
