@@ -7,7 +7,7 @@
 #   executable, one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
 #   FFmpeg and imgcodecs behind them take longer to start than most of them.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
-#   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes half of the room.
+#   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes a third of the room.
 #   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # Warnings that a batch or a precompiled header makes false. A local name may be that of another file's constant. With
@@ -34,6 +34,7 @@ function(trammel_flags target)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
   target_compile_options(${target} PRIVATE -Wall -Wextra ${TRAMMEL_SHADOW} -Wnon-virtual-dtor -Wconversion
                          -Wno-sign-conversion -Wno-psabi ${TRAMMEL_COMPILER_FLAGS}
+                         -fno-math-errno  # which nobody reads: square roots without a call, sine and cosine in one
                          $<$<BOOL:${TRAMMEL_WERROR}>:-Werror>)
   if(TRAMMEL_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC frees no memory below 800 MB: a precompiled header fills what it would keep, and it searched in vain.
@@ -191,7 +192,7 @@ function(trammel_test name)
   endif()
   set(properties LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
   if(NOT ARG_WAITS)
-    list(APPEND properties PROCESSORS 2)
+    list(APPEND properties PROCESSORS 3)
   endif()
   if(ARG_SIDE_BY_SIDE OR ARG_WAITS)
     list(APPEND properties COST 30)
