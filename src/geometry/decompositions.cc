@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
 
 namespace trammel::geometry {
 
@@ -34,6 +35,14 @@ OrthogonalTriangular DecomposeOrthogonal(const Eigen::MatrixXd& matrix) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix);
   return {.q = qr.householderQ() * Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()),
           .r = qr.matrixQR().topRows(matrix.cols()).triangularView<Eigen::Upper>()};
+}
+
+PivotedOrthogonal DecomposePivoted(const Eigen::MatrixXd& matrix) {
+  const Eigen::Index k = std::min(matrix.rows(), matrix.cols());
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix);
+  return {.q = qr.householderQ() * Eigen::MatrixXd::Identity(matrix.rows(), k),
+          .r = qr.matrixQR().topRows(k).triangularView<Eigen::Upper>(),
+          .order = qr.colsPermutation().indices()};
 }
 
 Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance) {

@@ -50,6 +50,16 @@ struct OrthogonalTriangular {
 /// REQUIRES no more columns than rows.
 [[nodiscard]] OrthogonalTriangular DecomposeOrthogonal(const Eigen::MatrixXd& matrix);
 
+/// matrix, its columns in another order, = q · r by Householder's reflections, with k = min(rows,
+/// columns): the columns that are most independent come first.
+struct PivotedOrthogonal {
+  Eigen::MatrixXd q;      ///< rows × k, orthonormal
+  Eigen::MatrixXd r;      ///< k × columns, upper triangle, its diagonal falling in size
+  Eigen::VectorXi order;  ///< the matrix's column behind each column of r
+};
+
+[[nodiscard]] PivotedOrthogonal DecomposePivoted(const Eigen::MatrixXd& matrix);
+
 /// A matrix that gives the covariance, times its own transpose: it makes independent draws of unit
 /// variance the covariance's. Whatever the units of its rows; what is below 0 in it by chance is
 /// left out. REQUIRES a square matrix.

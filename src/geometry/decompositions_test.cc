@@ -38,6 +38,40 @@ TEST(Decompositions, SingularValuesMakeUpTheMatrixInEveryShape) {
   }
 }
 
+TEST(Decompositions, OrthogonalTimesTriangularIsTheMatrixInEveryShape) {
+  for (const auto& [rows, columns] : {std::pair{5, 3}, {4, 4}, {3, 5}, {1, 3}}) {
+    const Eigen::MatrixXd matrix = Numbers(rows, columns);
+    const PivotedOrthogonal of = DecomposePivoted(matrix);
+    ASSERT_EQ(of.r.rows(), std::min(rows, columns));
+    ExpectIdentity(of.q.transpose() * of.q);
+    const Eigen::MatrixXd product = of.q * of.r;
+    for (int k = 0; k < columns; ++k) {
+      EXPECT_LT((product.col(k) - matrix.col(of.order[k])).norm(), kRounding);
+    }
+    for (int i = 1; i < of.r.rows(); ++i) {
+      EXPECT_GE(std::abs(of.r(i - 1, i - 1)), std::abs(of.r(i, i)));
+      EXPECT_EQ(of.r(i, 0), 0);
+    }
+    if (rows < columns) continue;
+    const OrthogonalTriangular in_order = DecomposeOrthogonal(matrix);
+    EXPECT_LT((in_order.q * in_order.r - matrix).norm(), kRounding);
+    ExpectIdentity(in_order.q.transpose() * in_order.q);
+    EXPECT_EQ(in_order.r(columns - 1, 0), 0);
+  }
+}
+
+TEST(LinearSystems, APositiveMatrixIsSolvedAndOneThatIsNotIsSaid) {
+  const Eigen::MatrixXd numbers = Numbers(4, 4);
+  const Eigen::MatrixXd matrix = numbers * numbers.transpose() + Eigen::MatrixXd::Identity(4, 4);
+  const Eigen::VectorXd right = numbers.col(0);
+  const auto solved = SolvePositive(matrix, right);
+  ASSERT_TRUE(solved);
+  EXPECT_LT((matrix * *solved - right).norm(), 10 * kRounding);
+  EXPECT_LT((SolveSmallSymmetric(matrix, right) - *solved).norm(), 10 * kRounding);
+  EXPECT_FALSE(SolvePositive(-matrix, right));
+  EXPECT_FALSE(SolvePositive(matrix, right, 1e9));
+}
+
 TEST(Decompositions, EigenvectorsOfASymmetricMatrixMakeItUpFromTheSmallestOn) {
   const Eigen::MatrixXd numbers = Numbers(6, 6);
   const Eigen::MatrixXd matrix = numbers + numbers.transpose();

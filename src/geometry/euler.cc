@@ -11,21 +11,25 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d AboutAxis(int axis, double angle_rad) {
-  return Eigen::AngleAxisd(angle_rad, Vector3d::Unit(axis)).toRotationMatrix();
-}
-
-/// d/d(angle) of AboutAxis: the rotation by a right angle more, without the part along the axis.
-Matrix3d DerivativeAboutAxis(int axis, double angle_rad) {
-  const Vector3d unit = Vector3d::Unit(axis);
-  const Matrix3d across = Matrix3d::Identity() - unit * unit.transpose();
-  return AboutAxis(axis, angle_rad + std::acos(0.0)) * across;
-}
+/// Sines and cosines of alpha, beta and gamma.
+struct Angles {
+  explicit Angles(const Vector3d& rad)
+      : sa(std::sin(rad.x())),
+        ca(std::cos(rad.x())),
+        sb(std::sin(rad.y())),
+        cb(std::cos(rad.y())),
+        sg(std::sin(rad.z())),
+        cg(std::cos(rad.z())) {}
+  double sa, ca, sb, cb, sg, cg;
+};
 
 }  // namespace
 
 Matrix3d RotationFromAngles(const Vector3d& angles_rad) {
-  return AboutAxis(2, angles_rad.z()) * AboutAxis(1, angles_rad.y()) * AboutAxis(0, angles_rad.x());
+  const auto [sa, ca, sb, cb, sg, cg] = Angles(angles_rad);
+  return Matrix3d{{cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa},
+                  {sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa},
+                  {-sb, cb * sa, cb * ca}};
 }
 
 Vector3d AnglesFromRotation(const Matrix3d& rotation) {
@@ -41,12 +45,20 @@ Vector3d AnglesFromRotation(const Matrix3d& rotation) {
 
 Matrix3d RotationDerivative(const Vector3d& angles_rad, int i) {
   TRAMMEL_CHECK(i >= 0 && i < 3, "i = {}", i);
-  Matrix3d rotation = Matrix3d::Identity();
-  for (int axis = 2; axis >= 0; --axis) {
-    rotation *=
-        axis == i ? DerivativeAboutAxis(axis, angles_rad[axis]) : AboutAxis(axis, angles_rad[axis]);
+  const auto [sa, ca, sb, cb, sg, cg] = Angles(angles_rad);
+  if (i == 0) {
+    return Matrix3d{{0, cg * sb * ca + sg * sa, -cg * sb * sa + sg * ca},
+                    {0, sg * sb * ca - cg * sa, -sg * sb * sa - cg * ca},
+                    {0, cb * ca, -cb * sa}};
   }
-  return rotation;
+  if (i == 1) {
+    return Matrix3d{{-cg * sb, cg * cb * sa, cg * cb * ca},
+                    {-sg * sb, sg * cb * sa, sg * cb * ca},
+                    {-cb, -sb * sa, -sb * ca}};
+  }
+  return Matrix3d{{-sg * cb, -sg * sb * sa - cg * ca, -sg * sb * ca + cg * sa},
+                  {cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa},
+                  {0, 0, 0}};
 }
 
 Matrix3d RotationFromVector(const Vector3d& vector_rad) {

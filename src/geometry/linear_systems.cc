@@ -10,6 +10,10 @@ Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix, const Eigen::Matri
   return matrix.ldlt().solve(right);
 }
 
+SmallVector SolveSmallSymmetric(const SmallMatrix& matrix, const SmallVector& right) {
+  return matrix.ldlt().solve(right);
+}
+
 double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& error) {
   const Eigen::VectorXd solved = SolveSymmetric(covariance, error);
   return error.dot(solved);

@@ -12,6 +12,13 @@ namespace trammel::geometry {
 [[nodiscard]] Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix,
                                              const Eigen::MatrixXd& right);
 
+/// Up to 16 unknowns, without the heap.
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, 16>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>;
+
+/// As SolveSymmetric, for one column.
+[[nodiscard]] SmallVector SolveSmallSymmetric(const SmallMatrix& matrix, const SmallVector& right);
+
 /// errorᵀ · covariance⁻¹ · error: chi-square distributed where the covariance is the error's.
 /// REQUIRES a regular covariance.
 [[nodiscard]] double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance,

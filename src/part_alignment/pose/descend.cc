@@ -45,7 +45,7 @@ Theta Step(const Normal& normal, double damping) {
   ThetaMatrix scaled = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
   scaled.diagonal().array() += kRidge + damping;
   const Theta right = scale.cwiseProduct(normal.right);
-  const Theta step = geometry::SolveSymmetric(scaled, right);
+  const Theta step = geometry::SolveSmallSymmetric(scaled, right);
   return scale.cwiseProduct(step);
 }
 

@@ -113,7 +113,7 @@ Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
         by_turn.transpose() * (energy.linear - energy.quadratic * Entries(rotation));
     Matrix3d curvature = by_turn.transpose() * energy.quadratic * by_turn;
     curvature.diagonal().array() += damping * (curvature.trace() + 1e-12);
-    const Vector3d turn = geometry::SolveSymmetric(curvature, down);
+    const Vector3d turn = geometry::SolveSmallSymmetric(curvature, down);
     if (!(turn.norm() > 1e-7)) {
       break;
     }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "geometry/decompositions.h"
@@ -78,9 +79,10 @@ void AddCameraErrors(const PoseProblem& problem, const Theta& theta, Index first
   }
 }
 
-void Whiten(const PoseProblem& problem, Rows& rows) {
+void Whiten(const PoseProblem& problem, double machine_mm, Rows& rows) {
+  if (!(machine_mm > 0)) return;
   ForEachView(problem.observations, [&](Index first, Index count) {
-    const Whitener whitener(problem.errors.machine_mm * rows.by_theta.block(first, 0, count, 3));
+    const Whitener whitener(machine_mm * rows.by_theta.block(first, 0, count, 3));
     whitener.FromLeft(rows.by_theta.middleRows(first, count));
     whitener.FromLeft(rows.by_error.middleRows(first, count));
     whitener.FromLeft(rows.residuals.segment(first, count));
@@ -88,7 +90,7 @@ void Whiten(const PoseProblem& problem, Rows& rows) {
   });
 }
 
-/// False where a target is not seen.
+/// False where a target is not seen. Whitens nothing.
 bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   PoseProblem alone = problem;
   for (WeightedObservation& observation : alone.observations)
@@ -118,14 +120,13 @@ bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   if (errors.camera) {
     AddCameraErrors(problem, theta, rows.by_error.cols() - camera_count, rows);
   }
-  if (errors.machine_mm > 0) Whiten(problem, rows);
   return true;
 }
 
 /// The whitened rows with what theta takes up of them taken out.
 struct Reduced {
   Rows rows;
-  geometry::SingularValues of;  ///< of by_theta, its columns scaled to 1
+  geometry::PivotedOrthogonal of;  ///< of by_theta, its columns scaled to 1
   VectorXd scale;
   MatrixXd left;            ///< of by_error
   VectorXd remaining;       ///< of the residuals
@@ -137,26 +138,33 @@ struct Reduced {
 };
 
 /// Takes out of residuals and errors what theta takes up; the errors count for nothing yet.
-Reduced TakeOutTheta(const PoseProblem& problem, const Theta& theta) {
+Reduced TakeOutTheta(Rows whitened) {
   constexpr double kSingular = 1e-9;
   Reduced reduced;
-  Rows& rows = reduced.rows;
-  reduced.seen = FillRows(problem, theta, rows);
-  if (!reduced.seen) return reduced;
+  reduced.rows = std::move(whitened);
+  const Rows& rows = reduced.rows;
+  reduced.seen = true;
   reduced.scale = rows.by_theta.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  reduced.of = geometry::DecomposeSingular(rows.by_theta * reduced.scale.asDiagonal());
-  const VectorXd& values = reduced.of.values;
-  const Index rank = (values.array() > kSingular * values.maxCoeff()).count();
+  reduced.of = geometry::DecomposePivoted(rows.by_theta * reduced.scale.asDiagonal());
+  const VectorXd sizes = reduced.of.r.diagonal().cwiseAbs();
+  const Index rank = (sizes.array() > kSingular * sizes[0]).count();
   reduced.full_rank = rank == rows.by_theta.cols();
-  const auto taken_up = reduced.of.u.leftCols(rank);
+  const auto taken_up = reduced.of.q.leftCols(rank);
   reduced.remaining = rows.residuals - taken_up * (taken_up.transpose() * rows.residuals);
   reduced.chi_square = reduced.remaining.squaredNorm();
   reduced.left = rows.by_error - taken_up * (taken_up.transpose() * rows.by_error);
   return reduced;
 }
 
-Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
-  Reduced reduced = TakeOutTheta(problem, theta);
+Reduced TakeOutTheta(const PoseProblem& problem, const Theta& theta) {
+  Rows rows;
+  if (!FillRows(problem, theta, rows)) return {};
+  Whiten(problem, problem.errors.machine_mm, rows);
+  return TakeOutTheta(std::move(rows));
+}
+
+/// Estimates the errors beside theta.
+Reduced AddErrors(Reduced reduced) {
   if (!reduced.seen || reduced.left.cols() == 0) return reduced;
   const MatrixXd stiffness = MatrixXd::Identity(reduced.left.cols(), reduced.left.cols()) +
                              reduced.left.transpose() * reduced.left;
@@ -168,10 +176,18 @@ Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
   return reduced;
 }
 
+Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
+  return AddErrors(TakeOutTheta(problem, theta));
+}
+
 void FillEstimate(const PoseProblem& problem, const Reduced& reduced, JointFit& fit) {
   const Rows& rows = reduced.rows;
-  const MatrixXd inverse = reduced.scale.asDiagonal() * reduced.of.v *
-                           reduced.of.values.cwiseInverse().asDiagonal() * reduced.of.u.transpose();
+  const MatrixXd by_column = geometry::SolveUpper(reduced.of.r, reduced.of.q.transpose());
+  MatrixXd inverse(by_column.rows(), by_column.cols());
+  for (Index k = 0; k < by_column.rows(); ++k) {
+    const Index column = reduced.of.order[k];
+    inverse.row(column) = reduced.scale[column] * by_column.row(k);
+  }
   fit.covariance = inverse * inverse.transpose();
   fit.gain = inverse;
   if (rows.by_error.cols() > 0) {
@@ -211,6 +227,18 @@ JointFit FitJointly(const PoseProblem& problem, const Theta& theta) {
 
 double JointChiSquare(const PoseProblem& problem, const Theta& theta) {
   return Reduce(problem, theta).chi_square;
+}
+
+std::function<double(double)> JointChiSquareByMachine(const PoseProblem& problem,
+                                                      const Theta& theta) {
+  Rows rows;
+  if (!FillRows(problem, theta, rows))
+    return [](double) { return std::numeric_limits<double>::infinity(); };
+  return [problem, rows](double machine_mm) {
+    Rows whitened = rows;
+    Whiten(problem, machine_mm, whitened);
+    return AddErrors(TakeOutTheta(std::move(whitened))).chi_square;
+  };
 }
 
 TargetDirections DirectionsOfTargets(const PoseProblem& problem, const Theta& theta) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 
 #include "part_alignment/pose/pose_problem.h"
 
@@ -27,6 +28,11 @@ struct JointFit {
 
 /// The same, its chi-square alone.
 [[nodiscard]] double JointChiSquare(const PoseProblem& problem, const Theta& theta);
+
+/// JointChiSquare as it follows from the machine's error (mm) alone, that of PoseProblem::errors
+/// left out: each call after the first costs no derivatives.
+[[nodiscard]] std::function<double(double machine_mm)> JointChiSquareByMachine(
+    const PoseProblem& problem, const Theta& theta);
 
 /// The directions of the residuals that targets' errors reach and no unknown takes up, those of the
 /// other inputs whitened away.

@@ -24,10 +24,10 @@ double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta,
     freedom -= static_cast<int>((reach.array() > kExplained_sigma).count());
   }
   const double wanted = ChiSquareQuantile(kOneInTen, std::max(0, freedom) + kTrialRuns);
+  const auto chi_square = JointChiSquareByMachine(tried, theta);
   const auto too_small = [&](double machine_mm) {
     const double share = kUsualRepeatability_mm / machine_mm;
-    tried.errors.machine_mm = machine_mm;
-    return JointChiSquare(tried, theta) + kTrialRuns * share * share > wanted;
+    return chi_square(machine_mm) + kTrialRuns * share * share > wanted;
   };
   double low_mm = kUsualRepeatability_mm / 10;
   double high_mm = 2 * kWorstRepeatability_mm;
