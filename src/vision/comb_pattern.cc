@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "vision/comb_frame.h"
 #include "vision/rung_trace.h"
 
 namespace trammel::vision {
@@ -388,6 +389,8 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
   pattern.right_seen = right.has_value();
   pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);
   pattern.right_inner = right ? *right : BesideLines(*left, rungs, 1);
+  pattern.first_closed = FrameCloses(contrast, seen, pattern, false);
+  pattern.last_closed = FrameCloses(contrast, seen, pattern, true);
   return pattern;
 }
 

@@ -123,6 +123,41 @@ TEST(PhotoComb, ReadsNoDecelerationThatIsCutShortlyBehindIt) {
   }
 }
 
+// The photo ends on the third line from the bottom, and shows the frame close at the top.
+TEST(PhotoComb, CountsLinesFromWhereTheFrameCloses) {
+  const DrawnPhoto drawn = Usual();
+  const cv::Mat cropped = Cropped(ToMat(Draw(drawn)), 0, 0, 0, 165);
+  cv::Mat upside_down;
+  cv::rotate(cropped, upside_down, cv::ROTATE_180);
+  for (const cv::Mat& picture : {cropped, upside_down}) {
+    const PhotoMeasurement measured = MeasurePhoto(View(picture), OptionsFor(drawn));
+    ASSERT_EQ(measured.refusal, "");
+    const std::size_t lost = drawn.pressure_advance_s.size() - measured.profiles.size();
+    EXPECT_EQ(lost, 3U);
+    for (std::size_t i = 0; i < measured.profiles.size(); ++i) {
+      EXPECT_EQ(measured.profiles[i].pressure_advance_s, drawn.pressure_advance_s[i + lost]);
+    }
+    EXPECT_THAT(measured.notices, ::testing::Contains(HasSubstr("where the frame closes")));
+  }
+}
+
+// What looks like the frame's bar may be a smear or a line: only rails that end there make it one.
+TEST(PhotoComb, CountsNoLinesFromABarBehindWhichThePhotoEndsOrTheRailsGoOn) {
+  const DrawnPhoto drawn = Usual();
+  const cv::Mat upright = ToMat(Draw(drawn));
+  const cv::Mat cut = Cropped(upright, 0, 80, 0, 165);
+  EXPECT_NE(MeasurePhoto(View(cut), OptionsFor(drawn)).refusal, "");
+  DrawnPhoto straight = drawn;
+  straight.roll_rad = straight.tilt = straight.bow = 0;
+  cv::Mat longer = Cropped(ToMat(Draw(straight)), 0, 0, 0, 165);
+  EXPECT_EQ(MeasurePhoto(View(longer), OptionsFor(drawn)).refusal, "");
+  // The bar lies in the rows 62 … 75, below them plate and the two rails.
+  for (int y = 52; y >= 0; y -= 10) {
+    longer(cv::Rect(0, 85, longer.cols, 10)).copyTo(longer(cv::Rect(0, y, longer.cols, 10)));
+  }
+  EXPECT_NE(MeasurePhoto(View(longer), OptionsFor(drawn)).refusal, "");
+}
+
 // A print whose list is shifted by one value gives the same picture: nothing in it tells which of
 // the lines these are.
 TEST(PhotoComb, RefusesLinesWhoseNeighboursAreCutOffAtBothSides) {

@@ -298,7 +298,7 @@ TEST(PhotoEye, RefusesPhotosWithoutAWholePattern) {
   none.bead_mm = 0;
   EXPECT_THAT(MeasurePhoto(Draw(none).view(), OptionsFor(drawn)).refusal, HasSubstr("lines"));
   DrawnPhoto half = drawn;
-  half.shift_y_mm = 25;
+  half.shift_y_mm = 40;
   EXPECT_NE(MeasurePhoto(Draw(half).view(), OptionsFor(drawn)).refusal, "");
   const Frame black(400, 300);
   EXPECT_NE(MeasurePhoto(black.view(), OptionsFor(drawn)).refusal, "");

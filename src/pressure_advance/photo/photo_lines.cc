@@ -189,7 +189,8 @@ PhotoLines LinesOfComb(const Frame& measured) {
   struct Seen {
     double sum = 0;  // of strength, over all views with this number of places
     std::optional<CombView> clearest;
-    double strength = 0;  // rows over columns of the clearest
+    double strength = 0;  // rows over columns of the clearest, of those that show both rails first
+    bool both_rails = false;
   };
   std::map<std::size_t, Seen> by_places;
   std::string problem;
@@ -203,8 +204,11 @@ PhotoLines LinesOfComb(const Frame& measured) {
     Seen& seen = by_places[PlacesOf(view->line_pattern)];
     const double strength = vision::RowsOverColumns(view->contrast, 0);
     seen.sum += strength;
-    if (strength <= seen.strength) continue;
+    const vision::LinePattern& pattern = view->line_pattern;
+    const bool both_rails = pattern.left_seen && pattern.right_seen;
+    if (std::pair(both_rails, strength) <= std::pair(seen.both_rails, seen.strength)) continue;
     seen.strength = strength;
+    seen.both_rails = both_rails;
     seen.clearest = std::move(view);
   }
   const auto most =
@@ -280,6 +284,22 @@ std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t w
       "{}: give the list of the lines in the photo, or take a photo that shows all of them", found);
 }
 
+// The place of the first rung from the first value's side, where the photo shows the frame close
+// beyond one outer line and ends before the other: lines are then counted from the closed side, as
+// long as most are there.
+std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, std::size_t wanted,
+                                      bool first_at_bottom) {
+  const vision::LinePattern& p = line_pattern;
+  const std::size_t places = PlacesOf(p);
+  constexpr double kLeastShown = 2.0 / 3;
+  if (places >= wanted || p.rungs.size() != places) return std::nullopt;
+  if (static_cast<double>(places) < kLeastShown * static_cast<double>(wanted)) return std::nullopt;
+  const bool from_top = p.first_closed && !p.last_closed && p.last_cut;
+  const bool from_bottom = p.last_closed && !p.first_closed && p.first_cut;
+  if (!from_top && !from_bottom) return std::nullopt;
+  return from_bottom == first_at_bottom ? 0 : wanted - places;
+}
+
 // Whether the list jumps where rungs are missing, and only there.
 bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
   std::vector<double> unit;
@@ -320,6 +340,14 @@ LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<d
     }
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;
+  } else if (const auto first = FirstPlace(line_pattern, list.size(), first_at_bottom)) {
+    const auto begin = list.begin() + static_cast<std::ptrdiff_t>(*first);
+    names.pressure_advance_s.assign(begin, begin + static_cast<std::ptrdiff_t>(found));
+    names.notice = fmt::format(
+        "{} of {} lines lie outside of the photo; the others were counted from where the frame "
+        "closes beside the {} line, and are those from {} to {} s",
+        list.size() - found, list.size(), *first == 0 ? "first" : "last",
+        names.pressure_advance_s.front(), names.pressure_advance_s.back());
   } else {
     names.refusal = DescribeCount(line_pattern, list.size());
     if (found == list.size()) {
