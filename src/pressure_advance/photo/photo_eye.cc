@@ -210,28 +210,45 @@ SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadW
   return side;
 }
 
+// What the photo shows of a line, in print direction.
+Interval ShownOf(const std::vector<vision::BeadReading>& readings, bool reversed) {
+  const auto is_seen = [](const vision::BeadReading& reading) { return reading.seen; };
+  const auto n = static_cast<double>(readings.size());
+  const auto hidden_left = static_cast<double>(
+      std::find_if(readings.begin(), readings.end(), is_seen) - readings.begin());
+  const auto hidden_right = static_cast<double>(
+      std::find_if(readings.rbegin(), readings.rend(), is_seen) - readings.rbegin());
+  return {(reversed ? hidden_right : hidden_left) / n,
+          1 - (reversed ? hidden_left : hidden_right) / n};
+}
+
 // Marks lines that leave the photo beside a speed change, and leaves out those that show neither.
 void MarkCutLines(const SideReading& side, const PhotoOptions& options,
                   std::vector<LineProfile>& profiles) {
   constexpr double kBefore = 0.03;     // line lengths: half of a bulge
   constexpr double kShareAfter = 0.7;  // of the slow part behind the deceleration
+  constexpr int kFewestAfter = 5;      // lines that show it: they tell the others' level there
   constexpr double kBeside = 0.35;     // of the fast part: what each speed change moves
   const auto& segments = side.orientation.segments;
   const double rise = segments ? segments->fast_begin : options.slow_before;
   const double fall = segments ? segments->fast_end : 1 - options.slow_after;
+  const double most_of_it = fall + kShareAfter * options.slow_after;
+  std::vector<Interval> shown;
+  int after = 0;
+  for (const std::vector<vision::BeadReading>& readings : side.widths.lines) {
+    shown.push_back(ShownOf(readings, side.lie.reversed));
+    after += shown.back().hi == 1 || shown.back().hi >= most_of_it;
+  }
+  const double least_end = after >= kFewestAfter ? fall : most_of_it;
   for (std::size_t line = 0; line < profiles.size(); ++line) {
-    const std::vector<vision::BeadReading>& readings = side.widths.lines[line];
-    const auto is_seen = [](const vision::BeadReading& reading) { return reading.seen; };
-    const auto n = static_cast<double>(readings.size());
-    const auto hidden_left = static_cast<double>(
-        std::find_if(readings.begin(), readings.end(), is_seen) - readings.begin());
-    const auto hidden_right = static_cast<double>(
-        std::find_if(readings.rbegin(), readings.rend(), is_seen) - readings.rbegin());
-    const double begin = (side.lie.reversed ? hidden_right : hidden_left) / n;
-    const double end = 1 - (side.lie.reversed ? hidden_left : hidden_right) / n;
+    const auto [begin, end] = shown[line];
     LineProfile& profile = profiles[line];
+    if (begin > 0 || end < 1) {
+      constexpr double kAll = 2;  // beyond both ends of a line
+      profile.shown = {begin > 0 ? begin : -kAll, end < 1 ? end : kAll};
+    }
     const bool begins = begin == 0 || begin <= rise - kBefore;
-    const bool ends = end == 1 || end >= fall + kShareAfter * options.slow_after;
+    const bool ends = end == 1 || end >= least_end;
     profile.shows_acceleration = begins && end >= rise + kBeside * (fall - rise);
     profile.shows_deceleration = ends && begin <= fall - kBeside * (fall - rise);
     if (!profile.shows_acceleration && !profile.shows_deceleration && profile.unusable.empty()) {

@@ -1,8 +1,11 @@
 // Where both eyes end and scoring begins: one profile per printed line.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "base/measured.h"
 
 namespace trammel::pressure_advance {
 
@@ -38,6 +41,7 @@ struct LineProfile {
   CrossSectionUnit cross_section_unit = CrossSectionUnit::kMillimetre;
   PositionUnit position_unit = PositionUnit::kMillimetre;
   std::vector<ProfileSample> samples;  ///< strictly increasing position
+  std::optional<Interval> shown;       ///< positions that the picture shows; absent: all
   bool shows_acceleration = true;      ///< false where the picture ends beside it
   bool shows_deceleration = true;      ///< likewise
   std::string unusable;                ///< why this line must not be used; empty where it may be

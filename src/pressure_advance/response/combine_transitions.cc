@@ -47,11 +47,13 @@ bool AnswersBackwards(const signal::ZeroCrossing& fit, const ResponseOptions& op
 
 // Why a crossing beyond the lines that show its transition must not be believed: the response is
 // straight near it only, as a gap in the filament cannot get emptier than empty.
-std::string BeyondItsLines(const TransitionSeries& series, double zero_s) {
+std::string BeyondItsLines(const TransitionSeries& series, double zero_s,
+                           const ResponseOptions& options) {
+  const Interval tested = RangeOf(series.pa_s);
+  const double step_s = (tested.hi - tested.lo) / (static_cast<double>(series.pa_s.size()) - 1);
+  if (series.Beyond_s(zero_s) <= options.most_beyond * step_s) return {};
   const std::vector<double> seen_s = series.SeenPa_s();
-  if (seen_s.size() == series.pa_s.size()) return {};  // then it is the tested range's edge
   const Interval seen = RangeOf(seen_s);
-  if (zero_s >= seen.lo && zero_s <= seen.hi) return {};
   return fmt::format(
       "the lines that show it, {} of {}, have pressure advances of {:.4g} to {:.4g} s, all {} the "
       "answer: show the whole lines",
@@ -84,7 +86,7 @@ std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& serie
         "is plausible): check the values, the speeds and the line's length",
         fit.slope, plausible.lo, plausible.hi);
   }
-  return BeyondItsLines(series, fit.zero);
+  return BeyondItsLines(series, fit.zero, options);
 }
 
 // Slip as the crossings' difference shows it, in units of slip_sigma.

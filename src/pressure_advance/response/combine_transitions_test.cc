@@ -101,6 +101,25 @@ TEST(CombineTransitions, ACrossingBeyondTheLinesThatShowItCountsForNothing) {
   EXPECT_EQ(both.quantity().value, combined.acceleration.quantity().value);
 }
 
+// Half a step beyond the lines that show it the straight line still holds, less surely.
+TEST(CombineTransitions, ACrossingHalfAStepBeyondItsLinesCountsLessSurely) {
+  Both world(0.0275, 0.0275);
+  world.options.widest_interval = 0.3;
+  const double whole = Uncertainty(world.Combine().deceleration);
+  TransitionSeries& d = world.transitions.deceleration;
+  const double step_s = d.pa_s[1] - d.pa_s[0];
+  double nearest_s = 1;
+  for (std::size_t i = 0; i < d.pa_s.size(); ++i) {
+    if (d.pa_s[i] < 0.0275) d.sigma_s[i] = std::numeric_limits<double>::infinity();
+    if (d.pa_s[i] >= 0.0275) nearest_s = std::min(nearest_s, d.pa_s[i]);
+  }
+  ASSERT_LT(nearest_s - 0.0275, step_s);
+  const Measured answer = world.Combine().deceleration;
+  ASSERT_TRUE(answer.good()) << answer.reason();
+  EXPECT_NEAR(answer.quantity().value, 0.0275, 3 * Uncertainty(answer));
+  EXPECT_GT(Uncertainty(answer), whole);
+}
+
 TEST(CombineTransitions, ATransitionTheWrongWayRoundLeavesNothing) {
   Both world(0.03, 0.03);
   world.transitions.deceleration = Series(0.03, 12, -1);

@@ -142,8 +142,15 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
     corrected.common.form = std::hypot(law, options.tail_share_sigma * pair.tail_s, unseen_tail_s);
     return corrected;
   };
-  pair.acceleration = correct(a, a.zero, Square(a.bend_shift), 0, slip_a_s + moved_s);
-  pair.deceleration = correct(d, whole.zero_s, whole.form, 1, slip_d_s - moved_s);
+  const auto beyond = [&](const TransitionSeries& series, double zero_s) {
+    return Square(options.beyond_sigma * series.Beyond_s(zero_s));
+  };
+  pair.acceleration =
+      correct(a, a.zero, Square(a.bend_shift) + beyond(transitions.acceleration, a.zero), 0,
+              slip_a_s + moved_s);
+  pair.deceleration =
+      correct(d, whole.zero_s, whole.form + beyond(transitions.deceleration, d.zero), 1,
+              slip_d_s - moved_s);
   pair.covariance = lines[0][1] + (1 - whole.own) * Square(a.bend_shift) -
                     share * (lines[0][2] + lines[1][2]) + share * share * lines[2][2];
   return pair;

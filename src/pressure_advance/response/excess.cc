@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/square.h"
 #include "base/statistics.h"
+#include "pressure_advance/response/cut_window.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -254,6 +256,78 @@ Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
   return integral;
 }
 
+// All lines with what they are compared with.
+struct ReadLines {
+  const std::vector<LineProfile>& profiles;
+  const std::vector<LinePoints>& lines;
+  const std::vector<std::optional<Reference>>& references;
+
+  [[nodiscard]] Interval ShownOf(std::size_t line, const Interval& span) const {
+    const Interval shown = profiles[line].shown.value_or(span);
+    return {std::max(span.lo, shown.lo), std::min(span.hi, shown.hi)};
+  }
+  [[nodiscard]] bool ShowsAll(std::size_t line, const Interval& span) const {
+    const Interval shown = ShownOf(line, span);
+    return shown.lo == span.lo && shown.hi == span.hi;
+  }
+  [[nodiscard]] Integral Integrate(std::size_t line, const Interval& span) const {
+    return IntegrateDeviation(lines[line], *references[line], span);
+  }
+};
+
+// Completes a window that the picture cuts by the lines that show all of it.
+void CompleteCut(const ReadLines& read, const Interval& span, double sign, std::size_t line,
+                 const Integral& part, Excess LineExcess::*transition,
+                 std::vector<LineExcess>& results) {
+  const Interval shown = read.ShownOf(line, span);
+  std::vector<double> parts, wholes;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!results[i].unusable.empty() || !(results[i].*transition).seen) continue;
+    if (!read.ShowsAll(i, span)) continue;
+    parts.push_back(read.Integrate(i, shown).value);
+    wholes.push_back(sign * (results[i].*transition).value);
+  }
+  Excess& excess = results[line].*transition;
+  const auto completed = CompleteWindow(parts, wholes, part.value);
+  if (!completed) {
+    excess.seen = false;
+    return;
+  }
+  excess.value = sign * completed->value;
+  excess.sigma = std::hypot(completed->per_part * excess.sigma, completed->sigma);
+}
+
+// One transition of all usable lines that show it.
+void MeasureWindow(const ReadLines& read, const Interval& span, double sign,
+                   Excess LineExcess::*transition, std::vector<LineExcess>& results) {
+  std::vector<std::pair<std::size_t, Integral>> cut;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    LineExcess& result = results[i];
+    Excess& excess = result.*transition;
+    if (!result.unusable.empty() || !excess.seen) continue;
+    const Interval shown = read.ShownOf(i, span);
+    if (!(shown.hi > shown.lo)) {
+      excess.seen = false;
+      continue;
+    }
+    const Integral integral = read.Integrate(i, shown);
+    excess.value = sign * integral.value;
+    excess.sigma =
+        std::hypot(std::sqrt(integral.variance),
+                   integral.length * read.references[i]->sigma_relative, integral.cut_off);
+    if (integral.unread > kMostUnread) {
+      result.unusable = fmt::format(
+          "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
+          100 * integral.unread, shown.lo, shown.hi);
+    } else if (!read.ShowsAll(i, span)) {
+      cut.emplace_back(i, integral);
+    }
+  }
+  for (const auto& [line, part] : cut) {
+    CompleteCut(read, span, sign, line, part, transition, results);
+  }
+}
+
 }  // namespace
 
 std::optional<Reading> ChooseReading(const std::vector<LineProfile>& profiles) {
@@ -307,22 +381,17 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
     if (!reference || !(reference->at(plan.acceleration.span.lo) > 0) ||
         !(reference->at(plan.deceleration.span.hi) > 0)) {
       result.unusable = NoReference(lines[i], plan);
-      continue;
     }
-    const auto measure = [&](const TransitionWindow& window, double sign, Excess& excess) {
-      const Integral integral = IntegrateDeviation(lines[i], *reference, window.span);
-      excess.value = sign * integral.value;
-      excess.sigma = std::hypot(std::sqrt(integral.variance),
-                                integral.length * reference->sigma_relative, integral.cut_off);
-      if (!excess.seen || integral.unread <= kMostUnread) return;
-      result.unusable = fmt::format(
-          "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
-          100 * integral.unread, window.span.lo, window.span.hi);
-    };
     result.acceleration.seen = profiles[i].shows_acceleration;
     result.deceleration.seen = profiles[i].shows_deceleration;
-    measure(plan.acceleration, -1, result.acceleration);
-    measure(plan.deceleration, 1, result.deceleration);
+  }
+  const ReadLines read{profiles, lines, references};
+  MeasureWindow(read, plan.acceleration.span, -1, &LineExcess::acceleration, results);
+  MeasureWindow(read, plan.deceleration.span, 1, &LineExcess::deceleration, results);
+  for (LineExcess& result : results) {
+    if (result.unusable.empty() && !result.acceleration.seen && !result.deceleration.seen) {
+      result.unusable = "the picture shows too little of this line around its speed changes";
+    }
   }
   return results;
 }

@@ -233,6 +233,29 @@ TEST(Excess, ALineThatShowsOneTransitionIsReadThere) {
   EXPECT_NEAR(excess[1].deceleration.value, 0.5, kExact_mm);
 }
 
+// The photo ends in the bump of one line; the others show how such a bump goes on.
+TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
+  std::vector<LineProfile> lines;
+  for (const double left_over_mm : {-0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.3}) {
+    lines.push_back(Line(left_over_mm, left_over_mm));
+  }
+  constexpr double kCut_mm = 20.9;  // 0.7 of the bump
+  const auto cut = [&](LineProfile& line) {
+    std::erase_if(line.samples, [&](const ProfileSample& s) { return s.position > kCut_mm; });
+    line.shown = {-1, kCut_mm};
+  };
+  cut(lines.back());
+  const auto excess = Measure(lines);
+  EXPECT_EQ(excess.back().unusable, "");
+  EXPECT_TRUE(excess.back().deceleration.seen);
+  constexpr double kLevel_mm = 0.01;  // of a level that has lost one of its two stretches
+  EXPECT_NEAR(excess.back().deceleration.value, 0.3, kLevel_mm);
+  EXPECT_NEAR(excess.back().acceleration.value, 0.3, kLevel_mm);
+  for (LineProfile& line : lines) cut(line);
+  EXPECT_FALSE(Measure(lines).back().deceleration.seen);
+  EXPECT_TRUE(Measure(lines).back().acceleration.seen);
+}
+
 // Of three readings of 5 % the level is known to 4 % (half of neighbours count), and a window of
 // 10 mm errs by 0.4 mm; lines that flow alike tell it together.
 TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {

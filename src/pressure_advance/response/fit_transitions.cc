@@ -1,5 +1,6 @@
 #include "pressure_advance/response/fit_transitions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -62,6 +63,13 @@ std::vector<double> TransitionSeries::SeenPa_s() const {
     if (std::isfinite(sigma_s[i])) seen.push_back(pa_s[i]);
   }
   return seen;
+}
+
+double TransitionSeries::Beyond_s(double zero_s) const {
+  const std::vector<double> seen = SeenPa_s();
+  if (seen.size() == pa_s.size() || seen.empty()) return 0;
+  const auto [least, most] = std::minmax_element(seen.begin(), seen.end());
+  return std::max({0.0, *least - zero_s, zero_s - *most});
 }
 
 std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions,

@@ -20,6 +20,8 @@ struct TransitionSeries {
 
   /// Pressure advance of the lines that show it.
   [[nodiscard]] std::vector<double> SeenPa_s() const;
+  /// How far a crossing lies beyond the lines that show this transition; 0 where all do.
+  [[nodiscard]] double Beyond_s(double zero_s) const;
 };
 
 /// Both transitions of the same lines.

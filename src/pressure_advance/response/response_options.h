@@ -42,6 +42,11 @@ struct ResponseOptions {
   /// power laws of 0.3 to 1, saturating ones, and two stages, at lags of 15 to 54 ms.
   double tail_share = 0.5;
   double tail_share_sigma = 0.12;
+  /// How far a transition's crossing may lie beyond the lines that show it, in steps between lines:
+  /// towards high values the response flattens. Up to there slopes differ as bends do, by
+  /// `beyond_sigma` of the distance.
+  double most_beyond = 1;
+  double beyond_sigma = 0.3;
   LagDriftOptions drift;
   PairedOptions paired;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
