@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/statistics.h"
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/response/analyse.h"
@@ -116,6 +117,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   AnalysisRun run;
   run.photo = ViewOf(seen);
   pressure_advance::ResponseOptions response;
+  response.printed_middle_s = Mean(plan.pressure_advance_s);
   response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
   run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method, response);
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());

@@ -115,7 +115,8 @@ struct Drift {
 
 Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& fit, double tail_s,
                     double slip, const ResponseOptions& options) {
-  const double off_centre_s = fit.zero - Mean(transitions.acceleration.pa_s);
+  const double off_centre_s =
+      fit.zero - options.printed_middle_s.value_or(Mean(transitions.acceleration.pa_s));
   // Slip grows with the flow: it takes more of what pressure advance adds than of the rest.
   constexpr double kSlipOfTheSlope = 1.3;
   const double slip_slope = 1 - kSlipOfTheSlope * std::max(0.0, slip);

@@ -1,6 +1,8 @@
 // What the signed method assumes, with the origin of each figure.
 #pragma once
 
+#include <optional>
+
 #include "base/measured.h"
 #include "pressure_advance/response/lag_drift.h"
 #include "pressure_advance/response/paired_difference.h"
@@ -64,6 +66,9 @@ struct ResponseOptions {
   /// (full_slope - slope) * answer. Set in the same way.
   double full_slope = 0.8;
   double unread_sigma = 0.15;
+  /// Mean pressure advance of all lines that were printed, s, where the eye may not show all; a lag
+  /// that drifts over the pattern does so whether or not they are seen. Absent: of those measured.
+  std::optional<double> printed_middle_s;
   /// What the eye leaves open, as a part of the tested range: the blur of a photo.
   double picture_sigma = 0;
   /// Acceptable slope of the area's excess over PA, dimensionless: 1 where every bit of filament
