@@ -120,6 +120,15 @@ TEST(CombineTransitions, ACrossingHalfAStepBeyondItsLinesCountsLessSurely) {
   EXPECT_GT(Uncertainty(answer), whole);
 }
 
+// The lag drifts over all lines of the print, though a photo may show half of them.
+TEST(CombineTransitions, DriftCountsFromTheMiddleOfThePrintWhereThatIsKnown) {
+  Both world(0.03, 0.03);
+  const double of_seen = Uncertainty(world.Combine().both.pressure_advance);
+  world.options.printed_middle_s = 0.08;
+  const double drift_s = world.options.drift.unseen_sigma * (0.08 - 0.03);
+  EXPECT_GT(Uncertainty(world.Combine().both.pressure_advance), std::hypot(of_seen, 0.9 * drift_s));
+}
+
 TEST(CombineTransitions, ATransitionTheWrongWayRoundLeavesNothing) {
   Both world(0.03, 0.03);
   world.transitions.deceleration = Series(0.03, 12, -1);
