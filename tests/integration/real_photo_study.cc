@@ -110,10 +110,16 @@ void Ask(const std::vector<Distortion>& distortions, Tally& tally) {
 // is itself uncertain by some per cent.
 constexpr double kLeastU = 0.9;
 
+// Of 160. Turned in its place by 90 degrees a photo shows its middle rows 420 to 1499 alone. Of
+// three photos these hold neither end of the pattern (17, 18 and 17 of 21 lines whole): which lines
+// they are cannot be told, in 6 pictures. The others' answers may lie half a step off by chance.
+constexpr int kFewestRight = 150;
+
 TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
   Tally tally;
   Ask(test::CommonDistortions(), tally);
   EXPECT_EQ(tally.wrong, 0);
+  if (std::getenv("TRAMMEL_STUDY_ROW") == nullptr) EXPECT_GE(tally.right, kFewestRight);
   EXPECT_GE(tally.least_u, kLeastU);
 }
 
