@@ -13,7 +13,6 @@ namespace pa = pressure_advance;
 constexpr double kStep_s = 0.0005;
 constexpr double kCell_mm = 0.05;
 constexpr double kFootprint_mm = 0.4;
-constexpr double kNominal_mm2 = 0.11;
 
 // Flow over stored filament, tabulated over the square root of flow: thinning laws are steep at 0.
 class HotEnd {
@@ -173,27 +172,65 @@ double TruePressureAdvance(const ExtruderWorld& world) {
   return (first + second) / (world.fast_mm_s - world.slow_mm_s) / (1 - world.slip / 3);
 }
 
+ExtruderWorld WorldOf(pa::PatternPreset preset) {
+  constexpr double kFrames_per_s = 30;
+  pa::PatternConfig pattern;
+  settings::ScanSettings scan;
+  ApplyPreset(preset, pattern, scan);
+  ExtruderWorld world;
+  world.length_mm = pattern.line_length_mm;
+  world.first_share = pattern.segments[0].fraction;
+  world.fast_share = pattern.segments[1].fraction;
+  world.slow_mm_s = pattern.segments[0].speed_mm_s;
+  world.fast_mm_s = pattern.segments[1].speed_mm_s;
+  world.acceleration_mm_s2 = pattern.acceleration_mm_s2;
+  world.left_out_mm = scan.skip_mm;
+  world.reading_mm = scan.scan_speed_mm_s / kFrames_per_s;
+  return world;
+}
+
+std::vector<double> ReadingPositions_mm(const ExtruderWorld& world) {
+  std::vector<double> positions_mm;
+  for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm;
+       s += world.reading_mm) {
+    positions_mm.push_back(s);
+  }
+  return positions_mm;
+}
+
+double LineLag_s(const ExtruderWorld& world, std::size_t line, double scatter_s) {
+  const auto count = static_cast<double>(world.pressure_advance_s.size());
+  const double along = static_cast<double>(line) / (count - 1) - 0.5;
+  return std::max(0.0, world.k_star_s * (1 + world.lag_drift * along) + scatter_s);
+}
+
+std::vector<double> LaidAreas(const ExtruderWorld& world, double k_star_s,
+                              double pressure_advance_s) {
+  const std::vector<double> cells = Lay(world, k_star_s, pressure_advance_s);
+  std::vector<double> areas;
+  for (const double s : ReadingPositions_mm(world)) {
+    areas.push_back(cells[static_cast<std::size_t>(s / kCell_mm + 0.5)]);
+  }
+  return areas;
+}
+
 std::vector<pa::LineProfile> PrintPattern(const ExtruderWorld& world, Random& random) {
   std::vector<pa::LineProfile> profiles;
-  const auto count = static_cast<double>(world.pressure_advance_s.size());
-  for (const double pressure_advance_s : world.pressure_advance_s) {
-    const double along = static_cast<double>(profiles.size()) / (count - 1) - 0.5;
-    const double k_star_s = std::max(0.0, world.k_star_s * (1 + world.lag_drift * along) +
-                                              world.lag_scatter_s * random.Normal());
-    const std::vector<double> cells = Lay(world, k_star_s, pressure_advance_s);
+  const std::vector<double> positions_mm = ReadingPositions_mm(world);
+  for (std::size_t line = 0; line < world.pressure_advance_s.size(); ++line) {
+    const double k_star_s = LineLag_s(world, line, world.lag_scatter_s * random.Normal());
+    const std::vector<double> areas = LaidAreas(world, k_star_s, world.pressure_advance_s[line]);
     const double flow = 1 + world.flow_scatter * random.Normal();
     const double keep = std::exp(-world.reading_mm / world.flow_noise_length_mm);
     double wander = random.Normal();
     pa::LineProfile profile;
-    profile.pressure_advance_s = pressure_advance_s;
-    for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm;
-         s += world.reading_mm) {
+    profile.pressure_advance_s = world.pressure_advance_s[line];
+    for (std::size_t i = 0; i < areas.size(); ++i) {
       wander = keep * wander + std::sqrt(1 - keep * keep) * random.Normal();
-      const double area = cells[static_cast<std::size_t>(s / kCell_mm + 0.5)] * flow *
-                          (1 + world.flow_noise * wander);
+      const double area = areas[i] * flow * (1 + world.flow_noise * wander);
       const double sigma = kNominal_mm2 * world.reading_noise;
       pa::ProfileSample sample;
-      sample.position = s;
+      sample.position = positions_mm[i];
       sample.area = {kNominal_mm2 * area + sigma * random.Normal(), sigma};
       profile.samples.push_back(sample);
     }

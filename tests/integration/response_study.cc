@@ -50,21 +50,8 @@ std::vector<double> Values(double lo_s, double hi_s, int count) {
 // TRAMMEL_STUDY_PRESET: whose lines and scan; left out: the default's.
 ExtruderWorld World() {
   const char* name = std::getenv("TRAMMEL_STUDY_PRESET");
-  pa::PatternConfig pattern;
-  settings::ScanSettings scan;
-  ApplyPreset(pa::ParsePatternPreset(name == nullptr ? "" : name).value_or(pa::kDefaultPreset),
-              pattern, scan);
-  constexpr double kFrames_per_s = 30;
-  ExtruderWorld world;
-  world.length_mm = pattern.line_length_mm;
-  world.first_share = pattern.segments[0].fraction;
-  world.fast_share = pattern.segments[1].fraction;
-  world.slow_mm_s = pattern.segments[0].speed_mm_s;
-  world.fast_mm_s = pattern.segments[1].speed_mm_s;
-  world.acceleration_mm_s2 = pattern.acceleration_mm_s2;
-  world.left_out_mm = scan.skip_mm;
-  world.reading_mm = scan.scan_speed_mm_s / kFrames_per_s;
-  return world;
+  return test::WorldOf(
+      pa::ParsePatternPreset(name == nullptr ? "" : name).value_or(pa::kDefaultPreset));
 }
 
 struct Row {
