@@ -37,7 +37,10 @@ class Builder {
   bool number_integer(std::int64_t value) { return Put(value, 0) != nullptr; }
   bool number_unsigned(std::uint64_t value) { return Put(value, 0) != nullptr; }
   bool number_float(double value, const std::string& /*text*/) { return Put(value, 0) != nullptr; }
-  bool string(std::string& value) { return Put(std::move(value), kText + value.size()) != nullptr; }
+  bool string(std::string& value) {
+    const std::size_t bytes = kText + value.size();
+    return Put(std::move(value), bytes) != nullptr;
+  }
   bool binary(json::binary_t& /*value*/) { return false; }  // there is none in text
   bool start_object(std::size_t /*size*/) { return Open(json::object()); }
   bool start_array(std::size_t /*size*/) { return Open(json::array()); }

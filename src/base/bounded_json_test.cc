@@ -16,7 +16,7 @@ using ::testing::StartsWith;
 
 std::string Refusal(std::string_view text, const JsonBounds& bounds = {}) {
   const Result<json> parsed = ParseBoundedJson(text, "a peer", bounds);
-  return parsed ? "taken: " + parsed->dump() : parsed.error().message;
+  return parsed ? "taken: " + parsed->dump().substr(0, 100) : parsed.error().message;
 }
 
 std::string Repeated(std::string_view piece, int times) {
@@ -65,6 +65,14 @@ TEST(BoundedJson, ManySmallValuesAreRefusedBeforeTheyFillTheMemory) {
   for (int i = 0; i < 20'000; ++i) members += "\"" + std::to_string(i) + "\":0,";
   EXPECT_THAT(Refusal(members + "\"\":0}", bounds), HasSubstr("more than the 1 MB of memory"));
   EXPECT_TRUE(ParseBoundedJson("[" + Repeated("0,", 2'000) + "0]", "a peer", bounds));
+}
+
+TEST(BoundedJson, LongTextsAreCountedWithTheirLength) {
+  const JsonBounds bounds{.most_memory_bytes = 1 << 20};
+  const std::string text = "\"" + std::string(20'000, 'x') + "\"";
+  EXPECT_THAT(Refusal("[" + Repeated(text + ",", 60) + "0]", bounds),
+              HasSubstr("more than the 1 MB of memory"));
+  EXPECT_TRUE(ParseBoundedJson("[" + Repeated(text + ",", 40) + "0]", "a peer", bounds));
 }
 
 TEST(BoundedJson, ATextThatIsTooLongIsNotEvenRead) {
