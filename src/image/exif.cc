@@ -21,7 +21,7 @@ class Tiff {
   [[nodiscard]] std::size_t size() const { return bytes_.size(); }
 
  private:
-  [[nodiscard]] bool Is(char order) const {
+  [[nodiscard]] bool Is(std::uint8_t order) const {
     return bytes_.size() >= 2 && bytes_[0] == order && bytes_[1] == order;
   }
   [[nodiscard]] std::size_t Number(std::size_t at, std::size_t count) const {

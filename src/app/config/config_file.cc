@@ -175,8 +175,10 @@ Error LocateProblem(const settings::SettingProblem& problem, const Config& confi
 
 tool_offset::SheetSettings SheetOf(const Config& config) {
   tool_offset::SheetSettings sheet = config.sheet;
-  sheet.printer = config.pattern;  // its base
-  sheet.filament = config.pattern;
+  const settings::PrinterSettings& printer = config.pattern;
+  const settings::FilamentSettings& filament = config.pattern;
+  sheet.printer = printer;
+  sheet.filament = filament;
   return sheet;
 }
 
