@@ -364,11 +364,11 @@ void KeepBest(std::vector<FoundComb>& found, FoundComb comb, std::size_t most) {
             other.corners[0].y + other.corners[2].y - comb.corners[0].y - comb.corners[2].y) /
         2;
     if (middle > kSame * place_px) continue;  // the spaces between the strokes, perhaps
-    if (comb.weight > other.weight) other = std::move(comb);
+    if (comb.weight > other.weight) other = comb;
     comb.places = 0;
     break;
   }
-  if (comb.places > 0) found.push_back(std::move(comb));
+  if (comb.places > 0) found.push_back(comb);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
   if (found.size() > most) found.resize(most);
@@ -398,7 +398,7 @@ std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& 
           std::optional<FoundComb> comb = ToComb(*family, turned, options);
           if (!comb) continue;
           if (found.size() == options.most_found && comb->weight < found.back().weight) continue;
-          KeepBest(found, std::move(*comb), options.most_found);
+          KeepBest(found, *comb, options.most_found);
         }
       }
     }

@@ -183,7 +183,7 @@ Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& opt
     back.measured.dx_mm = change.dx_mm;
     back.measured.dy_mm = change.dy_mm;
     undo.was_kept = undo.was_kept || change.stage == OffsetStage::kKept;
-    undo.changes.push_back(std::move(back));
+    undo.changes.push_back(back);
   }
   if (!undo.changes.empty()) return undo;
   return Fail(undone.empty()
