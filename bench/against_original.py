@@ -5,9 +5,9 @@ Processor's time of the paper's own program and of `trammel pa analyze` on the s
 
 ORIGINAL is a folder with the files of github.com/furrysalamander/rubedo, fetched by hand; it reads videos of
 1280x720 around its own crop. RECORDING is a folder of whole frames, as of `trammel sim scan` or
-`trammel pa calibrate --keep-full`. --quality stores copies of the frames as a camera with another JPEG quality does, --noise with
-normal noise of so many grey values added: --quality 60 makes frames of some 20 kB of a dark scene, --quality 95
---noise 3 some of 200 kB of a bright one. Wants python3-opencv. The original's time is that of
+`trammel pa calibrate --keep-full`. --quality stores copies of the frames as a camera with another JPEG quality does,
+--noise with normal noise of so many grey values added: --quality 50 makes frames of some 20 kB of a dark scene,
+--quality 95 --noise 3 some of 250 kB of a bright one. Wants python3-opencv. The original's time is that of
 its heights and scores alone, its start left out; trammel's is that of the whole program.
 """
 import argparse
@@ -15,6 +15,7 @@ import json
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -38,6 +39,29 @@ def videos_of(recording):
     return sorted({recording / line["video"] for line in lines})
 
 
+def chunk(name, data):
+    return name + struct.pack("<I", len(data)) + data + b"\0" * (len(data) % 2)
+
+
+def write_avi(path, jpegs, rate, width, height):
+    """MJPEG in AVI."""
+    longest = max(map(len, jpegs))
+    avih = struct.pack("<14I", round(1e6 / rate), 0, 0, 0x10, len(jpegs), 0, 1, longest, width, height, 0, 0, 0, 0)
+    strh = struct.pack("<4s4sIHHIIIIIIIIHHHH", b"vids", b"MJPG", 0, 0, 0, 0, 1000, round(1000 * rate), 0, len(jpegs),
+                       longest, 0, 0, 0, 0, width, height)
+    strf = struct.pack("<IiiHH4sIiiII", 40, width, height, 1, 24, b"MJPG", 3 * width * height, 0, 0, 0, 0)
+    stream = chunk(b"LIST", b"strl" + chunk(b"strh", strh) + chunk(b"strf", strf))
+    frames, index = [b"movi"], []
+    at = 4
+    for jpeg in jpegs:
+        frames.append(chunk(b"00dc", jpeg))
+        index.append(struct.pack("<4sIII", b"00dc", 0x10, at, len(jpeg)))
+        at += len(frames[-1])
+    body = (b"AVI " + chunk(b"LIST", b"hdrl" + chunk(b"avih", avih) + stream) + chunk(b"LIST", b"".join(frames)) +
+            chunk(b"idx1", b"".join(index)))
+    path.write_bytes(chunk(b"RIFF", body))
+
+
 def copy_of(recording, quality, grey, folder):
     """A copy of the recording below `folder`, of that JPEG quality and with noise in every frame."""
     copy = folder / recording.name
@@ -49,9 +73,7 @@ def copy_of(recording, quality, grey, folder):
     for video in videos_of(recording):
         source = cv2.VideoCapture(str(video))
         rate = source.get(cv2.CAP_PROP_FPS)
-        size = (int(source.get(cv2.CAP_PROP_FRAME_WIDTH)), int(source.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-        code = cv2.VideoWriter_fourcc(*"MJPG")
-        sink = cv2.VideoWriter(str(copy / video.name), cv2.CAP_FFMPEG, code, rate, size)
+        jpegs = []
         while True:
             there, frame = source.read()
             if not there:
@@ -59,8 +81,9 @@ def copy_of(recording, quality, grey, folder):
             if grey > 0:
                 noise = random.standard_normal(frame.shape, dtype=numpy.float32) * numpy.float32(grey)
                 frame = numpy.clip(frame + noise, 0, 255).astype(numpy.uint8)
-            sink.write(frame)
-        sink.release()
+            jpegs.append(cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
+        width, height = (int(source.get(size)) for size in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+        write_avi(copy / video.name, jpegs, rate, width, height)
     return copy
 
 
