@@ -163,8 +163,8 @@ Result<void> ParseValue(std::string_view text, const std::string& name,
 
 /// Whether the first line is a value of its own and others follow.
 bool IsJsonLines(std::string_view text) {
-  const std::size_t end = text.find('\n');
-  if (end == std::string_view::npos || end > kMaxJsonBytes) return false;
+  const std::size_t end = text.find('\n');  // npos is beyond any bound
+  if (end > kMaxJsonBytes) return false;
   return json::accept(text.substr(0, end));
 }
 
