@@ -1,5 +1,6 @@
 // Where a Gaussian stripe stands in each of many rows: eight of them at a time, each about a whole
 // pixel of its own.
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,6 +24,21 @@ constexpr float kLastStep = 0.01F;
 /// How far a centre may lie from its window's middle, px.
 constexpr float kFarthest_px = 0.75F;
 
+/// One value a row, of which each may be taken and put by itself.
+using RowValues = std::array<float, kBandRows>;
+
+BandColumn Column(const RowValues& values) { return BandColumn::At(values.data()); }
+
+BandColumn Square(const BandColumn& column) { return column * column; }
+
+BandColumn Exp(const BandColumn& column) {
+  RowValues values;
+  column.Put(values.data());
+  Eigen::Map<Eigen::Array<float, kBandRows, 1>> mapped(values.data());
+  mapped = mapped.exp();
+  return Column(values);
+}
+
 /// Rows side by side. With w(i) = (s(m + i) - background)·exp(-(i - d)² / 2 sigma²), where the
 /// centre is c = m + d, the likelihood has its maximum where the sum of w·(i - d) is 0.
 class RowGroup {
@@ -42,10 +58,10 @@ class RowGroup {
   void Begin(std::span<const int> rows, const std::vector<int>& path) {
     rows_ = rows;
     state_.fill(State::kNone);
-    for (int k = 0; k < static_cast<int>(rows.size()); ++k) {
-      const int row = rows[static_cast<std::size_t>(k)];
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const int row = rows[k];
       centre_[k] = start_[k] = static_cast<float>(path[static_cast<std::size_t>(row)]);
-      state_[static_cast<std::size_t>(k)] = State::kMoving;
+      state_[k] = State::kMoving;
       TakeWindow(k);
     }
   }
@@ -55,9 +71,9 @@ class RowGroup {
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       MeasureSlopes();
       bool moving = false;
-      for (int k = 0; k < kBandRows; ++k) {
-        if (state_[static_cast<std::size_t>(k)] == State::kMoving) Step(k);
-        moving = moving || state_[static_cast<std::size_t>(k)] == State::kMoving;
+      for (std::size_t k = 0; k < kBandRows; ++k) {
+        if (state_[k] == State::kMoving) Step(k);
+        moving = moving || state_[k] == State::kMoving;
       }
       if (!moving) return;
     }
@@ -65,10 +81,11 @@ class RowGroup {
 
   /// Puts the rows that have a maximum into `line`.
   void Give(float pixel_noise, LaserLine& line) {
-    const BandColumn variance = Variance(pixel_noise);
-    for (int k = 0; k < static_cast<int>(rows_.size()); ++k) {
-      if (state_[static_cast<std::size_t>(k)] != State::kThere || curvature_[k] <= 0) continue;
-      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(k)]);
+    RowValues variance;
+    Variance(pixel_noise).Put(variance.data());
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (state_[k] != State::kThere || curvature_[k] <= 0) continue;
+      const auto row = static_cast<std::size_t>(rows_[k]);
       line.centre_px[row] = centre_[k];
       line.sigma_px[row] = sigma_ * std::sqrt(variance[k]) / curvature_[k];
     }
@@ -79,8 +96,8 @@ class RowGroup {
 
   /// Fills row k's window about its centre with the signal above the least of it; 0 beyond the
   /// picture.
-  void TakeWindow(int k) {
-    const int row = rows_[static_cast<std::size_t>(k)];
+  void TakeWindow(std::size_t k) {
+    const int row = rows_[k];
     const int middle = static_cast<int>(std::lround(centre_[k]));
     middle_[k] = static_cast<float>(middle);
     const int begin = std::max(0, middle - reach_);
@@ -100,8 +117,8 @@ class RowGroup {
   class Gaussians {
    public:
     Gaussians(const BandColumn& offset, int reach, float per_square)
-        : value_((-0.5F * per_square * (offset + static_cast<float>(reach)).square()).exp()),
-          ratio_(((offset + (static_cast<float>(reach) - 0.5F)) * per_square).exp()),
+        : value_(Exp(Square(offset + static_cast<float>(reach)) * (-0.5F * per_square))),
+          ratio_(Exp((offset + (static_cast<float>(reach) - 0.5F)) * per_square)),
           ratio_step_(std::exp(-per_square)) {}
 
     [[nodiscard]] BandColumn Next() {
@@ -114,36 +131,36 @@ class RowGroup {
    private:
     BandColumn value_;
     BandColumn ratio_;
-    float ratio_step_;
+    BandColumn ratio_step_;
   };
 
   /// Sums of w and of its moments about the middle, from which slope and curvature follow.
   void MeasureSlopes() {
-    const BandColumn d = centre_ - middle_;
+    const BandColumn d = Column(centre_) - Column(middle_);
     Gaussians gaussian(d, reach_, per_square_);
-    BandColumn sum = BandColumn::Zero();
-    BandColumn first = BandColumn::Zero();
-    BandColumn second = BandColumn::Zero();
-    std::size_t at = 0;
-    for (int i = -reach_; i <= reach_; ++i, at += kBandRows) {
-      const BandColumn w = ColumnAt(window_, at) * gaussian.Next();
-      const BandColumn moment = static_cast<float>(i) * w;
+    BandColumn sum;
+    BandColumn first;
+    BandColumn second;
+    const float* window = window_.data();
+    for (int i = -reach_; i <= reach_; ++i, window += kBandRows) {
+      const BandColumn w = BandColumn::At(window) * gaussian.Next();
+      const BandColumn moment = w * static_cast<float>(i);
       sum += w;
       first += moment;
-      second += static_cast<float>(i) * moment;
+      second += moment * static_cast<float>(i);
     }
-    slope_ = (first - d * sum) / sigma_;
-    curvature_now_ = sum - (second - d * (2 * first - d * sum)) * per_square_;
+    ((first - d * sum) / BandColumn(sigma_)).Put(slope_.data());
+    (sum - (second - d * (first * 2 - d * sum)) * per_square_).Put(curvature_now_.data());
   }
 
-  void Step(int k) {
+  void Step(std::size_t k) {
     const float slope = slope_[k];
     const float curvature = curvature_now_[k];
     float step = curvature > 0 ? sigma_ * slope / curvature : std::copysign(0.3F * sigma_, slope);
     step = std::clamp(step, -0.5F * sigma_, 0.5F * sigma_);
     centre_[k] += step;
     curvature_[k] = curvature;
-    State& state = state_[static_cast<std::size_t>(k)];
+    State& state = state_[k];
     const float farthest = kBackgroundReach * sigma_;
     if (std::abs(centre_[k] - start_[k]) > farthest || centre_[k] < 0 ||
         centre_[k] > static_cast<float>(size_.width - 1)) {
@@ -158,19 +175,23 @@ class RowGroup {
 
   /// Of the slope, times the square of sigma, from the pixels' noise and the light's own.
   [[nodiscard]] BandColumn Variance(float pixel_noise) {
-    const BandColumn d = centre_ - middle_;
+    const BandColumn middle = Column(middle_);
+    const BandColumn d = Column(centre_) - middle;
     Gaussians gaussian(d, reach_, per_square_);
     const float noise = pixel_noise * pixel_noise;
     const float speckle = kSpeckleContrast * kSpeckleContrast;
     const auto last = static_cast<float>(size_.width - 1);
-    BandColumn variance = BandColumn::Zero();
-    std::size_t at = 0;
-    for (int i = -reach_; i <= reach_; ++i, at += kBandRows) {
-      const BandColumn influence = (static_cast<float>(i) - d) * gaussian.Next();
-      const BandColumn x = middle_ + static_cast<float>(i);
-      const BandColumn beyond = (-x).max(x - last).max(0.0F).min(1.0F);  // the picture: 1, else 0
-      const BandColumn light = ColumnAt(window_, at).square() * speckle;
-      variance += influence.square() * (noise * (1 - beyond) + light);
+    const BandColumn none;
+    const BandColumn one(1);
+    BandColumn variance;
+    const float* window = window_.data();
+    for (int i = -reach_; i <= reach_; ++i, window += kBandRows) {
+      const BandColumn influence = (BandColumn(static_cast<float>(i)) - d) * gaussian.Next();
+      const BandColumn x = middle + static_cast<float>(i);
+      const BandColumn beyond =  // the picture: 1, else 0
+          Smaller(Larger(Larger(none - x, x - last), none), one);
+      const BandColumn light = Square(BandColumn::At(window)) * speckle;
+      variance += Square(influence) * ((one - beyond) * noise + light);
     }
     return variance * per_square_;
   }
@@ -183,12 +204,12 @@ class RowGroup {
   std::vector<float>& window_;
   std::span<const int> rows_;
   std::array<State, kBandRows> state_{};
-  BandColumn start_ = BandColumn::Zero();
-  BandColumn centre_ = BandColumn::Zero();
-  BandColumn middle_ = BandColumn::Zero();
-  BandColumn slope_ = BandColumn::Zero();
-  BandColumn curvature_now_ = BandColumn::Zero();
-  BandColumn curvature_ = BandColumn::Zero();  // at each row's last step
+  RowValues start_{};
+  RowValues centre_{};
+  RowValues middle_{};
+  RowValues slope_{};
+  RowValues curvature_now_{};
+  RowValues curvature_{};  // at each row's last step
 };
 
 }  // namespace

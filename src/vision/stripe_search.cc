@@ -43,15 +43,19 @@ float ResponseNoise(const ImageSize& size, float sigma, const Counts& counts,
                     LaserLineWorkspace& ws) {
   const int step =
       std::max(static_cast<int>(std::max(1.0F, sigma)), static_cast<int>(size.area() / 20011));
-  ws.sample.clear();
+  ws.sample.resize(size.area() / static_cast<std::size_t>(step) + 1);
+  float* sample = ws.sample.data();
   int phase = 0;  // carried from row to row, so that a coarse step does not sample fixed columns
   for (int y = 0; y < size.height; ++y) {
+    const float* row = ws.response.data() + size.at(0, y);
     int x = phase;
     for (; x < size.width; x += step) {
-      if (counts(x, y)) ws.sample.push_back(ws.response[size.at(x, y)]);
+      *sample = row[x * kBandRows];
+      sample += counts(x, y) ? 1 : 0;
     }
     phase = x - size.width;
   }
+  ws.sample.resize(static_cast<std::size_t>(sample - ws.sample.data()));
   return kMadToSigma * MedianMagnitude(ws.sample);
 }
 
@@ -74,20 +78,32 @@ void PrepareBand(const ImageSize& size, int band, int reach, LaserLineWorkspace&
   const auto place = [](int x) { return static_cast<std::size_t>(x) * kBandRows; };
   ws.padded.resize(place(size.width + 2 * reach));
   ws.sums.resize(place(size.width + 1));
-  const BandColumn first = ColumnAt(ws.signal, size.column(band, 0));
-  const BandColumn last = ColumnAt(ws.signal, size.column(band, size.width - 1));
-  for (int i = 0; i < reach; ++i) {
-    ColumnAt(ws.padded, place(i)) = first;
-    ColumnAt(ws.padded, place(reach + size.width + i)) = last;
-  }
-  BandColumn sum = BandColumn::Zero();
+  const float* signal = ws.signal.data() + size.column(band, 0);
+  float* padded = ws.padded.data();
+  for (int i = 0; i < reach; ++i) padded = std::copy_n(signal, kBandRows, padded);
+  padded = std::copy_n(signal, place(size.width), padded);
+  const float* last = signal + place(size.width - 1);
+  for (int i = 0; i < reach; ++i) padded = std::copy_n(last, kBandRows, padded);
+  float* sums = ws.sums.data();
+  BandColumn sum;
+  sum.Put(sums);
   for (int x = 0; x < size.width; ++x) {
-    const BandColumn column = ColumnAt(ws.signal, size.column(band, x));
-    ColumnAt(ws.padded, place(reach + x)) = column;
-    ColumnAt(ws.sums, place(x)) = sum;
-    sum += column;
+    sum += BandColumn::At(signal + place(x));
+    sum.Put(sums += kBandRows);
   }
-  ColumnAt(ws.sums, place(size.width)) = sum;
+}
+
+/// A column of the convolution, about `middle`.
+BandColumn Convolve(const float* middle, std::span<const float> kernel) {
+  BandColumn column = BandColumn::At(middle) * kernel[0];
+  const float* before = middle;
+  const float* behind = middle;
+  for (const float weight : kernel.subspan(1)) {
+    before -= kBandRows;
+    behind += kBandRows;
+    column += (BandColumn::At(before) + BandColumn::At(behind)) * weight;
+  }
+  return column;
 }
 
 /// Fills a row's cost with what its pixels lack of the row's best, 0 … 1.
@@ -96,12 +112,16 @@ void FillPixelCosts(const ImageSize& size, float floor, LaserLineWorkspace& ws) 
   ws.cost.resize(size.stored());
   for (int band = 0; band < size.bands(); ++band) {
     const std::size_t row = static_cast<std::size_t>(band) * kBandRows;
-    const BandColumn per_best = ColumnAt(ws.best, row).max(floor).inverse();
-    for (int x = 0; x < size.width; ++x) {
-      const BandColumn share = ColumnAt(ws.response, size.column(band, x)) * per_best;
-      const BandColumn cost = 1 - share.max(0.0F).min(1.0F);
-      float* to = ws.cost.data() + row * width + x;
-      for (std::size_t k = 0; k < kBandRows; ++k) to[k * width] = cost[static_cast<int>(k)];
+    const BandColumn per_best =
+        BandColumn(1) / Larger(BandColumn::At(&ws.best[row]), BandColumn(floor));
+    const float* response = ws.response.data() + size.column(band, 0);
+    float* to = ws.cost.data() + row * width;
+    for (int x = 0; x < size.width; ++x, response += kBandRows, ++to) {
+      const BandColumn share = BandColumn::At(response) * per_best;
+      const BandColumn cost = BandColumn(1) - Smaller(Larger(share, BandColumn()), BandColumn(1));
+      std::array<float, kBandRows> costs;
+      cost.Put(costs.data());
+      for (std::size_t k = 0; k < kBandRows; ++k) to[k * width] = costs[k];
     }
   }
 }
@@ -199,25 +219,21 @@ float MatchedFilter(const ImageSize& size, float sigma, LaserLineWorkspace& ws) 
   ws.best.resize(static_cast<std::size_t>(size.bands()) * kBandRows);
   for (int band = 0; band < size.bands(); ++band) {
     PrepareBand(size, band, reach, ws);
-    const auto padded = [&](int x) {
-      return ColumnAt(ws.padded, static_cast<std::size_t>(x + reach) * kBandRows);
-    };
     const auto sum = [&](int x) {
-      return ColumnAt(ws.sums, static_cast<std::size_t>(x) * kBandRows);
+      return BandColumn::At(ws.sums.data() + static_cast<std::size_t>(x) * kBandRows);
     };
-    BandColumn best = BandColumn::Constant(std::numeric_limits<float>::lowest());
-    for (int x = 0; x < size.width; ++x) {
-      BandColumn column = ws.kernel[0] * padded(x);
-      for (int k = 1; k <= reach; ++k) {
-        column += ws.kernel[static_cast<std::size_t>(k)] * (padded(x - k) + padded(x + k));
-      }
+    const float* middle = ws.padded.data() + (ws.kernel.size() - 1) * kBandRows;
+    float* response = ws.response.data() + size.column(band, 0);
+    BandColumn best(std::numeric_limits<float>::lowest());
+    for (int x = 0; x < size.width; ++x, middle += kBandRows, response += kBandRows) {
       const int begin = std::max(0, x - box);
       const int end = std::min(size.width, x + box + 1);
+      BandColumn column = Convolve(middle, ws.kernel);
       column -= (sum(end) - sum(begin)) * (1 / static_cast<float>(end - begin));
-      ColumnAt(ws.response, size.column(band, x)) = column;
-      best = best.max(column);
+      column.Put(response);
+      best = Larger(best, column);
     }
-    ColumnAt(ws.best, static_cast<std::size_t>(band) * kBandRows) = best;
+    best.Put(&ws.best[static_cast<std::size_t>(band) * kBandRows]);
   }
   return ResponseNoise(
       size, sigma, [](int, int) { return true; }, ws);

@@ -2,12 +2,12 @@
 // centre.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "base/frame.h"
+#include "vision/band_column.h"
 #include "vision/laser_line.h"
 
 namespace trammel::vision {
@@ -16,12 +16,6 @@ namespace trammel::vision {
 inline constexpr float kMadToSigma = 1.4826F;
 /// The matched filter's background is a box this many stripe sigmas to either side.
 inline constexpr float kBackgroundReach = 4;
-
-/// Rows that are worked on side by side: the workspace's images are stored in bands of so many
-/// rows, in a band column by column. Whatever runs along a row runs along all of them, in vector
-/// registers.
-inline constexpr int kBandRows = 8;
-using BandColumn = Eigen::Array<float, kBandRows, 1>;  ///< one column of a band, or one value a row
 
 /// The shape of the workspace's images. The last band is filled up with its last row.
 struct ImageSize {
@@ -43,10 +37,6 @@ struct ImageSize {
     return column(y / kBandRows, x) + static_cast<std::size_t>(y % kBandRows);
   }
 };
-
-inline Eigen::Map<BandColumn> ColumnAt(std::vector<float>& image, std::size_t index) {
-  return Eigen::Map<BandColumn>(image.data() + index);
-}
 
 /// The median of |sample|, 0 for none; overwrites the sample. REQUIRES no NaN.
 [[nodiscard]] float MedianMagnitude(std::span<float> sample);
