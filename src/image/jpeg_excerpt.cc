@@ -383,17 +383,28 @@ bool JpegExcerpter::State::Pass(Scan& scan, int mcus) const {
       if (bits.RanOut()) return false;
       continue;
     }
+    // Filled no oftener than is needed: what a look-up waits for is the fill before it.
+    int ready = EntropyBits::kReady_bit;  // at least
     for (std::size_t b = 0; b < blocks; ++b) {
       const BlockCodes& codes = *block[b].codes;
-      bits.Fill();
+      if (ready < BlockCodes::kLookedUp_bit) {
+        bits.Fill();
+        ready = EntropyBits::kReady_bit;
+      }
       FirstStep step = codes.First(bits.Look());
+      ready -= BlockCodes::kLookedUp_bit;
       if (step.bits == 0) [[unlikely]] {
+        bits.Fill();
         step = codes.Dc(bits.Look());
         if (step.bits == 0) return false;
+        ready = 0;
       }
       bits.Skip(step.bits);
       scan.dc[block[b].component] += step.difference;
-      if (step.left > 0 && !PassCoefficients(codes, step.left, bits)) return false;
+      if (step.left > 0) {
+        if (!PassCoefficients(codes, step.left, bits)) return false;
+        ready = 0;
+      }
     }
     if (bits.RanOut()) return false;
   }
