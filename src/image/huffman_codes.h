@@ -50,20 +50,21 @@ class AcStep {
  public:
   AcStep() = default;  ///< none
   AcStep(int bits, int count, bool ends)
-      : packed_(static_cast<std::uint16_t>(bits | count << 5 | (ends ? kEnds << 5 : 0))) {}
+      : packed_(static_cast<std::uint16_t>(bits | (ends ? count | kEnds : count) << kWeight_bit)) {}
 
   [[nodiscard]] bool found() const { return weight() != kNone; }
-  [[nodiscard]] int bits() const { return packed_ & 31; }
+  [[nodiscard]] int bits() const { return packed_ & 63; }  // as shifts take it
   /// Coefficients, the end of the block counting as one.
   [[nodiscard]] int count() const { return weight() & (kEnds - 1); }
   [[nodiscard]] bool ends() const { return weight() >= kEnds; }  ///< the block
   /// As count(); more than a block has where the block ends, or where there is none.
-  [[nodiscard]] int weight() const { return packed_ >> 5; }
+  [[nodiscard]] int weight() const { return packed_ >> kWeight_bit; }
 
  private:
+  static constexpr int kWeight_bit = 6;
   static constexpr int kNone = 127;
   static constexpr int kEnds = 128;
-  std::uint16_t packed_ = kNone << 5;
+  std::uint16_t packed_ = kNone << kWeight_bit;
 };
 
 /// The first bits of a block: its DC coefficient, and what follows it in the same look-up.
@@ -76,7 +77,7 @@ struct FirstStep {
 /// The codes of a block's coefficients. Whatever baseline JPEGs of 8 bits do not have is no code.
 class BlockCodes {
  public:
-  static constexpr int kLookedUp_bit = 12;  ///< at a time
+  static constexpr int kLookedUp_bit = 13;  ///< at a time
 
   /// False where one of them is no table.
   [[nodiscard]] bool Make(const HuffmanTable& dc, const HuffmanTable& ac);

@@ -59,7 +59,9 @@ class MjpegVideo final : public VideoDecoder {
 /// Opens `packet_`. Messages of this and the next do not name the file.
 Result<void> MjpegVideo::OpenFrame() {
   const std::size_t number = budget_.frames() + 1;
-  if (auto cost = CheckMjpegFrame(packet_.bytes, budget_.limits().max_pixels); !cost) {
+  if (auto cost =
+          CheckMjpegFrame(packet_.bytes, budget_.limits().max_pixels, image::JpegScans::kRead);
+      !cost) {
     return Fail(fmt::format("frame {}: {}", number, cost.error().message));
   }
   auto reader = image::JpegReader::Open(packet_.bytes, image::JpegDamage::kRefuse);
