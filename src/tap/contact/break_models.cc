@@ -58,20 +58,35 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   const auto fit = [&](double t, double near_s, std::size_t rounding) {
     return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
   };
+  // More and more of it, as long as that explains them better.
   ZonesMode mode;
   double least_at_guess = kNever;
   const double far = found.price.Far(guess.t);
-  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+  mode.kinks.s.fill(guess.s);
+  for (std::size_t i = 0; i < kRoundings.size() && mode.kinks.best + 1 >= i; ++i) {
     const TwoZonePress press =
         FitTwoZones(profile, guess.t, guess.s, least_at_guess - far, kRoundings[i]);
-    mode.kinks.s[i] = press.s;
-    if (found.price.Cost(press) < least_at_guess) {
-      least_at_guess = found.price.Cost(press);
+    const double of_press = found.price.Cost(press);
+    if (press.found) {
+      mode.kinks.s[i] = press.s;
+    }
+    if (of_press < least_at_guess) {
+      least_at_guess = of_press;
       mode.kinks.best = i;
     }
   }
   const std::size_t followed = mode.kinks.best;
-  const auto cost = [&](double t) { return found.price.Cost(fit(t, guess.s, followed)); };
+  TwoZonePress best;
+  double least_so_far = kNever;
+  const auto cost = [&](double t) {
+    const TwoZonePress press = fit(t, guess.s, followed);
+    const double of_press = found.price.Cost(press);
+    if (of_press <= least_so_far) {
+      best = press;
+      least_so_far = of_press;
+    }
+    return of_press;
+  };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
   const Minimum middle = {guess.t, least_at_guess};
@@ -95,11 +110,14 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   }
   // With this kink as a start, the interval finds no less of a likelihood at its middle than the
   // search did.
-  mode.kinks.s[followed] = fit(mode.least.t, guess.s, followed).s;
+  if (best.t != mode.least.t) {
+    best = fit(mode.least.t, guess.s, followed);
+  }
+  mode.kinks.s[followed] = best.s;
   found.modes[static_cast<std::size_t>(start)] = mode;
   if (mode.least.sum_squares < found.model[kTwoZones].sum_squares) {
     found.model[kTwoZones] = mode.least;
-    found.zones = fit(mode.least.t, guess.s, 0);
+    found.zones = followed == 0 ? best : fit(mode.least.t, guess.s, 0);
   }
 }
 

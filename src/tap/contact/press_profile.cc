@@ -62,22 +62,38 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
   if (prefix_.empty()) {
     return;
   }
-  Moments sum{};
-  prefix_[0] = sum;
+  // Two powers at a time.
+  std::array<Pair, 4> of_y{};
+  std::array<Pair, 2> of_force{};
+  double force_squares = 0;
+  const auto store = [&](Moments& sum) {
+    for (std::size_t j = 0; j < sum.y.size(); ++j) {
+      sum.y[j] = of_y[j / 2][j % 2];
+    }
+    for (std::size_t j = 0; j < sum.force.size(); ++j) {
+      sum.force[j] = of_force[j / 2][j % 2];
+    }
+  };
+  store(prefix_[0]);
   for (std::size_t i = 0; i < samples.y.size(); ++i) {
     const double y = samples.y[i];
     const double f = samples.force[i];
-    double power = samples.weight.empty() ? 1 : samples.weight[i];
-    force_squares_ += power * f * f;
-    for (std::size_t j = 0; j < sum.y.size(); ++j) {
-      sum.y[j] += power;
-      if (j < sum.force.size()) {
-        sum.force[j] += power * f;
+    const double weight = samples.weight.empty() ? 1 : samples.weight[i];
+    force_squares += weight * f * f;
+    const double square = y * y;
+    Pair power = {weight, weight * y};
+#pragma GCC unroll 4
+    for (std::size_t j = 0; j < of_y.size(); ++j) {
+      of_y[j] += power;
+      if (j < of_force.size()) {
+        of_force[j] += power * f;
       }
-      power *= y;
+      power *= square;
     }
-    prefix_[i + 1] = sum;
+    store(prefix_[i + 1]);
   }
+  force_squares_ = force_squares;
+  const Moments& sum = prefix_.back();
   const double length = samples.y.empty() ? 0 : samples.y.back() - samples.y.front();
   samples_per_y_ = length > 0 ? static_cast<double>(samples.y.size() - 1) / length : 0;
   inverse_count_ = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
@@ -272,9 +288,9 @@ PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   return {straight, straight - h3 * q, c, k, q};
 }
 
-PressProfile::TwoZones PressProfile::EvaluateTwoZones(
-    const std::array<const OuterZone*, 2>& outer, const std::array<double, 2>& at,
-    const std::array<std::size_t, 2>& below) const {
+PressProfile::TwoZones PressProfile::EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
+                                                      const std::array<double, 2>& at) const {
+  const std::array<std::size_t, 2> below = {Below(at[0]), Below(at[1])};
   const Pair s = {at[0], at[1]};
   const auto e = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
   const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);

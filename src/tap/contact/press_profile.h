@@ -80,10 +80,8 @@ class PressProfile {
   /// @param below  Samples with y < t.
   [[nodiscard]] OuterZone Outer(double t, std::size_t below) const;
   /// @param outer  One for each of the two, or the same for both.
-  /// @param below  Samples with y < s.
   [[nodiscard]] TwoZones EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
-                                          const std::array<double, 2>& s,
-                                          const std::array<std::size_t, 2>& below) const;
+                                          const std::array<double, 2>& s) const;
   /// The same with a kink that is rounded from u to v, v < u <= t, between which the slope changes
   /// evenly: k (h^2 - e^2) / (2 (u - v)) + q e^2, h = max(0, u - y), e = max(0, v - y).
   [[nodiscard]] TwoZones EvaluateRounded(const std::array<const OuterZone*, 2>& outer,

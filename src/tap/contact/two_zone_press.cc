@@ -17,7 +17,12 @@ constexpr double kLeastRatio = 0.05;   // of the outer slope to the inner one
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
 constexpr double kStep = 0.25;
 constexpr double kShrink = 0.4;
+constexpr double kNearStep = 0.15;
+constexpr double kMostNarrower = 0.4;
 constexpr int kMostSteps = 14;
+// From a kink close by: the second width that is tried, and the first step from there, which
+// doubles.
+constexpr double kSlightlyWider = 1.15;
 // Between two widths that cost more: how far from the least is near, of the way to its neighbour,
 // how much farther than the parabola's least is looked, and how far towards what is not allowed.
 constexpr double kNear = 0.1;
@@ -25,49 +30,58 @@ constexpr double kBeyond = 0.2;
 constexpr double kTowardsEdge = 0.4;
 // To a hundredth of the noise variance, or to a thousandth of the width.
 constexpr double kEnough = 0.01;
-constexpr int kLeastRounds = 2;
+constexpr int kLeastRounds = 1;
 constexpr double kLeastStep = 0.001;
 // By which less may be found than a parabola promises.
-constexpr double kSurprise = 12;
-constexpr double kSlightlyWider = 1.1;
+constexpr double kSurprise = 6;
 
 // Breaks that are tried with kinks below them, two at a time.
 struct Break {
-  Break(const PressProfile& profile, double t)
-      : below(profile.Below(t)), outer(profile.Outer(t, below)) {}
+  Break(const PressProfile& profile, double t) : Break(profile, t, profile.Below(t)) {}
 
-  std::size_t below;
   PressProfile::OuterZone outer;
+  // Kinks between these leave samples enough to either zone.
+  double above = kNever;
+  double up_to = 0;
+
+ private:
+  Break(const PressProfile& profile, double t, std::size_t below) : outer(profile.Outer(t, below)) {
+    if (below >= 2 * kLeastPart) {
+      above = profile.samples().y[kLeastPart - 1];
+      up_to = profile.samples().y[below - kLeastPart];
+    }
+  }
 };
 
 // Sums of squares of the two; kNever where a zone is too short or does not press.
 std::array<double, 2> TryTwo(const PressProfile& profile, const std::array<const Break*, 2>& breaks,
                              const std::array<double, 2>& s, TwoZonePress& best,
                              double rounding = 0) {
-  const std::array<std::size_t, 2> below = {profile.Below(s[0]), profile.Below(s[1])};
   const std::array<const PressProfile::OuterZone*, 2> outer_zones = {&breaks[0]->outer,
                                                                      &breaks[1]->outer};
   const auto round = [&](std::size_t i) { return rounding * (outer_zones[i]->t - s[i]); };
   const PressProfile::TwoZones at =
       rounding > 0 ? profile.EvaluateRounded(outer_zones, {s[0] + round(0), s[1] + round(1)},
                                              {s[0] - round(0), s[1] - round(1)})
-                   : profile.EvaluateTwoZones(outer_zones, s, below);
-  std::array<double, 2> costs = {kNever, kNever};
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    const double t = breaks[i]->outer.t;
-    const double outer = at.outer_slope[i];
-    const double inner = outer + at.added_slope[i];
-    if (!(s[i] < t) || below[i] < kLeastPart || breaks[i]->below < below[i] + kLeastPart ||
-        !(inner > 0 && outer >= kLeastRatio * inner)) {
-      continue;
-    }
-    costs[i] = std::max(0.0, at.sum_squares_curved[i]);
-    if (!best.found || costs[i] < best.sum_squares_curved) {
-      const double straight = std::max(0.0, at.sum_squares[i]);
-      best = {t, s[i], outer, inner, at.added_curve[i], straight, costs[i], true};
-    }
-  }
-  return costs;
+                   : profile.EvaluateTwoZones(outer_zones, s);
+  // Without branches: which one is better nobody can predict.
+  const Pair kink = {s[0], s[1]};
+  const Pair above = {breaks[0]->above, breaks[1]->above};
+  const Pair up_to = {breaks[0]->up_to, breaks[1]->up_to};
+  const Pair inner = at.outer_slope + at.added_slope;
+  const auto allowed =
+      (kink > above) & (kink <= up_to) & (inner > 0) & (at.outer_slope >= kLeastRatio * inner);
+  const Pair least = at.sum_squares_curved > 0 ? at.sum_squares_curved : Pair{};
+  const Pair costs = allowed ? least : Pair{kNever, kNever};
+  const std::size_t i = costs[1] < costs[0] ? 1 : 0;
+  const TwoZonePress better = {breaks[i]->outer.t, s[i],
+                               at.outer_slope[i],  inner[i],
+                               at.added_curve[i],  std::max(0.0, at.sum_squares[i]),
+                               costs[i],           costs[i] < kNever};
+  best = std::min(best, better, [](const TwoZonePress& one, const TwoZonePress& other) {
+    return one.sum_squares_curved < other.sum_squares_curved;
+  });
+  return {costs[0], costs[1]};
 }
 
 // A width of the outer zone, of the depth, and what it costs.
@@ -135,10 +149,10 @@ class KinkSearch {
         TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_, rounding_);
     return {{{first, costs[0]}, {second, costs[1]}}};
   }
-  // Goes down from the best so far, while less than that is to be expected.
-  void Refine(double of_interest) {
+  // Goes down from the better of two widths, while less than that is to be expected.
+  void Refine(const Width& one, const Width& other, double of_interest) {
     const auto samples = static_cast<double>(profile_.samples().y.size());
-    Bracket bracket = Enclose();
+    Bracket bracket = one.cost < other.cost ? Enclose(other, one) : Enclose(one, other);
     for (int i = 0; i < kMostSteps; ++i) {
       const Expected expected = Expect(bracket);
       const double shortest = kLeastStep * bracket.least.of_depth;
@@ -154,23 +168,23 @@ class KinkSearch {
   }
 
  private:
-  // Steps outwards from the best so far until the costs rise.
-  Bracket Enclose() {
-    const Width start = {1 - best_.s / end_.outer.t, best_.sum_squares_curved};
-    const auto [below, above] = Try(start.of_depth * (1 - kStep), start.of_depth * (1 + kStep));
-    Bracket bracket = {below, start, above};
+  // Steps onwards from a width that costs less than the one behind it until the costs rise.
+  Bracket Enclose(Width behind, Width least) {
+    const bool narrower = least.of_depth < behind.of_depth;
+    double step = narrower ? -kNearStep : kNearStep;
     for (int i = 0; i < kMostSteps; ++i) {
-      const bool narrower = bracket.below.cost < bracket.above.cost;
-      const Width last = narrower ? bracket.below : bracket.above;
-      if (!(last.cost < bracket.least.cost)) {
-        break;
+      const auto [next, after] = Try(least.of_depth * (1 + step), least.of_depth * (1 + 2 * step));
+      if (!(next.cost < least.cost)) {
+        return Between(behind, least, next);
       }
-      const double step = narrower ? -kStep : kStep;
-      const auto [next, after] = Try(last.of_depth * (1 + step), last.of_depth * (1 + 2 * step));
-      bracket =
-          next.cost < last.cost ? Between(last, next, after) : Between(bracket.least, last, next);
+      if (!(after.cost < next.cost)) {
+        return Between(least, next, after);
+      }
+      behind = next;
+      least = after;
+      step = std::max(2 * step, -kMostNarrower);
     }
-    return bracket;
+    return Between(behind, least, {least.of_depth * (1 + step), kNever});
   }
   // Two widths where the least is expected: at that place and a bit farther out, or to both sides.
   std::array<Width, 2> Inside(const Bracket& bracket, double apart) {
@@ -192,17 +206,19 @@ class KinkSearch {
 TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, double of_interest,
                          double rounding) {
   KinkSearch search(profile, t, rounding);
-  if (near_s > 0 && near_s < t) {
-    const double width = 1 - near_s / t;
-    search.Try(width, width * kSlightlyWider);
-  }
+  double width = near_s > 0 && near_s < t ? 1 - near_s / t : 0;
+  std::array<Width, 2> start = search.Try(width, width * kSlightlyWider);
   if (!search.best().found) {
     for (std::size_t i = 0; i < kWidths.size(); i += 2) {
       search.Try(kWidths[i], kWidths[i + 1]);
     }
+    if (search.best().found) {
+      width = 1 - search.best().s / t;
+      start = search.Try(width, width * kSlightlyWider);
+    }
   }
   if (search.best().found) {
-    search.Refine(of_interest);
+    search.Refine(start[0], start[1], of_interest);
   }
   return search.best();
 }

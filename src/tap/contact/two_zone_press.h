@@ -14,13 +14,13 @@ namespace trammel::tap {
 /// is straight, and below the kink s a press that is straight or quadratic. PressProfile says what
 /// a rounded kink is; s is its middle then.
 struct TwoZonePress {
-  double t = 0;                   ///< The break,
-  double s = 0;                   ///< and below it the kink.
-  double outer_slope = 0;         ///< Of the press between them,
-  double inner_slope = 0;         ///< and just below the kink,
-  double inner_curve = 0;         ///< and the curve of the inner zone.
-  double sum_squares = 0;         ///< With the inner press straight,
-  double sum_squares_curved = 0;  ///< and with it quadratic.
+  double t = 0;                        ///< The break,
+  double s = 0;                        ///< and below it the kink.
+  double outer_slope = 0;              ///< Of the press between them,
+  double inner_slope = 0;              ///< and just below the kink,
+  double inner_curve = 0;              ///< and the curve of the inner zone.
+  double sum_squares = 0;              ///< With the inner press straight,
+  double sum_squares_curved = kNever;  ///< and with it quadratic.
   bool found = false;
 
   /// Where the inner press would have ended, had it gone on as it is at the kink: what an eye sees

@@ -93,8 +93,7 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
     }
     const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
     const double other = 0.5 * s;  // works beside it and leaves it alone
-    const PressProfile::TwoZones at = profile.EvaluateTwoZones(
-        {&outer, &outer}, {other, s}, {profile.Below(other), profile.Below(s)});
+    const PressProfile::TwoZones at = profile.EvaluateTwoZones({&outer, &outer}, {other, s});
     constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
     EXPECT_NEAR(at.sum_squares_curved[1], Unexplained(columns, world.force), kRounding);
     columns.pop_back();
@@ -176,8 +175,7 @@ TEST(TwoZonePress, ReachesTheNarrowestZoneWhereThatIsBest) {
   const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
   const double narrowest = world.y[profile.Below(t) - 3];
   const PressProfile::TwoZones edge =
-      profile.EvaluateTwoZones({&outer, &outer}, {narrowest, narrowest},
-                               {profile.Below(narrowest), profile.Below(narrowest)});
+      profile.EvaluateTwoZones({&outer, &outer}, {narrowest, narrowest});
   EXPECT_LT(found.sum_squares_curved, 1.01 * edge.sum_squares_curved[0]);
 }
 

@@ -115,7 +115,7 @@ std::size_t IndexAt(std::span<const float> time_s, double at_s) {
   std::size_t left = time_s.size();
   while (left > 1) {
     const std::size_t half = left / 2;
-    from += from[half - 1] < at ? half : 0;
+    from += static_cast<std::size_t>(from[half - 1] < at) * half;
     left -= half;
   }
   return static_cast<std::size_t>(from - time_s.data()) + (*from < at ? 1 : 0);
@@ -174,10 +174,8 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
     }
     Explain(lefts, whole, explained);  // beyond count: of what was there before, not looked at
     for (std::size_t k = 0; k < count; ++k) {
-      if (explained[k] > most) {
-        most = explained[k];
-        elbow = i - count + k + 1;
-      }
+      elbow = explained[k] > most ? i - count + k + 1 : elbow;
+      most = std::max(most, explained[k]);
     }
   }
   return elbow;

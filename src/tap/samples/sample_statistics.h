@@ -48,10 +48,14 @@ template <std::size_t kMost, class Value>
       below[i] += picked[k] < picked[i] ? 1 : 0;
     }
   }
-  float median = -std::numeric_limits<float>::infinity();
+  constexpr float kLowest = -std::numeric_limits<float>::infinity();
+  std::array<float, kLanes> lower;
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const bool is_lower = below[i] <= static_cast<std::int32_t>(count / 2);
-    median = is_lower && picked[i] > median ? picked[i] : median;
+    lower[i] = below[i] <= static_cast<std::int32_t>(count / 2) ? picked[i] : kLowest;
+  }
+  float median = kLowest;
+  for (const float value : lower) {
+    median = std::max(median, value);
   }
   return median;
 }

@@ -44,17 +44,23 @@ std::size_t FindKnee(const Samples& samples, std::size_t first, std::size_t end,
   std::size_t farthest = first + 1;
   std::size_t maximum = end;
   float at_maximum = 0;
+  float before = distance(first);
+  float here = distance(first + 1);
+  float at_farthest = here;
   for (std::size_t i = first + 1; i + 1 < end; ++i) {
-    const float here = distance(i);
-    if (here > distance(farthest)) {
+    const float after = distance(i + 1);
+    if (here > at_farthest) {
       farthest = i;
+      at_farthest = here;
     }
-    if (here > distance(i - 1) && here >= distance(i + 1)) {
+    if (here > before && here >= after) {
       maximum = i;
       at_maximum = here;
     } else if (maximum != end && here < at_maximum - fall) {
       return std::clamp(maximum, first + 1, end - 1);
     }
+    before = here;
+    here = after;
   }
   return farthest;
 }
