@@ -1,6 +1,8 @@
-# trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [NUMERIC])   a library target trammel_NAME
+# trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [LEAN] [NUMERIC])   a library target trammel_NAME
 #   HOT: measured code, -O3 in a release, unless TRAMMEL_QUICK is on. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
 #   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
+#   LEAN (and COLD): nothing is inlined that makes the code longer, which clang takes a quarter of its time for: code that waits for
+#   the network or a disk, called seldom.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [LOCK NAME] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest
@@ -58,6 +60,13 @@ function(trammel_cold target)
   if(NOT TRAMMEL_SANITIZE)
     target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${TRAMMEL_COLD_LEVEL}>)
   endif()
+  trammel_lean(${target})
+endfunction()
+
+function(trammel_lean target)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    target_compile_options(${target} PRIVATE "SHELL:-mllvm -inline-threshold=0")
+  endif()
 endfunction()
 
 function(trammel_numeric target)
@@ -67,7 +76,7 @@ function(trammel_numeric target)
 endfunction()
 
 function(trammel_module name)
-  cmake_parse_arguments(ARG "HOT;COLD;COMMANDS;NUMERIC" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "HOT;COLD;COMMANDS;LEAN;NUMERIC" "" "SOURCES;LINK" ${ARGN})
   add_library(trammel_${name} STATIC ${ARG_SOURCES})
   trammel_flags(trammel_${name})
   target_link_libraries(trammel_${name} PUBLIC ${ARG_LINK})
@@ -76,6 +85,8 @@ function(trammel_module name)
   endif()
   if(ARG_COLD OR ARG_COMMANDS)
     trammel_cold(trammel_${name})
+  elseif(ARG_LEAN)
+    trammel_lean(trammel_${name})
   endif()
   if(ARG_HOT OR ARG_NUMERIC)
     trammel_numeric(trammel_${name})
