@@ -103,7 +103,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
     } while (sides[side].sum_squares <= middle.sum_squares && step < most);
   }
   mode.least = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
-    return 3 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
+    return 8 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
   });
   if (!found.toe && mode.least.sum_squares > least) {
     return;

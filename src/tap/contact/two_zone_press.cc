@@ -17,12 +17,12 @@ constexpr double kLeastRatio = 0.05;   // of the outer slope to the inner one
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
 constexpr double kStep = 0.25;
 constexpr double kShrink = 0.4;
+constexpr int kMostSteps = 14;
+// From a kink close by: the second width that is tried, the first step from there, which doubles,
+// and the longest to less.
+constexpr double kSlightlyWider = 1.15;
 constexpr double kNearStep = 0.15;
 constexpr double kMostNarrower = 0.4;
-constexpr int kMostSteps = 14;
-// From a kink close by: the second width that is tried, and the first step from there, which
-// doubles.
-constexpr double kSlightlyWider = 1.15;
 // Between two widths that cost more: how far from the least is near, of the way to its neighbour,
 // how much farther than the parabola's least is looked, and how far towards what is not allowed.
 constexpr double kNear = 0.1;
@@ -227,7 +227,7 @@ namespace {
 
 // Some steps of break and kink from a start, each in turn.
 TwoZonePress Improve(const PressProfile& profile, TwoZonePress best) {
-  constexpr int kSteps = 6;
+  constexpr int kSteps = 4;
   double step = kStep;
   for (int i = 0; best.found && i < kSteps; ++i) {
     const TwoZonePress centre = best;

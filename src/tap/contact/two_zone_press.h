@@ -37,7 +37,7 @@ struct TwoZonePress {
 /// @param rounding     Part of the outer zone, 0 to 1, over which to either side of the kink the
 ///                     slope changes evenly and not at once: a film that is pressed flat, a round
 ///                     tip in plastic.
-/// Cost: half a microsecond, whatever the number of samples; half of it from a kink close by.
+/// Cost: half a microsecond, whatever the number of samples; less from a kink close by.
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
                                        double of_interest = kNever, double rounding = 0);
 
