@@ -48,16 +48,24 @@ class StepFinder {
     };
     const int room = std::min(
         {most, room_along(column, dx, picture_.width), room_along(row, dy, picture_.height)});
+    // A line of soft grey across the way serves three steps.
     const std::ptrdiff_t stride = dy * picture_.stride + dx;
+    const std::ptrdiff_t aside = dy == 0 ? picture_.stride : 1;
     const std::uint8_t* p = picture_.row(row) + column;
-    int behind = SoftGrey(p, picture_.stride);
-    int here = SoftGrey(p + stride, picture_.stride);
-    for (int i = 1; i <= room; ++i) {
-      p += stride;
-      const int ahead = SoftGrey(p + stride, picture_.stride);
+    const auto line = [=](const std::uint8_t* q) { return SoftLine(q, aside); };
+    int beside = line(p + stride);
+    int next = line(p + 2 * stride);
+    int behind = line(p - stride) + 2 * line(p) + beside;
+    int here = line(p) + 2 * beside + next;
+    p += 3 * stride;
+    for (int i = 1; i <= room; ++i, p += stride) {
+      const int last = line(p);
+      const int ahead = beside + 2 * next + last;
       if (sign_ * (ahead - behind) >= least_) return i + kAhead_px;
       behind = here;
       here = ahead;
+      beside = next;
+      next = last;
     }
     return -1;
   }

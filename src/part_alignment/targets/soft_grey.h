@@ -13,11 +13,15 @@ inline constexpr int kSoftUnit = 16;  ///< of a grey level, what soft grey is co
 inline constexpr double kSoftNoise = 0.375;
 inline constexpr double kSoftStepNoise = 0.484;
 
+/// A pixel and those `stride` before and after it, weighted by (1, 2, 1).
+inline int SoftLine(const std::uint8_t* p, std::ptrdiff_t stride) {
+  return p[-stride] + 2 * p[0] + p[stride];
+}
+
 /// The 3 x 3 pixels about one, weighted by (1, 2, 1) each way, in sixteenths of a grey level.
 /// REQUIRES `p` to be no pixel of the border.
 inline int SoftGrey(const std::uint8_t* p, std::ptrdiff_t stride) {
-  const auto line = [](const std::uint8_t* q) { return q[-1] + 2 * q[0] + q[1]; };
-  return line(p - stride) + 2 * line(p) + line(p + stride);
+  return SoftLine(p - stride, 1) + 2 * SoftLine(p, 1) + SoftLine(p + stride, 1);
 }
 
 /// A picture as SoftGrey shows it, by the nearest pixel.
