@@ -143,8 +143,8 @@ struct Shared {
   double widest = 0;  // half width of an interval, as a part of the tested range
 };
 
-RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
-                         std::vector<std::string>& notices) {
+BudgetedValue WeighedMean(const CrossingPair& pair, const Shared& shared,
+                          std::vector<std::string>& notices) {
   const CommonShifts& ca = pair.acceleration.common;
   const CommonShifts& cd = pair.deceleration.common;
   const double lines_aa = pair.acceleration.variance;
@@ -176,8 +176,7 @@ RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
         "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
         a_s, d_s, std::abs(a_s - d_s) / std::sqrt(std::max(apart, 1e-18))));
   }
-  return JudgeByBudget(w * a_s + v * d_s + shared.drift.shift_s, budget, shared.freedom,
-                       shared.tested, shared.widest);
+  return {w * a_s + v * d_s + shared.drift.shift_s, budget};
 }
 
 }  // namespace
@@ -210,25 +209,33 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
       .tested = tested,
       .widest = std::max(options.widest_interval, 0.5 / (static_cast<double>(count) - 1))};
 
-  const auto alone = [&](const std::string& doubt, double value_s,
-                         const CorrectedCrossing& crossing) {
-    if (!doubt.empty()) return RangedAnswer{Measured::CannotTell(doubt), std::nullopt};
-    const UncertaintyBudget budget{
+  const auto alone = [&](double value_s, const CorrectedCrossing& crossing) {
+    BudgetedValue answer{value_s, {}};
+    answer.budget = {
         .lines = crossing.variance,
         .slip = Square(crossing.common.slip) * slip.variance + Square(shared.slip_form_s),
         .unread = Square(crossing.common.unread),
         .form = Square(crossing.common.form),
         .drift = shared.drift.variance,
         .picture = Square(shared.picture_s)};
-    return JudgeByBudget(value_s, budget, shared.freedom, tested, shared.widest);
+    return answer;
+  };
+  const auto judged = [&](const std::string& doubt, const BudgetedValue& answer) {
+    if (!doubt.empty()) return RangedAnswer{Measured::CannotTell(doubt), std::nullopt};
+    return JudgeByBudget(answer.value_s, answer.budget, shared.freedom, tested, shared.widest);
   };
   CombinedTransitions result;
+  result.freedom = shared.freedom;
+  result.tested = tested;
+  result.widest = shared.widest;
   const double value_a_s =
       pair.acceleration.zero_s - slip.mean * pair.acceleration.common.slip + shared.drift.shift_s;
   const double value_d_s =
       pair.deceleration.zero_s + slip.mean * pair.deceleration.common.slip + shared.drift.shift_s;
-  const RangedAnswer alone_a = alone(doubt_a, value_a_s, pair.acceleration);
-  const RangedAnswer alone_d = alone(doubt_d, value_d_s, pair.deceleration);
+  const BudgetedValue budgeted_a = alone(value_a_s, pair.acceleration);
+  const BudgetedValue budgeted_d = alone(value_d_s, pair.deceleration);
+  const RangedAnswer alone_a = judged(doubt_a, budgeted_a);
+  const RangedAnswer alone_d = judged(doubt_d, budgeted_d);
   result.acceleration = alone_a.pressure_advance;
   result.deceleration = alone_d.pressure_advance;
   result.acceleration_shift_s = value_a_s - crossings.acceleration.zero;
@@ -253,7 +260,10 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
                                          doubt_a.empty() ? "acceleration" : "deceleration",
                                          doubt_a.empty() ? doubt_d : doubt_a));
   } else {
-    result.both = WeighedMean(pair, shared, result.notices);
+    result.whole = WeighedMean(pair, shared, result.notices);
+    result.first = budgeted_a;
+    result.second = budgeted_d;
+    result.both = judged({}, *result.whole);
   }
   return result;
 }

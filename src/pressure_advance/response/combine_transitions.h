@@ -1,6 +1,7 @@
 // One answer from the acceleration and the deceleration, with everything that is not known of it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,8 +9,15 @@
 #include "pressure_advance/response/fit_transitions.h"
 #include "pressure_advance/response/response_options.h"
 #include "pressure_advance/response/tested_range.h"
+#include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
+
+/// A value before it is judged.
+struct BudgetedValue {
+  double value_s = 0;
+  UncertaintyBudget budget;
+};
 
 struct CombinedTransitions {
   Measured acceleration;            ///< s, its crossing less slip, the window's tail and drift
@@ -18,6 +26,11 @@ struct CombinedTransitions {
   double deceleration_shift_s = 0;
   RangedAnswer both;
   std::vector<std::string> notices;
+  /// What the three were judged from; nothing where both transitions do not answer.
+  std::optional<BudgetedValue> whole, first, second;
+  double freedom = 1;  ///< of the lines' scatter
+  Interval tested;
+  double widest = 0;  ///< half width of an interval, as a part of the tested range
 };
 
 /// Weighs the two crossings by their covariance.

@@ -11,6 +11,7 @@
 #include "pressure_advance/response/combine_transitions.h"
 #include "pressure_advance/response/excess.h"
 #include "pressure_advance/response/responding_stretch.h"
+#include "pressure_advance/response/weigh_law.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -129,6 +130,30 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   }
 }
 
+// What the profiles' shapes tell beyond their crossings: only where lines are short, whole and to
+// scale.
+void LearnLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+              const Prepared& prepared, const ResponseOptions& options,
+              CombinedTransitions& combined) {
+  if (!options.law || !combined.whole || !(prepared.transitions.ramp_s > 0) ||
+      profiles.front().position_unit != PositionUnit::kMillimetre) {
+    return;
+  }
+  const std::vector<Interval>& reference = prepared.plan.reference;
+  const std::optional<LawFit> law =
+      FitLaw(profiles, motion, combined.whole->value_s, {reference.front().lo, reference.back().hi},
+             *options.law);
+  if (!law) return;
+  const std::vector<LineProfile> laid = MirrorLines(*law, profiles, motion);
+  std::vector<LineResult> lines(profiles.size());
+  const Prepared twin = Prepare(laid, motion, Reading::kArea, prepared.plan, lines);
+  const std::optional<TransitionCrossings> crossings = FitTransitions(twin.transitions, options);
+  if (!crossings) return;
+  const CombinedTransitions of_twin =
+      CombineTransitions(twin.transitions, *crossings, twin.slope_has_scale, options);
+  if (of_twin.whole) WeighWithLaw(*law, of_twin, *options.law, combined);
+}
+
 }  // namespace
 
 ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMotion& motion,
@@ -185,6 +210,7 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
   CombinedTransitions combined =
       CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
+  LearnLaw(profiles, motion, prepared, options, combined);
   Describe(prepared, transitions.acceleration, crossings->acceleration,
            combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
            fit.result.acceleration);

@@ -25,6 +25,9 @@ struct ResponseFit {
 /// in the firmware moves filament about but adds none, so its shape integrates to zero over the
 /// window.
 ///
+/// Where lines are read as areas to scale, the law of the lag is learnt of their shapes as well
+/// (FitLaw), and weighed with that (WeighWithLaw).
+///
 /// Assumes one slow-fast-slow change of speed per line, windows that hold the transitions (docs), a
 /// reading proportional to the filament near the answer, and lines that are independent of each
 /// other. Checks: the slope's significance, sign and size, the scatter of single lines, the two

@@ -5,6 +5,7 @@
 
 #include "base/measured.h"
 #include "pressure_advance/response/lag_drift.h"
+#include "pressure_advance/response/law_options.h"
 #include "pressure_advance/response/paired_difference.h"
 #include "pressure_advance/response/transitions.h"
 #include "signal/zero_crossing.h"
@@ -50,6 +51,8 @@ struct ResponseOptions {
   double most_beyond = 1;
   double beyond_sigma = 0.3;
   LagDriftOptions drift;
+  /// What whole profiles tell of the law of the lag; nothing: it is left open.
+  std::optional<LawOptions> law = LawOptions{};
   PairedOptions paired;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.

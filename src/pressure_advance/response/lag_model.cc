@@ -1,0 +1,214 @@
+#include "pressure_advance/response/lag_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace trammel::pressure_advance {
+namespace {
+
+constexpr std::size_t kTable = 512;
+constexpr double kTableEnd = 2;  // over what is stored at the fast flow
+
+// Mean of exp(-t) over t from 0 to x.
+double MeanDecay(double x) {
+  constexpr double kSeries = 0.7;  // below it right to 4e-6
+  if (x < kSeries) return 1 / (1 + x * (1.0 / 2 + x * (1.0 / 12 - x * x / 720)));
+  return (1 - std::exp(-x)) / x;
+}
+
+// The melt of one line: a stage of the law, and a linear one behind it.
+struct Melt {
+  const HeadMotion::Drive* drive = nullptr;
+  double pressure_advance_s = 0;
+  double scale = 1, per_scale = 1;  // stored here over stored by the law
+  double second_s = 0;
+  double stored_mm = 0, second_mm = 0;
+  double flow_mm_s = 0;
+  double laid_mm = 0;
+
+  [[nodiscard]] double AskedMm(std::size_t i) const {
+    return drive->position_mm[i] + pressure_advance_s * drive->speed_mm_s[i];
+  }
+};
+
+// Returns what leaves the first stage in a step; exact for a law that is straight over the step.
+double PushFirst(const StoredLaw& law, double loss, double filament_mm, double step_s, Melt& melt) {
+  if (melt.stored_mm <= 0) {
+    melt.stored_mm += filament_mm < 0 ? (1 - loss) * filament_mm : filament_mm;
+    return 0;
+  }
+  const StoredLaw::Flow flow = law.At(melt.stored_mm * melt.per_scale);
+  const double change_mm =
+      (filament_mm - flow.mm_s * step_s) * MeanDecay(step_s * flow.per_s * melt.per_scale);
+  const double out_mm = filament_mm - change_mm;
+  if (out_mm < 0) {
+    melt.stored_mm += filament_mm;
+    if (melt.stored_mm < 0) melt.stored_mm *= 1 - loss;
+    return 0;
+  }
+  melt.stored_mm += change_mm;
+  return out_mm;
+}
+
+double PushSecond(double in_mm, double step_s, Melt& melt) {
+  constexpr double kNoStage_s = 1e-5;
+  if (melt.second_s <= kNoStage_s) return in_mm;
+  const double share = step_s / melt.second_s;
+  const double change_mm = (in_mm - melt.second_mm * share) * MeanDecay(share);
+  melt.second_mm += change_mm;
+  return in_mm - change_mm;
+}
+
+}  // namespace
+
+double StoredLaw::Piece::Stored(double flow) const {
+  return stored + lag_s * anchor / n * (std::pow(flow / anchor, n) - at_anchor);
+}
+
+StoredLaw::Flow StoredLaw::Piece::At(double level) const {
+  const double power = at_anchor + (level - stored) * n / (lag_s * anchor);
+  const double ratio = std::pow(power, 1 / n);
+  return {anchor * ratio, ratio / power / lag_s};
+}
+
+StoredLaw::StoredLaw(const HeadMotion& motion, const std::array<double, 4>& exponent) {
+  const double fast_mm_s = motion.fast_mm_s();
+  double lag_s = 1, begin = 0, stored = 0;
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {
+    const double anchor = fast_mm_s * kLawBreaks[k == 0 ? 0 : k - 1];
+    pieces_[k] = {begin, stored, anchor, exponent[k], lag_s, k == 0 ? 0.0 : 1.0};
+    if (k + 1 == pieces_.size()) break;
+    begin = fast_mm_s * kLawBreaks[k];
+    stored = pieces_[k].Stored(begin);
+    lag_s *= std::pow(begin / anchor, exponent[k] - 1);
+  }
+  const double secant_s =
+      (Stored(fast_mm_s) - Stored(motion.slow_mm_s())) / (fast_mm_s - motion.slow_mm_s());
+  for (Piece& piece : pieces_) {
+    piece.lag_s /= secant_s;
+    piece.stored /= secant_s;
+  }
+  const double end_mm = kTableEnd * Stored(fast_mm_s);
+  cells_per_mm_ = kTable / end_mm;
+  flow_mm_s_.push_back(0);
+  for (std::size_t i = 1; i <= kTable; ++i) {
+    flow_mm_s_.push_back(Exact(static_cast<double>(i) / cells_per_mm_).mm_s);
+  }
+}
+
+double StoredLaw::Stored(double flow_mm_s) const {
+  std::size_t k = pieces_.size() - 1;
+  while (k > 0 && flow_mm_s < pieces_[k].begin) --k;
+  return pieces_[k].Stored(flow_mm_s);
+}
+
+StoredLaw::Flow StoredLaw::Exact(double stored_mm) const {
+  std::size_t k = pieces_.size() - 1;
+  while (k > 0 && stored_mm < pieces_[k].stored) --k;
+  return pieces_[k].At(stored_mm);
+}
+
+StoredLaw::Flow StoredLaw::At(double stored_mm) const {
+  const double at = stored_mm * cells_per_mm_;
+  const auto i = static_cast<std::size_t>(at);
+  if (i >= kTable) return Exact(stored_mm);
+  const double rise = flow_mm_s_[i + 1] - flow_mm_s_[i];
+  return {flow_mm_s_[i] + rise * (at - static_cast<double>(i)), rise * cells_per_mm_};
+}
+
+LagModel::LagModel(const HeadMotion& motion, const Lag& lag)
+    : motion_(&motion),
+      lag_(lag),
+      law_(std::make_shared<StoredLaw>(motion, lag.exponent)),
+      even_(std::make_shared<HeadMotion::Drive>(motion.Averaged(0))),
+      averaged_(std::make_shared<HeadMotion::Drive>(motion.Averaged(lag.smooth_s))) {}
+
+LagModel LagModel::With(const Lag& lag) const {
+  LagModel model = *this;
+  model.lag_ = lag;
+  if (lag.exponent != lag_.exponent) {
+    model.law_ = std::make_shared<StoredLaw>(*motion_, lag.exponent);
+  }
+  if (lag.smooth_s != lag_.smooth_s) {
+    model.averaged_ = std::make_shared<HeadMotion::Drive>(motion_->Averaged(lag.smooth_s));
+  }
+  return model;
+}
+
+double LagModel::Kept(double flow_mm_s) const {
+  const double ratio = flow_mm_s / motion_->fast_mm_s();
+  return 1 - lag_.slip * ratio * ratio;
+}
+
+// Filament laid by the end of each cell of time, line by line in each.
+std::vector<double> LagModel::Extrude(std::span<const Line> lines) const {
+  const std::vector<double>& times_s = motion_->times_s();
+  const double begin_mm_s = motion_->slow_mm_s() * Kept(motion_->slow_mm_s());
+  std::vector<Melt> melts;
+  for (const Line& line : lines) {
+    Melt melt;
+    // Klipper averages no line without advance.
+    melt.drive = line.pressure_advance_s > 0 ? averaged_.get() : even_.get();
+    melt.pressure_advance_s = line.pressure_advance_s;
+    melt.scale = line.lag_s * (1 - lag_.second);
+    melt.per_scale = 1 / melt.scale;
+    melt.second_s = lag_.second * line.lag_s;
+    melt.stored_mm = melt.scale * law_->Stored(begin_mm_s);
+    melt.second_mm = melt.second_s * begin_mm_s;
+    melt.flow_mm_s = begin_mm_s;
+    melts.push_back(melt);
+  }
+  std::vector<double> laid_mm(lines.size(), 0);
+  laid_mm.reserve(lines.size() * times_s.size());
+  for (std::size_t i = 0; i + 1 < times_s.size(); ++i) {
+    const double step_s = times_s[i + 1] - times_s[i];
+    const double per_step = 1 / step_s;
+    for (Melt& melt : melts) {
+      const double in_mm = (melt.AskedMm(i + 1) - melt.AskedMm(i)) * Kept(melt.flow_mm_s);
+      const double out_mm =
+          PushSecond(PushFirst(*law_, lag_.loss, in_mm, step_s, melt), step_s, melt);
+      melt.flow_mm_s = out_mm * per_step;
+      melt.laid_mm += out_mm;
+      laid_mm.push_back(melt.laid_mm);
+    }
+  }
+  return laid_mm;
+}
+
+std::vector<std::vector<double>> LagModel::Lay(std::span<const Line> lines) const {
+  const std::vector<double> laid_mm = Extrude(lines);
+  const std::vector<double>& at = motion_->positions_mm();
+  const double even = Kept(motion_->slow_mm_s());
+  std::vector<std::vector<double>> areas;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    std::size_t i = 1;
+    const auto laid = [&](std::size_t cell) { return laid_mm[cell * lines.size() + k]; };
+    const auto upto = [&](double s) {
+      if (s <= at.front()) return (s - at.front()) * even;
+      while (i > 1 && at[i - 1] > s) --i;
+      while (i + 1 < at.size() && at[i] <= s) ++i;
+      const double share = (s - at[i - 1]) / (at[i] - at[i - 1]);
+      return laid(i - 1) + (laid(i) - laid(i - 1)) * share;
+    };
+    std::vector<double>& line = areas.emplace_back();
+    line.reserve(lines[k].positions_mm.size());
+    for (const double s : lines[k].positions_mm) {
+      const double before_mm = upto(s - lag_.smear_mm / 2);
+      line.push_back((upto(s + lag_.smear_mm / 2) - before_mm) / lag_.smear_mm);
+    }
+  }
+  return areas;
+}
+
+double LagModel::RightPressureAdvance() const {
+  const double fast_mm_s = motion_->fast_mm_s(), slow_mm_s = motion_->slow_mm_s();
+  const double delivered_mm_s = fast_mm_s * (1 - lag_.slip);
+  const double stored_s =
+      (1 - lag_.second) * (law_->Stored(delivered_mm_s) - law_->Stored(slow_mm_s)) +
+      lag_.second * (delivered_mm_s - slow_mm_s);
+  // What advance supplies passes the slipping drive as well: a third of the slip on the average.
+  return lag_.lag_s * stored_s / (fast_mm_s - slow_mm_s) / (1 - lag_.slip / 3);
+}
+
+}  // namespace trammel::pressure_advance

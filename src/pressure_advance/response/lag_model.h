@@ -1,0 +1,93 @@
+// A hot end that stores filament, and the line that it lays.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "pressure_advance/response/head_motion.h"
+
+namespace trammel::pressure_advance {
+
+/// Flows at which a law's exponent may change, over the fast one.
+inline constexpr std::array<double, 3> kLawBreaks{0.13, 0.3, 0.65};
+
+/// What is not known of an extruder and of the line that it lays.
+struct Lag {
+  double lag_s = 0.03;  ///< secant of the filament stored, between the slow and the fast speed; > 0
+  /// Of the flow, in what is stored, from stretch to stretch of flows (kLawBreaks); > 0.
+  std::array<double, 4> exponent{1, 1, 1, 1};
+  double second = 0;       ///< share of the storage that lies in a second, linear stage; 0 … 1
+  double slip = 0;         ///< share of the drive lost at the fast flow; grows as its square
+  double loss = 0;         ///< share of the filament that a gap does not claim back; 0 … 1
+  double smooth_s = 0.04;  ///< width of the triangle that the drive is averaged with; >= 0
+  double smear_mm = 0.4;   ///< length over which filament spreads; > 0
+};
+
+/// Filament stored over flow, dS/dq ~ (q / q0)^(n - 1) from stretch to stretch, without a jump; its
+/// secant between the slow and the fast speed is one second.
+class StoredLaw {
+ public:
+  StoredLaw(const HeadMotion& motion, const std::array<double, 4>& exponent);
+
+  /// @param flow_mm_s  of filament along the line, >= 0
+  /// @returns mm
+  [[nodiscard]] double Stored(double flow_mm_s) const;
+  struct Flow {
+    double mm_s = 0;
+    double per_s = 0;  ///< its derivative over what is stored
+  };
+  /// Looks the flow up in a table.
+  /// @param stored_mm  > 0
+  [[nodiscard]] Flow At(double stored_mm) const;
+
+ private:
+  struct Piece {
+    double begin = 0, stored = 0;  // at the beginning
+    double anchor = 1, n = 1, lag_s = 1;
+    double at_anchor = 0;  // 1 where the stretch begins at its anchor, 0 where it begins at rest
+
+    [[nodiscard]] double Stored(double flow) const;
+    [[nodiscard]] Flow At(double level) const;
+  };
+  [[nodiscard]] Flow Exact(double stored_mm) const;
+
+  std::array<Piece, 4> pieces_;
+  double cells_per_mm_ = 0;
+  std::vector<double> flow_mm_s_;
+};
+
+/// Lays lines of one pattern with one lag; what lines share is worked out once.
+class LagModel {
+ public:
+  /// @param motion  outlives the model
+  LagModel(const HeadMotion& motion, const Lag& lag);
+  /// The model of another lag; shares with this one what is the same.
+  [[nodiscard]] LagModel With(const Lag& lag) const;
+
+  [[nodiscard]] const Lag& lag() const { return lag_; }
+  struct Line {
+    double lag_s = 0;  ///< in place of the model's own, > 0
+    double pressure_advance_s = 0;
+    /// Rising, from the line's start; before the motion's beginning it is even.
+    std::span<const double> positions_mm;
+  };
+  /// Lays lines side by side, which keeps a processor busy that one line would let wait.
+  /// @returns areas at each line's positions, over the nominal one
+  [[nodiscard]] std::vector<std::vector<double>> Lay(std::span<const Line> lines) const;
+  /// The pressure advance that supplies what the change of speed stores, slip counted.
+  [[nodiscard]] double RightPressureAdvance() const;
+
+ private:
+  LagModel() = default;
+  [[nodiscard]] double Kept(double flow_mm_s) const;
+  [[nodiscard]] std::vector<double> Extrude(std::span<const Line> lines) const;
+
+  const HeadMotion* motion_ = nullptr;
+  Lag lag_;
+  std::shared_ptr<const StoredLaw> law_;
+  std::shared_ptr<const HeadMotion::Drive> even_, averaged_;
+};
+
+}  // namespace trammel::pressure_advance

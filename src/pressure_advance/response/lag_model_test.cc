@@ -1,0 +1,163 @@
+#include "pressure_advance/response/lag_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "support/lag_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using ::trammel::testing::LagLaw;
+using ::trammel::testing::LagLine;
+using ::trammel::testing::PrintLagLine;
+
+LineMotion MotionOf(const LagLine& line) {
+  return {{{line.slow_before, line.slow_mm_s},
+           {1 - line.slow_before - line.slow_after, line.fast_mm_s},
+           {line.slow_after, line.slow_mm_s}},
+          line.length_mm,
+          line.acceleration_mm_s2};
+}
+
+std::vector<double> LayOne(const LagModel& model, double lag_s, double pressure_advance_s,
+                           const std::vector<double>& places) {
+  const LagModel::Line line{lag_s, pressure_advance_s, places};
+  return model.Lay({&line, 1}).front();
+}
+
+std::vector<double> Places(double from_mm, double to_mm, double step_mm) {
+  std::vector<double> places;
+  for (double s = from_mm; s < to_mm; s += step_mm) places.push_back(s);
+  return places;
+}
+
+TEST(StoredLaw, IsAPowerWhereAllExponentsAreOne) {
+  const HeadMotion head(MotionOf({}));
+  const double slow = head.slow_mm_s(), fast = head.fast_mm_s();
+  for (const double n : {0.3, 0.6, 1.0, 1.3}) {
+    const StoredLaw law(head, {n, n, n, n});
+    const double unit = (fast - slow) / (std::pow(fast, n) - std::pow(slow, n));
+    for (const double flow : {slow / 3, slow, 0.2 * fast, 0.5 * fast, fast, 1.8 * fast}) {
+      const double stored = unit * std::pow(flow, n);
+      EXPECT_NEAR(law.Stored(flow), stored, 1e-9 * stored);
+      const StoredLaw::Flow seen = law.At(stored);
+      EXPECT_NEAR(seen.mm_s, flow, 1e-3 * fast) << n;
+      if (flow > 0.1 * fast) {
+        EXPECT_NEAR(seen.per_s * n * stored / flow, 1, 0.01) << n;
+      }
+    }
+  }
+}
+
+TEST(StoredLaw, HasNoJumpWhereItsExponentChanges) {
+  const HeadMotion head(MotionOf({}));
+  const StoredLaw law(head, {0.4, 1.2, 0.6, 0.9});
+  for (const double part : kLawBreaks) {
+    const double at = part * head.fast_mm_s();
+    EXPECT_NEAR(law.Stored(at * (1 - 1e-9)), law.Stored(at * (1 + 1e-9)), 1e-5);
+    // Nor has its slope, the lag at a flow.
+    const auto lag_s = [&](double a, double b) {
+      return (law.Stored(b) - law.Stored(a)) / (b - a);
+    };
+    EXPECT_NEAR(lag_s(at * 0.999, at) / lag_s(at, at * 1.001), 1, 0.01);
+  }
+}
+
+TEST(LagModel, LaysTheLinesOfAnotherModel) {
+  LagLine line;
+  const HeadMotion head(MotionOf(line));
+  for (const double exponent : {1.0, 0.5}) {
+    const double fast = line.fast_mm_s, slow = line.slow_mm_s;
+    LagLaw law;
+    law.linear_s = exponent == 1 ? 0.035 : 0;
+    law.power = exponent == 1
+                    ? 0
+                    : 0.035 * (fast - slow) / (std::pow(fast, exponent) - std::pow(slow, exponent));
+    law.exponent = exponent;
+    Lag lag;
+    lag.exponent.fill(exponent);
+    lag.smooth_s = 0.04;
+    lag.smear_mm = 0.4;
+    const LagModel model(head, lag);
+    for (const double pressure_advance_s : {0.01, 0.02, 0.035, 0.06}) {
+      const std::vector<double> there = PrintLagLine(line, law, pressure_advance_s);
+      std::vector<double> places;
+      for (std::size_t i = 0; i < there.size(); ++i) {
+        places.push_back(line.step_mm * static_cast<double>(i));
+      }
+      const std::vector<double> here = LayOne(model, 0.035, pressure_advance_s, places);
+      double off = 0;
+      int count = 0;
+      for (std::size_t i = 0; i < there.size(); ++i) {
+        if (places[i] < 4 || places[i] > line.length_mm - 4) continue;
+        off += (here[i] - there[i]) * (here[i] - there[i]);
+        ++count;
+      }
+      EXPECT_LT(std::sqrt(off / count), 0.03) << exponent << " " << pressure_advance_s;
+    }
+  }
+}
+
+TEST(LagModel, LaysEvenLinesWhereAdvanceFeedsWhatALinearLagStores) {
+  LagLine line;
+  const HeadMotion head(MotionOf(line));
+  Lag lag;
+  lag.smooth_s = 0.002;
+  const LagModel model(head, lag);
+  for (const double area : LayOne(model, 0.03, 0.03, Places(5, line.length_mm - 5, 0.5))) {
+    EXPECT_NEAR(area, 1, 0.04);
+  }
+  EXPECT_NEAR(LagModel(head, lag).RightPressureAdvance(), lag.lag_s, 1e-12);
+}
+
+TEST(LagModel, LosesFilamentOnlyInAGapThatIsNotRefilled) {
+  LagLine line;
+  const HeadMotion head(MotionOf(line));
+  const auto laid = [&](double loss) {
+    Lag lag;
+    lag.loss = loss;
+    const std::vector<double> areas =
+        LayOne(LagModel(head, lag), 0.02, 0.06, Places(2, line.length_mm, 0.1));
+    return std::accumulate(areas.begin(), areas.end(), 0.0) * 0.1;
+  };
+  EXPECT_NEAR(laid(0), line.length_mm - 2, 0.2);
+  EXPECT_GT(laid(1), laid(0.5) + 0.1);  // what is not claimed back is laid again
+  EXPECT_GT(laid(0.5), laid(0) + 0.1);
+}
+
+TEST(LagModel, SharesOnlyWhatIsTheSame) {
+  const HeadMotion head(MotionOf({}));
+  const LagModel first(head, {});
+  Lag other;
+  other.exponent = {0.5, 0.6, 0.7, 0.8};
+  other.second = 0.2;
+  other.slip = 0.05;
+  other.smooth_s = 0.03;
+  other.smear_mm = 0.6;
+  const std::vector<double> places = Places(1, 50, 0.5);
+  const auto lay = [&](const LagModel& model) { return LayOne(model, 0.03, 0.02, places); };
+  EXPECT_EQ(lay(first.With(other)), lay(LagModel(head, other)));
+  EXPECT_EQ(lay(first.With(other).With({})), lay(first));
+}
+
+TEST(LagModel, LaysLinesSideBySideAsOneByOne) {
+  const HeadMotion head(MotionOf({}));
+  Lag lag;
+  lag.second = 0.2;
+  lag.exponent.fill(0.6);
+  const LagModel model(head, lag);
+  const std::vector<double> near = Places(1, 20, 0.5), far = Places(3, 30, 0.3);
+  const LagModel::Line lines[] = {{0.03, 0.02, near}, {0.01, 0, far}, {0.05, 0.06, far}};
+  const std::vector<std::vector<double>> together = model.Lay(lines);
+  ASSERT_EQ(together.size(), 3U);
+  EXPECT_EQ(together[0], LayOne(model, 0.03, 0.02, near));
+  EXPECT_EQ(together[1], LayOne(model, 0.01, 0, far));
+  EXPECT_EQ(together[2], LayOne(model, 0.05, 0.06, far));
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

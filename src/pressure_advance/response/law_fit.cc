@@ -1,0 +1,265 @@
+#include "pressure_advance/response/law_fit.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "base/square.h"
+#include "base/statistics.h"
+#include "geometry/linear_systems.h"
+#include "pressure_advance/response/law_line.h"
+#include "pressure_advance/response/law_unknowns.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using Eigen::Index, Eigen::VectorXd;
+
+constexpr double kFirstDamping = 1e-3;
+
+// What stays the same during a fit.
+struct Pattern {
+  HeadMotion head;
+  LagModel model;
+  LawOptions options;
+  LawPrior prior;
+
+  Pattern(const LineMotion& motion, const LawOptions& law_options)
+      : head(motion), model(head, {}), options(law_options), prior(PriorOfLaw()) {}
+};
+
+double Misfit(const std::vector<LawLine>& lines, const Pattern& pattern, const LawState& state) {
+  double sum = 0;
+  const auto laid = LayAll(pattern.model.With(LagOf(state.theta)), state.theta, lines);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const VectorXd off = lines[i].Off(state, laid[i]);
+    sum += lines[i].weight * off.dot(lines[i].covariance.Solve(off).col(0));
+  }
+  const LawVector away = state.theta - pattern.prior.mean;
+  return sum + away.dot(pattern.prior.information * away);
+}
+
+// What the lines' own lags and levels scatter by, and how well the readings fit.
+void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions& options,
+           LawState& state) {
+  const double prior_s = options.lag_scatter * before.theta(kLagSeconds);
+  double lag = options.seen_lines * Square(prior_s);
+  double flow = options.seen_lines * Square(options.flow_scatter);
+  double place = options.seen_lines * Square(options.place_scatter_mm);
+  std::vector<double> pulls, misfits;
+  // The expected square of a deviation that is common to a line, by its readings.
+  const auto expected = [](double variance, double weighed, double information) {
+    return Square(variance * weighed) + variance - Square(variance) * information;
+  };
+  for (LawLine& line : lines) {
+    Eigen::MatrixXd columns(line.value.size(), 4);
+    columns << line.value - line.mean, line.own, line.mean, line.slope;
+    const Eigen::MatrixXd solved = line.covariance.Solve(columns);
+    const VectorXd diagonal = line.covariance.InverseDiagonal();
+    misfits.push_back(columns.col(0).dot(solved.col(0)) / static_cast<double>(columns.rows()));
+    lag += expected(Square(before.lag_scatter_s), line.own.dot(solved.col(0)),
+                    line.own.dot(solved.col(1)));
+    flow += expected(Square(before.flow_scatter), line.mean.dot(solved.col(0)),
+                     line.mean.dot(solved.col(2)));
+    place += expected(Square(before.place_scatter_mm), line.slope.dot(solved.col(0)),
+                      line.slope.dot(solved.col(3)));
+    for (Index i = 0; i < diagonal.size(); ++i) {
+      constexpr double kBelieved = 3, kMostDoubt = 1e4;
+      const double pull = solved(i, 0) / std::sqrt(diagonal(i)) * std::sqrt(line.doubt(i));
+      pulls.push_back(std::abs(pull));
+      line.doubt(i) = std::clamp(Square(pull / kBelieved), 1.0, kMostDoubt);
+    }
+  }
+  // A line with a blob on it fits its neighbours, but no model of a line.
+  constexpr double kBelievedMisfit = 2.5;  // over the median one
+  const double most = kBelievedMisfit * Median(misfits);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    lines[i].weight = misfits[i] > most ? Square(most / misfits[i]) : 1;
+  }
+  constexpr double kMedianPull = 0.6745;  // of a normal distribution
+  const double n = static_cast<double>(lines.size()) - 1 + options.seen_lines;
+  state.lag_scatter_s = std::sqrt(lag / n);
+  state.flow_scatter = std::sqrt(flow / n);
+  state.place_scatter_mm = std::sqrt(place / n);
+  state.noise = std::clamp(before.noise * Square(Median(pulls) / kMedianPull), 0.01, 100.0);
+}
+
+// One step towards the least misfit.
+struct Step {
+  LawMatrix information;
+  double length = 0;  // in standard deviations
+};
+
+// REQUIRES lines that are linearised and weighed at the state.
+Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState& state,
+             double& damping) {
+  constexpr int kAttempts = 6;
+  constexpr double kLeastDamping = 1e-6;
+  Step step{pattern.prior.information, 0};
+  LawVector right = pattern.prior.information * (pattern.prior.mean - state.theta);
+  double before = (state.theta - pattern.prior.mean).dot(-right);
+  for (const LawLine& line : lines) {
+    const VectorXd off = line.value - line.mean;
+    Eigen::MatrixXd columns(off.size(), kUnknowns + 1);
+    columns << line.gradient, off;
+    const Eigen::MatrixXd solved = line.weight * line.covariance.Solve(columns);
+    step.information += line.gradient.transpose() * solved.leftCols(kUnknowns);
+    right += line.gradient.transpose() * solved.col(kUnknowns);
+    before += off.dot(solved.col(kUnknowns));
+  }
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    LawMatrix damped = step.information;
+    damped.diagonal() *= 1 + damping;
+    LawState next = state;
+    next.theta += geometry::SolveSymmetric(damped, right);
+    Bound(next.theta);
+    if (Misfit(lines, pattern, next) <= before) {
+      const LawVector moved = next.theta - state.theta;
+      step.length = std::sqrt(moved.dot(step.information * moved));
+      state = next;
+      damping = std::max(kLeastDamping, damping / 5);
+      break;
+    }
+    damping = std::max(kFirstDamping, damping * 10);
+  }
+  return step;
+}
+
+// Minus twice the logarithm of the likelihood, but for a constant.
+double Unlikeliness(const Pattern& pattern, std::vector<LawLine>& lines, const LawState& state) {
+  Linearise(pattern.model, state, lines);
+  Weigh(state, pattern.options, lines);
+  double sum = Misfit(lines, pattern, state);
+  for (const LawLine& line : lines) sum += line.covariance.LogDeterminant();
+  return sum;
+}
+
+// A melt of one stage and one of two may each look like a poor kind of the other: the better of
+// the two after a few steps.
+LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines) {
+  constexpr int kSteps = 6;
+  LawState best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double second : {0.02, 0.3}) {
+    LawState state;
+    state.theta = pattern.prior.mean;
+    state.theta(kLevel) = 1;
+    state.theta(kLagSeconds) = lag_s;
+    state.theta(kSecondStage) = second;
+    state.lag_scatter_s = pattern.options.lag_scatter * lag_s;
+    state.flow_scatter = pattern.options.flow_scatter;
+    state.place_scatter_mm = pattern.options.place_scatter_mm;
+    double damping = kFirstDamping;
+    for (int i = 0; i < kSteps; ++i) {
+      Linearise(pattern.model, state, lines);
+      Weigh(state, pattern.options, lines);
+      Improve(pattern, lines, state, damping);
+    }
+    const double unlikeliness = Unlikeliness(pattern, lines, state);
+    if (unlikeliness < least) {
+      least = unlikeliness;
+      best = state;
+    }
+  }
+  return best;
+}
+
+LawFit Report(const Pattern& pattern, const LawState& state, const LawMatrix& information) {
+  LawFit fit;
+  fit.lag = LagOf(state.theta);
+  const LagModel model = pattern.model.With(fit.lag);
+  fit.pressure_advance_s = model.RightPressureAdvance();
+  LawVector truth = LawVector::Zero();
+  for (int k = 0; k < kLagUnknowns; ++k) {
+    double step = 0;
+    const double moved_s = model.With(Moved(fit.lag, k, step)).RightPressureAdvance();
+    truth(kOfLag + k) = (moved_s - fit.pressure_advance_s) / step;
+  }
+  fit.sigma_s = std::sqrt(truth.dot(geometry::SolveSymmetric(information, truth).col(0)));
+  fit.level = state.theta(kLevel);
+  fit.drift = state.theta(kDrift);
+  fit.tilt = state.theta(kTilt);
+  fit.swell = state.theta(kSwell);
+  fit.power = state.theta(kPower);
+  fit.lag_scatter_s = state.lag_scatter_s;
+  return fit;
+}
+
+}  // namespace
+
+std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+                             double lag_s, const Interval& span_mm, const LawOptions& options) {
+  constexpr std::size_t kFewestLines = 4;
+  constexpr double kLeastLag_s = 0.001;
+  constexpr int kMost = 14, kLearnEvery = 3, kLearnings = 4;
+  constexpr double kShort = 0.05;
+  std::vector<LawLine> lines;
+  std::vector<double> all, pa_s;
+  for (const LineProfile& profile : profiles) {
+    std::optional<LawLine> line = LawLineOf(profile, span_mm, *motion.length_mm);
+    if (!line) continue;
+    all.insert(all.end(), line->value.begin(), line->value.end());
+    pa_s.push_back(line->pressure_advance_s);
+    lines.push_back(*std::move(line));
+  }
+  if (lines.size() < kFewestLines) return std::nullopt;
+  const double unit = Median(all);
+  const double middle_s = Mean(pa_s);
+  const double range_s =
+      *std::max_element(pa_s.begin(), pa_s.end()) - *std::min_element(pa_s.begin(), pa_s.end());
+  if (!(unit > 0) || !(range_s > 0)) return std::nullopt;
+  for (LawLine& line : lines) {
+    line.value /= unit;
+    line.variance /= unit * unit;
+    line.along = (line.pressure_advance_s - middle_s) / range_s;
+  }
+  const Pattern pattern(motion, options);
+  LawState state = Begin(pattern, std::max(lag_s, kLeastLag_s), lines);
+  double damping = kFirstDamping;
+  Step step;
+  for (int i = 0; i < kMost; ++i) {
+    Linearise(pattern.model, state, lines);
+    Weigh(state, options, lines);
+    // The scatter is learnt every third step, until it no longer changes much.
+    if (i % kLearnEvery == 0 && i / kLearnEvery < kLearnings) {
+      Learn(lines, LawState(state), options, state);
+      Weigh(state, options, lines);
+    }
+    step = Improve(pattern, lines, state, damping);
+    if (i / kLearnEvery >= kLearnings - 1 && step.length < kShort) break;
+  }
+  LawFit fit = Report(pattern, state, step.information);
+  fit.level *= unit;
+  fit.middle_s = middle_s;
+  fit.range_s = range_s;
+  fit.lines = static_cast<int>(lines.size());
+  return fit;
+}
+
+std::vector<LineProfile> MirrorLines(const LawFit& law, std::vector<LineProfile> profiles,
+                                     const LineMotion& motion) {
+  const HeadMotion head(motion);
+  const LagModel model(head, law.lag);
+  constexpr double kLeastLag_s = 1e-4;
+  for (LineProfile& profile : profiles) {
+    std::vector<double> positions_mm;
+    for (const ProfileSample& sample : profile.samples) positions_mm.push_back(sample.position);
+    const double along = (profile.pressure_advance_s - law.middle_s) / law.range_s;
+    const double lag_s = std::max(kLeastLag_s, law.lag.lag_s * (1 + law.drift * along));
+    const LagModel::Line line{lag_s, profile.pressure_advance_s, positions_mm};
+    const std::vector<double> areas = model.Lay({&line, 1}).front();
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+      Seen& area = profile.samples[i].area;
+      if (!area.seen()) continue;
+      const double read = ReadArea(areas[i], law.swell, law.power);
+      const double laid =
+          law.level * (1 + law.tilt * (positions_mm[i] / *motion.length_mm - 0.5)) * read;
+      area.value = 2 * laid - area.value;
+    }
+  }
+  return profiles;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,49 @@
+// The law of the lag, learnt from whole profiles.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/measured.h"
+#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
+#include "pressure_advance/response/lag_model.h"
+#include "pressure_advance/response/law_options.h"
+
+namespace trammel::pressure_advance {
+
+struct LawFit {
+  double pressure_advance_s = 0;  ///< right for the mean line
+  double sigma_s = 0;             ///< 1 sigma, of lines of the model
+  Lag lag;
+  double level = 0;          ///< area of an even bead, in the profiles' unit
+  double tilt = 0;           ///< relative change of that over a line
+  double swell = 0;          ///< share of a bead's surplus that is read too much
+  double power = 0;          ///< of a bead's area that is read, less one
+  double drift = 0;          ///< of the lag over the tested range, relative
+  double middle_s = 0;       ///< mean of the tested values, where the lag is the mean line's …
+  double range_s = 0;        ///< … and their range
+  double lag_scatter_s = 0;  ///< from line to line, 1 sigma
+  int lines = 0;
+};
+
+/// The same lines mirrored about those that the learnt law lays: what they have more, these have
+/// less.
+[[nodiscard]] std::vector<LineProfile> MirrorLines(const LawFit& law,
+                                                   std::vector<LineProfile> profiles,
+                                                   const LineMotion& motion);
+
+/// Fits lag, law, slip, drift and what the reading adds, to all readings of all lines together
+/// (Gauss-Newton). A line's own lag and level, a flow that wanders, filament that spreads along the
+/// line or parts into drops stand in the readings' covariance; how much lags and levels scatter and
+/// how well readings repeat is learnt of the same lines. A reading that does not fit its neighbours
+/// counts less.
+/// @param lag_s    a first guess
+/// @param span_mm  of the positions that are looked at
+/// @returns nothing where fewer than four lines can be used.
+/// REQUIRES areas over mm, and a motion with length and acceleration, slow, fast, slow.
+[[nodiscard]] std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles,
+                                           const LineMotion& motion, double lag_s,
+                                           const Interval& span_mm, const LawOptions& options = {});
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,164 @@
+#include "pressure_advance/response/law_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/random.h"
+#include "support/lag_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using ::trammel::testing::LagLaw;
+using ::trammel::testing::LagLine;
+using ::trammel::testing::PrintLagLine;
+
+const LagLine kLine{};
+const Interval kSpan_mm{4, 26};
+
+LineMotion Motion() {
+  return {{{kLine.slow_before, kLine.slow_mm_s},
+           {1 - kLine.slow_before - kLine.slow_after, kLine.fast_mm_s},
+           {kLine.slow_after, kLine.slow_mm_s}},
+          kLine.length_mm,
+          kLine.acceleration_mm_s2};
+}
+
+struct World {
+  LagLaw law;
+  double level_mm2 = 0.08;
+  double noise = 0.03;    // of readings, relative
+  double scatter = 0.02;  // of a line's lag, relative
+  double power = 1;       // of the area that is read
+  double moved_mm = 0;    // lines alternately, to and fro
+  int count = 10;
+};
+
+std::vector<LineProfile> Measure(const World& world, Random& random) {
+  std::vector<LineProfile> profiles;
+  for (int k = 0; k < world.count; ++k) {
+    LineProfile profile;
+    profile.pressure_advance_s = 0.06 * k / (world.count - 1);
+    LagLaw law = world.law;
+    const double lag = 1 + world.scatter * random.Normal();
+    law.linear_s *= lag;
+    law.power *= lag;
+    const std::vector<double> areas = PrintLagLine(kLine, law, profile.pressure_advance_s);
+    for (std::size_t i = 0; i < areas.size(); i += 2) {
+      ProfileSample sample;
+      sample.position =
+          kLine.step_mm * static_cast<double>(i) + (k % 2 == 0 ? world.moved_mm : -world.moved_mm);
+      const double sigma = world.level_mm2 * world.noise;
+      sample.area = {world.level_mm2 * std::pow(std::max(0.0, areas[i]), world.power) +
+                         sigma * random.Normal(),
+                     sigma};
+      profile.samples.push_back(sample);
+    }
+    profiles.push_back(profile);
+  }
+  return profiles;
+}
+
+TEST(LawFit, LearnsALinearLagAndAThinningOne) {
+  for (const double exponent : {1.0, 0.5}) {
+    World world;
+    world.law.linear_s = exponent == 1 ? 0.033 : 0;
+    world.law.exponent = exponent;
+    world.law.power =
+        exponent == 1 ? 0 : 0.033 * 145 / (std::pow(150, exponent) - std::pow(5, exponent));
+    Random random(21);
+    const auto fit = FitLaw(Measure(world, random), Motion(), 0.025, kSpan_mm);
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_NEAR(fit->pressure_advance_s, 0.033, 3 * fit->sigma_s);
+    EXPECT_LT(fit->sigma_s, 0.0008);
+    EXPECT_NEAR(fit->lag.exponent[2], exponent, 0.25);
+    EXPECT_NEAR(fit->level, world.level_mm2, 0.03 * world.level_mm2);
+    EXPECT_EQ(fit->lines, 10);
+  }
+}
+
+TEST(LawFit, TakesReadingsThatAreNoStraightImageOfTheArea) {
+  World world;
+  world.law.linear_s = 0.033;
+  world.power = 0.93;
+  Random random(22);
+  const auto fit = FitLaw(Measure(world, random), Motion(), 0.03, kSpan_mm);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(fit->power, -0.07, 0.04);
+  EXPECT_NEAR(fit->pressure_advance_s, 0.033, 3 * fit->sigma_s);
+}
+
+TEST(LawFit, TakesLinesWhosePlaceIsNotKnownWell) {
+  World world;
+  world.law.linear_s = 0.033;
+  world.moved_mm = 0.25;
+  Random random(23);
+  const auto fit = FitLaw(Measure(world, random), Motion(), 0.03, kSpan_mm);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(fit->pressure_advance_s, 0.033, 3 * fit->sigma_s);
+}
+
+TEST(LawFit, SeesHowMuchLinesScatter) {
+  const auto sigma_s = [](double scatter) {
+    World world;
+    world.law.linear_s = 0.033;
+    world.scatter = scatter;
+    world.count = 20;
+    Random random(24);
+    return FitLaw(Measure(world, random), Motion(), 0.03, kSpan_mm)->sigma_s;
+  };
+  EXPECT_GT(sigma_s(0.12), 1.7 * sigma_s(0.03));
+}
+
+TEST(LawFit, LetsAReadingThatDoesNotFitItsNeighboursCountLess) {
+  World world;
+  world.law.linear_s = 0.033;
+  Random random(25);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  const auto clean = FitLaw(profiles, Motion(), 0.03, kSpan_mm);
+  for (LineProfile& profile : profiles) profile.samples[30].area.value *= 3;
+  const auto spoilt = FitLaw(profiles, Motion(), 0.03, kSpan_mm);
+  ASSERT_TRUE(clean.has_value() && spoilt.has_value());
+  EXPECT_NEAR(spoilt->pressure_advance_s, clean->pressure_advance_s, 0.0005);
+}
+
+TEST(LawFit, IsNothingOfFewLinesOrOfOneValue) {
+  World world;
+  Random random(26);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  std::vector<LineProfile> few(profiles.begin(), profiles.begin() + 3);
+  EXPECT_FALSE(FitLaw(few, Motion(), 0.03, kSpan_mm).has_value());
+  for (LineProfile& profile : profiles) profile.pressure_advance_s = 0.02;
+  EXPECT_FALSE(FitLaw(profiles, Motion(), 0.03, kSpan_mm).has_value());
+}
+
+TEST(LawFit, MirrorsLinesAboutThoseOfTheLaw) {
+  World world;
+  world.law.linear_s = 0.033;
+  Random random(27);
+  const std::vector<LineProfile> seen = Measure(world, random);
+  const auto fit = FitLaw(seen, Motion(), 0.03, kSpan_mm);
+  ASSERT_TRUE(fit.has_value());
+  const std::vector<LineProfile> mirrored = MirrorLines(*fit, seen, Motion());
+  const std::vector<LineProfile> again = MirrorLines(*fit, mirrored, Motion());
+  double off = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    for (std::size_t i = 0; i < seen[k].samples.size(); ++i) {
+      const double value = seen[k].samples[i].area.value;
+      EXPECT_NEAR(again[k].samples[i].area.value, value, 1e-12);
+      const double at = seen[k].samples[i].position;
+      if (at < kSpan_mm.lo || at > kSpan_mm.hi) continue;
+      off += std::pow((mirrored[k].samples[i].area.value - value) / 2 / world.level_mm2, 2);
+      ++count;
+    }
+  }
+  // Half of what the two differ by is what the law leaves over: the noise, and some edges.
+  EXPECT_LT(std::sqrt(off / count), 2 * world.noise);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

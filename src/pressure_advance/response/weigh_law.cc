@@ -1,0 +1,71 @@
+#include "pressure_advance/response/weigh_law.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/square.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+// What is left open of a crossing where the law is known.
+BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const LawFit& law,
+                        const LawOptions& options) {
+  const double error_s = (seen.value_s + twin.value_s) / 2 - law.pressure_advance_s;
+  BudgetedValue corrected{seen.value_s - error_s, {}};
+  corrected.budget.lines = seen.budget.lines;
+  corrected.budget.form =
+      Square(options.error_sigma * error_s) + Square(options.form_sigma * law.pressure_advance_s);
+  corrected.budget.picture = seen.budget.picture;
+  return corrected;
+}
+
+}  // namespace
+
+void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawOptions& options,
+                  CombinedTransitions& crossings) {
+  const auto judged = [&](const BudgetedValue& answer) {
+    return JudgeByBudget(answer.value_s, answer.budget, crossings.freedom, crossings.tested,
+                         crossings.widest);
+  };
+  const auto one = [&](BudgetedValue& seen, const BudgetedValue& of_twin, double& shift_s) {
+    const BudgetedValue corrected = Corrected(seen, of_twin, law, options);
+    shift_s += corrected.value_s - seen.value_s;
+    seen = corrected;
+    return judged(corrected).pressure_advance;
+  };
+  crossings.acceleration = one(*crossings.first, *twin.first, crossings.acceleration_shift_s);
+  crossings.deceleration = one(*crossings.second, *twin.second, crossings.deceleration_shift_s);
+
+  BudgetedValue whole = Corrected(*crossings.whole, *twin.whole, law, options);
+  const double law_variance =
+      Square(law.sigma_s) + Square(options.form_sigma * law.pressure_advance_s);
+  const double own = whole.budget.lines + whole.budget.form;
+  const double lags =
+      std::min(Square(law.lag_scatter_s) / law.lines, 0.9 * std::min(own, law_variance));
+  const double apart = own + law_variance - 2 * lags;
+  const double w = std::clamp((own - lags) / apart, 0.0, options.most_weight);
+  const double differ_s = law.pressure_advance_s - whole.value_s;
+  const double form =
+      w * w * (law_variance - Square(law.sigma_s)) + (1 - w) * (1 - w) * whole.budget.form;
+  whole.value_s += w * differ_s;
+  whole.budget.lines =
+      w * w * Square(law.sigma_s) + (1 - w) * (1 - w) * whole.budget.lines + 2 * w * (1 - w) * lags;
+  whole.budget.form = form;
+  crossings.notices.clear();
+  if (Square(differ_s) > 4 * apart) {
+    whole.budget.apart = (Square(differ_s) - 4 * apart) / 12;
+    crossings.notices.push_back(fmt::format(
+        "the shape of the lines ({:.4f} s) and what the changes of speed leave over ({:.4f} s) "
+        "suggest values that differ by {:.1f} standard uncertainties; the answer's uncertainty was "
+        "widened for it",
+        law.pressure_advance_s, whole.value_s - w * differ_s,
+        std::abs(differ_s) / std::sqrt(apart)));
+  }
+  crossings.whole = whole;
+  crossings.both = judged(whole);
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,19 @@
+// The crossings of lines and the law that their profiles show, weighed against each other.
+#pragma once
+
+#include "pressure_advance/response/combine_transitions.h"
+#include "pressure_advance/response/law_fit.h"
+
+namespace trammel::pressure_advance {
+
+/// Takes out of the crossings what the same fit errs by on lines that the learnt law lays, and
+/// weighs the result with the law's own value by their variances; the lines' own lags are in both.
+/// Where the two differ by more than twice what that explains, the rest enters as a rectangular
+/// distribution, with a notice.
+/// @param twin  of the mirrored lines (MirrorLines): their scatter, and what the law does to the
+///   fit, are the same
+/// REQUIRES whole, first and second in both.
+void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawOptions& options,
+                  CombinedTransitions& crossings);
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,67 @@
+#include "pressure_advance/response/weigh_law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace trammel::pressure_advance {
+namespace {
+
+BudgetedValue Value(double value_s, double sigma_s) {
+  BudgetedValue value{value_s, {}};
+  value.budget.lines = sigma_s * sigma_s;
+  return value;
+}
+
+CombinedTransitions Crossings(double value_s, double sigma_s) {
+  CombinedTransitions crossings;
+  crossings.whole = crossings.first = crossings.second = Value(value_s, sigma_s);
+  crossings.freedom = 7;
+  crossings.tested = {0, 0.06};
+  crossings.widest = 0.2;
+  return crossings;
+}
+
+LawFit Law(double value_s, double sigma_s) {
+  LawFit law;
+  law.pressure_advance_s = value_s;
+  law.sigma_s = sigma_s;
+  law.lag_scatter_s = 0.0005;
+  law.lines = 10;
+  return law;
+}
+
+TEST(WeighLaw, TakesOffWhatCrossingsErrByOnLinesOfTheLaw) {
+  // Crossings and their mirror image both stand 1 ms above the law: that much they err by.
+  CombinedTransitions crossings = Crossings(0.034, 0.0005);
+  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.034, 0.0005), {}, crossings);
+  ASSERT_TRUE(crossings.both.pressure_advance.good());
+  EXPECT_NEAR(crossings.both.pressure_advance.quantity().value, 0.033, 1e-9);
+  EXPECT_NEAR(crossings.acceleration.quantity().value, 0.033, 1e-9);
+  EXPECT_NEAR(crossings.acceleration_shift_s, -0.001, 1e-9);
+  EXPECT_TRUE(crossings.notices.empty());
+}
+
+TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
+  const auto answer = [](double crossing_sigma_s, double law_sigma_s) {
+    // The mirror image says that the crossings do not err.
+    CombinedTransitions crossings = Crossings(0.0335, crossing_sigma_s);
+    WeighWithLaw(Law(0.033, law_sigma_s), Crossings(0.0325, crossing_sigma_s), {}, crossings);
+    return crossings.both.pressure_advance.quantity().value;
+  };
+  EXPECT_NEAR(answer(0.003, 0.0003), 0.0335 - LawOptions{}.most_weight * 0.0005, 2e-5);
+  EXPECT_GT(answer(0.0004, 0.003), 0.0334);
+}
+
+TEST(WeighLaw, WidensAndSaysSoWhereTheTwoDiffer) {
+  CombinedTransitions near = Crossings(0.033, 0.0005), far = Crossings(0.037, 0.0005);
+  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.033, 0.0005), {}, near);
+  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.029, 0.0005), {}, far);
+  ASSERT_EQ(far.notices.size(), 1U);
+  EXPECT_NE(far.notices[0].find("suggest values that differ"), std::string::npos);
+  EXPECT_GT(far.both.pressure_advance.quantity().standard_uncertainty,
+            1.5 * near.both.pressure_advance.quantity().standard_uncertainty);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance
