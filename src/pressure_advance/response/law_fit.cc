@@ -139,7 +139,7 @@ double Unlikeliness(const Pattern& pattern, std::vector<LawLine>& lines, const L
 // A melt of one stage and one of two may each look like a poor kind of the other: the better of
 // the two after a few steps.
 LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines) {
-  constexpr int kSteps = 6;
+  constexpr int kSteps = 4;
   LawState best;
   double least = std::numeric_limits<double>::infinity();
   for (const double second : {0.02, 0.3}) {
@@ -193,7 +193,7 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
                              double lag_s, const Interval& span_mm, const LawOptions& options) {
   constexpr std::size_t kFewestLines = 4;
   constexpr double kLeastLag_s = 0.001;
-  constexpr int kMost = 14, kLearnEvery = 3, kLearnings = 4;
+  constexpr int kMost = 14, kLearnEvery = 2, kLearnings = 4;
   constexpr double kShort = 0.05;
   std::vector<LawLine> lines;
   std::vector<double> all, pa_s;
@@ -222,7 +222,7 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   for (int i = 0; i < kMost; ++i) {
     Linearise(pattern.model, state, lines);
     Weigh(state, options, lines);
-    // The scatter is learnt every third step, until it no longer changes much.
+    // The scatter is learnt every second step, until it no longer changes much.
     if (i % kLearnEvery == 0 && i / kLearnEvery < kLearnings) {
       Learn(lines, LawState(state), options, state);
       Weigh(state, options, lines);
