@@ -50,13 +50,13 @@ void HeadMotion::Continue(double from_s, double speed_mm_s, double acceleration_
 
 void HeadMotion::DivideTime(double end_s) {
   constexpr double kBefore_s = 0.15;  // of the first change, which averaging sees ahead
-  constexpr double kShortest_s = 0.002, kLongest_s = 0.02;
+  constexpr double kShortest_s = 0.002;
   // Cells are short from kAhead_s before a change of speed until kAfter_s behind it; then they grow
   // with the time that has passed.
   constexpr double kAhead_s = 0.06, kAfter_s = 0.03, kGrowth = 0.05;
   for (double t = -kBefore_s; t < end_s;) {
     times_s_.push_back(t);
-    double cell_s = kLongest_s;
+    double cell_s = end_s - t;
     for (const Phase& phase : phases_) {
       const double ahead_s = phase.begin_s - kAhead_s - t;
       const double behind_s = t - phase.begin_s - kAfter_s;

@@ -70,6 +70,13 @@ TEST(HeadMotion, StepsShortlyAboutChangesOfSpeedAndRises) {
   EXPECT_GT(longest_s, 0.01);
 }
 
+TEST(HeadMotion, TakesFewCellsHoweverSlowTheHeadIs) {
+  const LineMotion creeping{{{0.25, 0.001}, {0.5, 0.1}, {0.25, 0.001}}, 100.0, 1.0};
+  const HeadMotion head(creeping);
+  EXPECT_LT(head.times_s().size(), 1500U);
+  EXPECT_GT(head.times_s().back(), 25000);
+}
+
 TEST(HeadMotion, AveragesByATriangle) {
   constexpr double kWidth_s = 0.04;
   const HeadMotion head(QuickLine());

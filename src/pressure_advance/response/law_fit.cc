@@ -231,6 +231,9 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
     if (i / kLearnEvery >= kLearnings - 1 && step.length < kShort) break;
   }
   LawFit fit = Report(pattern, state, step.information);
+  if (!std::isfinite(fit.pressure_advance_s) || !(fit.sigma_s > 0) || !std::isfinite(fit.sigma_s)) {
+    return std::nullopt;
+  }
   fit.level *= unit;
   fit.middle_s = middle_s;
   fit.range_s = range_s;

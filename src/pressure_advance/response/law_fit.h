@@ -40,7 +40,7 @@ struct LawFit {
 /// counts less.
 /// @param lag_s    a first guess
 /// @param span_mm  of the positions that are looked at
-/// @returns nothing where fewer than four lines can be used.
+/// @returns nothing where fewer than four lines can be used, or no number comes of them.
 /// REQUIRES areas over mm, and a motion with length and acceleration, slow, fast, slow.
 [[nodiscard]] std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles,
                                            const LineMotion& motion, double lag_s,

@@ -135,6 +135,26 @@ TEST(LawFit, IsNothingOfFewLinesOrOfOneValue) {
   EXPECT_FALSE(FitLaw(profiles, Motion(), 0.03, kSpan_mm).has_value());
 }
 
+TEST(LawFit, IsNothingOrFiniteWhateverIsRead) {
+  for (const double wild : {1e300, -1e300, 1e-300, 1e12, 0.0}) {
+    World world;
+    world.law.linear_s = 0.033;
+    Random random(28);
+    std::vector<LineProfile> profiles = Measure(world, random);
+    for (std::size_t k = 0; k < profiles.size(); k += 2) {
+      for (std::size_t i = k; i < profiles[k].samples.size(); i += 5) {
+        profiles[k].samples[i].area.value = wild;
+        profiles[k].samples[i].area.sigma = std::abs(wild) * 1e-3 + 1e-300;
+      }
+    }
+    const auto fit = FitLaw(profiles, Motion(), 0.03, kSpan_mm);
+    if (!fit) continue;
+    EXPECT_TRUE(std::isfinite(fit->pressure_advance_s)) << wild;
+    EXPECT_TRUE(std::isfinite(fit->sigma_s)) << wild;
+    EXPECT_TRUE(std::isfinite(fit->lag_scatter_s)) << wild;
+  }
+}
+
 TEST(LawFit, MirrorsLinesAboutThoseOfTheLaw) {
   World world;
   world.law.linear_s = 0.033;
