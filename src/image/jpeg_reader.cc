@@ -24,7 +24,9 @@ class DecodedRow {
  public:
   void Resize(std::size_t samples) { bytes_.resize(samples + 1); }
   [[nodiscard]] bool empty() const { return bytes_.empty(); }
-  [[nodiscard]] std::span<std::uint8_t> samples() { return std::span(bytes_).subspan(1); }
+  [[nodiscard]] std::span<std::uint8_t> samples() {
+    return empty() ? std::span(bytes_) : std::span(bytes_).subspan(1);
+  }
 
  private:
   std::vector<std::uint8_t> bytes_;

@@ -110,13 +110,13 @@ class MoonrakerTaps : public TapStream {
   void OnUsable(std::function<void()> done) {
     intake_.Restart();
     // While connecting for the first time there is no method yet that could bring anything.
-    registered_ ? Subscribe(std::move(done)) : done();
+    registered_ ? Subscribe(done) : done();
   }
 
-  void Subscribe(std::function<void()> done) {
+  void Subscribe(const std::function<void()>& done) {
     ++session_;
     FindCell(1);
-    SubscribeToStatus(1, std::move(done));
+    SubscribeToStatus(1, done);
   }
 
   /// Asks once more after a while, unless Klipper's session is another one by then. In the end

@@ -8,6 +8,7 @@
 
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/spool_memory.h"
+#include "session/dead_run.h"
 #include "session/run_journal.h"
 #include "settings/material.h"
 

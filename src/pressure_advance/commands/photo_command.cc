@@ -17,7 +17,7 @@
 #include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
-#include "files/whole_file.h"
+#include "files/new_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"

@@ -111,8 +111,8 @@ StoredLaw::Flow StoredLaw::Exact(double stored_mm) const {
 
 StoredLaw::Flow StoredLaw::At(double stored_mm) const {
   const double at = stored_mm * cells_per_mm_;
+  if (!(at < kTable)) return Exact(stored_mm);
   const auto i = static_cast<std::size_t>(at);
-  if (i >= kTable) return Exact(stored_mm);
   const double rise = flow_mm_s_[i + 1] - flow_mm_s_[i];
   return {flow_mm_s_[i] + rise * (at - static_cast<double>(i)), rise * cells_per_mm_};
 }

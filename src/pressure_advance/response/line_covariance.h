@@ -16,7 +16,7 @@ class LineCovariance {
     Eigen::VectorXd between;      ///< variance of what moves to the next reading; n - 1 values
     Eigen::VectorXd wander;       ///< of the wandering flow at each reading, 1 sigma
     Eigen::VectorXd correlation;  ///< of that with the next reading's, [0, 1); n - 1 values
-    Eigen::MatrixXd common;       ///< of each common cause, 1 sigma; n x causes
+    Eigen::MatrixXd common;       ///< of each common cause, 1 sigma; n x causes, at least one
   };
   LineCovariance() = default;
   explicit LineCovariance(const Terms& terms);

@@ -47,7 +47,7 @@ MatrixXd Dense(const LineCovariance::Terms& terms) {
 TEST(LineCovariance, SolvesAsTheWholeMatrixDoes) {
   Random random(11);
   for (const Index n : {Index{1}, Index{2}, Index{8}, Index{60}}) {
-    for (const Index causes : {Index{0}, Index{1}, Index{3}}) {
+    for (const Index causes : {Index{1}, Index{3}}) {
       const LineCovariance::Terms terms = Draw(random, n, causes);
       const LineCovariance covariance(terms);
       const MatrixXd dense = Dense(terms);
