@@ -1,7 +1,7 @@
 # trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [LEAN] [NUMERIC])   a library target trammel_NAME
 #   HOT: measured code, -O3 in a release, unless TRAMMEL_QUICK is on. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
 #   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
-#   LEAN (and COLD): nothing is inlined that makes the code longer, which clang takes a quarter of its time for: code that waits for
+#   LEAN (and COLD): nothing is inlined that makes the code longer, which clang takes a fifth of its time for: code that waits for
 #   the network or a disk, called seldom.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.

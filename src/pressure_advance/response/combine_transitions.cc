@@ -171,15 +171,20 @@ BudgetedValue WeighedMean(const CrossingPair& pair, const Shared& shared,
   const double explained = 4 * std::max(apart, 1e-18);
   if (Square(a_s - d_s) > explained) {
     budget.apart = (Square(a_s - d_s) - explained) / 12;
-    notices.push_back(fmt::format(
-        "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest values that differ by "
-        "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
-        a_s, d_s, std::abs(a_s - d_s) / std::sqrt(std::max(apart, 1e-18))));
+    notices.push_back(
+        NoticeOfTransitions(a_s, d_s, std::abs(a_s - d_s) / std::sqrt(std::max(apart, 1e-18))));
   }
   return {w * a_s + v * d_s + shared.drift.shift_s, budget};
 }
 
 }  // namespace
+
+std::string NoticeOfTransitions(double acceleration_s, double deceleration_s, double sigmas) {
+  return fmt::format(
+      "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest values that differ by "
+      "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
+      acceleration_s, deceleration_s, sigmas);
+}
 
 CombinedTransitions CombineTransitions(const Transitions& transitions,
                                        const TransitionCrossings& crossings, bool slope_has_scale,

@@ -33,6 +33,10 @@ struct CombinedTransitions {
   double widest = 0;  ///< half width of an interval, as a part of the tested range
 };
 
+/// Says that the two transitions contradict each other.
+[[nodiscard]] std::string NoticeOfTransitions(double acceleration_s, double deceleration_s,
+                                              double sigmas);
+
 /// Weighs the two crossings by their covariance.
 ///
 /// Slip pulls the two in opposite directions: their difference shows it. Filament that was not

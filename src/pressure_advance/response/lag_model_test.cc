@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "support/lag_line.h"
+#include "pressure_advance/response/lag_line_test_support.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -14,14 +14,6 @@ namespace {
 using ::trammel::testing::LagLaw;
 using ::trammel::testing::LagLine;
 using ::trammel::testing::PrintLagLine;
-
-LineMotion MotionOf(const LagLine& line) {
-  return {{{line.slow_before, line.slow_mm_s},
-           {1 - line.slow_before - line.slow_after, line.fast_mm_s},
-           {line.slow_after, line.slow_mm_s}},
-          line.length_mm,
-          line.acceleration_mm_s2};
-}
 
 std::vector<double> LayOne(const LagModel& model, double lag_s, double pressure_advance_s,
                            const std::vector<double>& places) {

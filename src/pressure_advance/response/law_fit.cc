@@ -245,13 +245,12 @@ std::vector<LineProfile> MirrorLines(const LawFit& law, std::vector<LineProfile>
                                      const LineMotion& motion) {
   const HeadMotion head(motion);
   const LagModel model(head, law.lag);
-  constexpr double kLeastLag_s = 1e-4;
   for (LineProfile& profile : profiles) {
     std::vector<double> positions_mm;
     for (const ProfileSample& sample : profile.samples) positions_mm.push_back(sample.position);
     const double along = (profile.pressure_advance_s - law.middle_s) / law.range_s;
-    const double lag_s = std::max(kLeastLag_s, law.lag.lag_s * (1 + law.drift * along));
-    const LagModel::Line line{lag_s, profile.pressure_advance_s, positions_mm};
+    const LagModel::Line line{LagSecondsAt(law.lag.lag_s, law.drift, along),
+                              profile.pressure_advance_s, positions_mm};
     const std::vector<double> areas = model.Lay({&line, 1}).front();
     for (std::size_t i = 0; i < areas.size(); ++i) {
       Seen& area = profile.samples[i].area;

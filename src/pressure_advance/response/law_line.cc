@@ -111,8 +111,8 @@ std::vector<std::vector<double>> LayAll(const LagModel& model, const LawVector& 
                                         const std::vector<LawLine>& lines, double more_s) {
   std::vector<LagModel::Line> all;
   for (const LawLine& line : lines) {
-    all.push_back(
-        {LagSecondsOf(theta, line.along) + more_s, line.pressure_advance_s, line.position_mm});
+    all.push_back({LagSecondsAt(theta(kLagSeconds), theta(kDrift), line.along) + more_s,
+                   line.pressure_advance_s, line.position_mm});
   }
   return model.Lay(all);
 }

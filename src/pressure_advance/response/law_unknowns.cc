@@ -44,8 +44,8 @@ Lag LagOf(const LawVector& theta) {
   return lag;
 }
 
-double LagSecondsOf(const LawVector& theta, double along) {
-  return std::max(kLeastLag_s, theta(kLagSeconds) * (1 + theta(kDrift) * along));
+double LagSecondsAt(double lag_s, double drift, double along) {
+  return std::max(kLeastLag_s, lag_s * (1 + drift * along));
 }
 
 Lag Moved(const Lag& lag, int k, double& step) {

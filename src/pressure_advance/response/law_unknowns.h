@@ -20,8 +20,10 @@ using LawMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
 /// The mean line's lag.
 [[nodiscard]] Lag LagOf(const LawVector& theta);
-/// A line's own lag in seconds. @param along  of the pattern, -0.5 to 0.5
-[[nodiscard]] double LagSecondsOf(const LawVector& theta, double along);
+/// A line's own lag in seconds.
+/// @param drift  of the lag over the pattern, relative
+/// @param along  of the pattern, -0.5 to 0.5
+[[nodiscard]] double LagSecondsAt(double lag_s, double drift, double along);
 /// The lag with one unknown moved by a step that stays in its range.
 /// @param k  of the lag's unknowns, from 0
 /// @param step  signed, is set

@@ -8,7 +8,7 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "support/lag_line.h"
+#include "pressure_advance/response/lag_line_test_support.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -30,16 +30,6 @@ std::vector<double> Range(double lo, double hi, int count) {
   std::vector<double> values(count);
   for (int i = 0; i < count; ++i) values[i] = lo + (hi - lo) * i / (count - 1);
   return values;
-}
-
-LineMotion MotionOf(const LagLine& line) {
-  LineMotion motion;
-  motion.segments = {{line.slow_before, line.slow_mm_s},
-                     {1 - line.slow_before - line.slow_after, line.fast_mm_s},
-                     {line.slow_after, line.slow_mm_s}};
-  motion.length_mm = line.length_mm;
-  motion.acceleration_mm_s2 = line.acceleration_mm_s2;
-  return motion;
 }
 
 // Printed lines as a laser would see them: the first and last 4 mm skipped, one reading every 0.2

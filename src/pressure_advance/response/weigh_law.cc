@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/square.h"
 
@@ -20,6 +21,15 @@ BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, co
       Square(options.error_sigma * error_s) + Square(options.form_sigma * law.pressure_advance_s);
   corrected.budget.picture = seen.budget.picture;
   return corrected;
+}
+
+// Widens the answer by what two values differ beyond twice their standard uncertainty.
+// @returns how many of these they differ by, where it does
+std::optional<double> Widen(double differ_s, double variance, UncertaintyBudget& budget) {
+  const double beyond = Square(differ_s) - 4 * variance;
+  if (beyond <= 0) return std::nullopt;
+  budget.apart += beyond / 12;
+  return std::abs(differ_s) / std::sqrt(variance);
 }
 
 }  // namespace
@@ -54,15 +64,21 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
   whole.budget.lines =
       w * w * Square(law.sigma_s) + (1 - w) * (1 - w) * whole.budget.lines + 2 * w * (1 - w) * lags;
   whole.budget.form = form;
+  // Of what the transitions differed by, the law may explain a part.
   crossings.notices.clear();
-  if (Square(differ_s) > 4 * apart) {
-    whole.budget.apart = (Square(differ_s) - 4 * apart) / 12;
+  const BudgetedValue& a = *crossings.first;
+  const BudgetedValue& d = *crossings.second;
+  if (const auto sigmas =
+          Widen(a.value_s - d.value_s,
+                a.budget.lines + a.budget.form + d.budget.lines + d.budget.form, whole.budget)) {
+    crossings.notices.push_back(NoticeOfTransitions(a.value_s, d.value_s, *sigmas));
+  }
+  if (const auto sigmas = Widen(differ_s, apart, whole.budget)) {
     crossings.notices.push_back(fmt::format(
         "the shape of the lines ({:.4f} s) and what the changes of speed leave over ({:.4f} s) "
         "suggest values that differ by {:.1f} standard uncertainties; the answer's uncertainty was "
         "widened for it",
-        law.pressure_advance_s, whole.value_s - w * differ_s,
-        std::abs(differ_s) / std::sqrt(apart)));
+        law.pressure_advance_s, whole.value_s - w * differ_s, *sigmas));
   }
   crossings.whole = whole;
   crossings.both = judged(whole);

@@ -8,8 +8,8 @@ namespace trammel::pressure_advance {
 
 /// Takes out of the crossings what the same fit errs by on lines that the learnt law lays, and
 /// weighs the result with the law's own value by their variances; the lines' own lags are in both.
-/// Where the two differ by more than twice what that explains, the rest enters as a rectangular
-/// distribution, with a notice.
+/// Where the two, or the transitions after that, differ by more than twice what is known of them
+/// explains, the rest enters as a rectangular distribution, with a notice.
 /// @param twin  of the mirrored lines (MirrorLines): their scatter, and what the law does to the
 ///   fit, are the same
 /// REQUIRES whole, first and second in both.

@@ -53,6 +53,26 @@ TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
 }
 
+TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
+  const auto weighed = [](double apart_s, double twins_apart_s) {
+    CombinedTransitions crossings = Crossings(0.033, 0.0005);
+    crossings.first->value_s += apart_s / 2;
+    crossings.second->value_s -= apart_s / 2;
+    CombinedTransitions twin = Crossings(0.033, 0.0005);
+    twin.first->value_s += twins_apart_s / 2;
+    twin.second->value_s -= twins_apart_s / 2;
+    WeighWithLaw(Law(0.033, 0.0005), twin, {}, crossings);
+    return crossings;
+  };
+  // Lines of the law have crossings that are as far apart: the law explains it.
+  EXPECT_TRUE(weighed(0.008, 0.008).notices.empty());
+  const CombinedTransitions apart = weighed(0.008, -0.008);
+  ASSERT_EQ(apart.notices.size(), 1U);
+  EXPECT_NE(apart.notices[0].find("the acceleration (0.0370 s)"), std::string::npos);
+  EXPECT_GT(apart.both.pressure_advance.quantity().standard_uncertainty,
+            2 * weighed(0, 0).both.pressure_advance.quantity().standard_uncertainty);
+}
+
 TEST(WeighLaw, WidensAndSaysSoWhereTheTwoDiffer) {
   CombinedTransitions near = Crossings(0.033, 0.0005), far = Crossings(0.037, 0.0005);
   WeighWithLaw(Law(0.033, 0.0005), Crossings(0.033, 0.0005), {}, near);
