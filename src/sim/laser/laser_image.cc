@@ -39,6 +39,7 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
   for (int row = 0; row < relief.rows; ++row) {
     const float* heights = relief.row(row);
     const float* above = relief.row(std::min(row + 1, relief.rows - 1));
+    const int texture_row = texel(row + row0);
     for (int column = 0; column < relief.columns; ++column, out += 3) {
       const auto height = static_cast<double>(heights[column]);
       const bool bare = height <= kBareMm;
@@ -53,7 +54,7 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
       }
       const Texture& texture = bare ? plate_texture_ : filament_texture_;
       const Sheen& sheen = bare ? traits_.plate : traits_.filament;
-      shade *= static_cast<double>(texture.ambient.At(texel(column + column0), texel(row + row0)));
+      shade *= static_cast<double>(texture.ambient.At(texel(column + column0), texture_row));
       for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
     }
   }

@@ -186,7 +186,7 @@ Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
       "cell = {} mm, {} x {} cells", cell_mm, columns, rows);
   Relief relief{x0, y0, cell_mm, static_cast<int>(columns), static_cast<int>(rows), {}, {}};
   relief.height_mm.assign(static_cast<std::size_t>(columns * rows), 0.0F);
-  const SectionTable shape;
+  static const SectionTable shape;
   for (const Strand& strand : bed.strands) {
     const std::size_t count = strand.samples.size();
     for (std::size_t i = 0; i + 1 < count; ++i) {
