@@ -63,9 +63,10 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   double least_at_guess = kNever;
   const double far = found.price.Far(guess.t);
   mode.kinks.s.fill(guess.s);
+  const Breaks end(profile, guess.t);
   for (std::size_t i = 0; i < kRoundings.size() && mode.kinks.best + 1 >= i; ++i) {
     const TwoZonePress press =
-        FitTwoZones(profile, guess.t, guess.s, least_at_guess - far, kRoundings[i]);
+        FitTwoZones(profile, end, guess.s, least_at_guess - far, kRoundings[i]);
     const double of_press = found.price.Cost(press);
     if (press.found) {
       mode.kinks.s[i] = press.s;
@@ -129,9 +130,10 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
 }
 
 double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near) const {
+  const Breaks end(profile, t);
   double least = kNever;
   for (std::size_t i = 0; i < kRoundings.size(); ++i) {
-    least = std::min(least, Cost(FitTwoZones(profile, t, near.s[i], kNever, kRoundings[i])));
+    least = std::min(least, Cost(FitTwoZones(profile, end, near.s[i], kNever, kRoundings[i])));
   }
   return least;
 }
@@ -145,10 +147,11 @@ double ZonesPrice::Allowance(const TwoZonePress& press) const {
 
 double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
+  const Breaks end(profile, t);
   double margin = -kNever;
   const auto cost = [&](std::size_t k) {
     const TwoZonePress press =
-        FitTwoZones(profile, t, near.s[k], allowed + stiff - Far(t), kRoundings[k]);
+        FitTwoZones(profile, end, near.s[k], allowed + stiff - Far(t), kRoundings[k]);
     const double of_press = Cost(press);
     margin = std::max(margin, allowed + Allowance(press) - of_press);
     return of_press;

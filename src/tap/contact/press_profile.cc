@@ -6,50 +6,7 @@
 namespace trammel::tap {
 namespace {
 
-// A pivot below this share of its column is rounding: the column adds nothing.
-constexpr double kLeastPivot = 1e-11;
 constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();  // as a slope
-
-// Turns sums of y^j into sums of (at - y)^j over the same samples: differences of neighbours, power
-// by power, which is (at - y)^(i+1) y^j = at (at - y)^i y^j - (at - y)^i y^(j+1).
-template <class Real, std::size_t kCount>
-void Shift(std::array<Real, kCount>& d, const Real& at) {
-#pragma GCC unroll 8
-  for (std::size_t i = 1; i < kCount; ++i) {
-#pragma GCC unroll 8
-    for (std::size_t j = kCount - 1; j >= i; --j) {
-      d[j] = at * d[j - 1] - d[j];
-    }
-  }
-}
-
-template <std::size_t kCount, std::size_t kAll>
-std::array<double, kCount> Shifted(const std::array<double, kAll>& moments, double at) {
-  static_assert(kCount <= kAll);
-  std::array<double, kCount> d;
-  std::copy_n(moments.begin(), kCount, d.begin());
-  Shift(d, at);
-  return d;
-}
-
-template <std::size_t kCount, std::size_t kAll>
-std::array<Pair, kCount> Shifted(const std::array<double, kAll>& first,
-                                 const std::array<double, kAll>& second, const Pair& at) {
-  static_assert(kCount <= kAll);
-  std::array<Pair, kCount> d;
-#pragma GCC unroll 8
-  for (std::size_t i = 0; i < kCount; ++i) {
-    d[i] = Pair{first[i], second[i]};
-  }
-  Shift(d, at);
-  return d;
-}
-
-double Invert(double pivot, double column) { return pivot > kLeastPivot * column ? 1 / pivot : 0; }
-
-Pair Invert(const Pair& pivot, const Pair& column) {
-  return pivot > kLeastPivot * column ? 1 / pivot : Pair{0, 0};
-}
 
 double AtLeast0(double value) { return std::max(0.0, value); }
 
@@ -95,15 +52,18 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
   force_squares_ = force_squares;
   const Moments& sum = prefix_.back();
   const double length = samples.y.empty() ? 0 : samples.y.back() - samples.y.front();
-  samples_per_y_ = length > 0 ? static_cast<double>(samples.y.size() - 1) / length : 0;
-  inverse_count_ = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
-  mean_y_ = sum.y[1] * inverse_count_;
-  mean_force_ = sum.force[0] * inverse_count_;
-  const double spread = sum.y[2] - sum.y[1] * mean_y_;
-  inverse_spread_ = spread > kLeastPivot * sum.y[2] ? 1 / spread : 0;
-  const double together = sum.force[1] - mean_y_ * sum.force[0];
-  slope_ = together * inverse_spread_;
-  sum_squares_ = force_squares_ - sum.force[0] * mean_force_ - together * slope_;
+  count_ = static_cast<double>(samples.y.size());
+  samples_per_y_ = length > 0 ? (count_ - 1) / length : 0;
+  place_of_0_ = samples.y.empty() ? 0 : 1 - samples.y.front() * samples_per_y_;
+  baseline_.inverse_count = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
+  baseline_.mean_y = sum.y[1] * baseline_.inverse_count;
+  baseline_.mean_force = sum.force[0] * baseline_.inverse_count;
+  const double spread = sum.y[2] - sum.y[1] * baseline_.mean_y;
+  baseline_.inverse_spread = spread > kLeastPivot * sum.y[2] ? 1 / spread : 0;
+  const double together = sum.force[1] - baseline_.mean_y * sum.force[0];
+  baseline_.slope = together * baseline_.inverse_spread;
+  baseline_.sum_squares =
+      force_squares_ - sum.force[0] * baseline_.mean_force - together * baseline_.slope;
 }
 
 std::array<double, 6> PressProfile::Totals() const {
@@ -132,15 +92,15 @@ PressProfile::Elimination<Real> PressProfile::Eliminate(
     const std::array<Real, kUpTo + 1>& g) const {
   Elimination<Real> e;
   std::array<Real, kOrders> h{};
-  const Real offset = t - mean_y_;
+  const Real offset = t - baseline_.mean_y;
   for (std::size_t i = 0; i < kUpTo; ++i) {
     e.sum_d[i] = d[i + 1];
     e.sum_dy[i] = offset * d[i + 1] - d[i + 2];
-    h[i] = g[i + 1] - mean_force_ * e.sum_d[i] - slope_ * e.sum_dy[i];
+    h[i] = g[i + 1] - baseline_.mean_force * e.sum_d[i] - baseline_.slope * e.sum_dy[i];
   }
   const auto product = [&](std::size_t i, std::size_t j) {
-    return d[i + j + 2] - inverse_count_ * e.sum_d[i] * e.sum_d[j] -
-           inverse_spread_ * e.sum_dy[i] * e.sum_dy[j];
+    return d[i + j + 2] - baseline_.inverse_count * e.sum_d[i] * e.sum_d[j] -
+           baseline_.inverse_spread * e.sum_dy[i] * e.sum_dy[j];
   };
   const Real i1 = Invert(product(0, 0), d[2]);
   e.solved[0] = h[0] * i1;
@@ -172,7 +132,7 @@ PressProfile::Evaluation<Real> PressProfile::EvaluateSums(
     const std::array<Real, kUpTo + 1>& g) const {
   const Elimination<Real> e = Eliminate<kUpTo>(t, d, g);
   Evaluation<Real> at;
-  at.sum_squares[0] = AtLeast0(sum_squares_ - e.gained[0]);
+  at.sum_squares[0] = AtLeast0(baseline_.sum_squares - e.gained[0]);
   at.start_slope[0] = e.solved[0];
   if constexpr (kUpTo > 1) {
     at.sum_squares[1] = AtLeast0(at.sum_squares[0] - e.gained[1]);
@@ -235,102 +195,6 @@ void PressProfile::EvaluateSamples(std::size_t orders, std::size_t first, std::s
                 : EvaluatePairs<kOrders>(first, step, at);
 }
 
-PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
-  const auto d = Shifted<3>(prefix_[below].y, t);
-  const auto f = Shifted<2>(prefix_[below].force, t);
-  OuterZone outer;
-  outer.t = t;
-  outer.sum = d[1];
-  outer.sum_y = (t - mean_y_) * d[1] - d[2];
-  outer.force = f[1] - mean_force_ * outer.sum - slope_ * outer.sum_y;
-  outer.inverse = Invert(
-      d[2] - inverse_count_ * outer.sum * outer.sum - inverse_spread_ * outer.sum_y * outer.sum_y,
-      d[2]);
-  outer.sum_squares = sum_squares_ - outer.force * outer.force * outer.inverse;
-  return outer;
-}
-
-[[gnu::always_inline]] inline PressProfile::TwoZones PressProfile::SolveZones(
-    const std::array<const OuterZone*, 2>& outer, const InnerZone& inner) const {
-  const auto both = [&](double OuterZone::*field) {
-    return Pair{outer[0]->*field, outer[1]->*field};
-  };
-  const Pair outer_sum = both(&OuterZone::sum);
-  const Pair outer_sum_y = both(&OuterZone::sum_y);
-  const Pair outer_force = both(&OuterZone::force);
-  const Pair outer_inverse = both(&OuterZone::inverse);
-  const Pair outer_sum_squares = both(&OuterZone::sum_squares);
-  // Without the baseline and the outer column.
-  const auto& [sum1, sum2] = inner.sum;
-  const auto& [sum_y1, sum_y2] = inner.sum_y;
-  const Pair g12 = inner.by_outer[0] - inverse_count_ * outer_sum * sum1 -
-                   inverse_spread_ * outer_sum_y * sum_y1;
-  const Pair g13 = inner.by_outer[1] - inverse_count_ * outer_sum * sum2 -
-                   inverse_spread_ * outer_sum_y * sum_y2;
-  const Pair l12 = g12 * outer_inverse;
-  const Pair l13 = g13 * outer_inverse;
-  const Pair g22 =
-      inner.p11 - inverse_count_ * sum1 * sum1 - inverse_spread_ * sum_y1 * sum_y1 - l12 * g12;
-  const Pair g23 =
-      inner.p12 - inverse_count_ * sum1 * sum2 - inverse_spread_ * sum_y1 * sum_y2 - l12 * g13;
-  const Pair g33 =
-      inner.p22 - inverse_count_ * sum2 * sum2 - inverse_spread_ * sum_y2 * sum_y2 - l13 * g13;
-  const Pair i2 = Invert(g22, inner.p11);
-  const Pair l23 = g23 * i2;
-  const Pair i3 = Invert(g33 - l23 * g23, inner.p22);
-  const Pair h2 = inner.force[0] - mean_force_ * sum1 - slope_ * sum_y1 - l12 * outer_force;
-  const Pair h3 =
-      inner.force[1] - mean_force_ * sum2 - slope_ * sum_y2 - l13 * outer_force - l23 * h2;
-  const Pair q = h3 * i3;
-  const Pair k = h2 * i2 - l23 * q;
-  const Pair c = outer_force * outer_inverse - l12 * k - l13 * q;
-  const Pair straight = outer_sum_squares - h2 * h2 * i2;
-  return {straight, straight - h3 * q, c, k, q};
-}
-
-PressProfile::TwoZones PressProfile::EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
-                                                      const std::array<double, 2>& at) const {
-  const std::array<std::size_t, 2> below = {Below(at[0]), Below(at[1])};
-  const Pair s = {at[0], at[1]};
-  const auto e = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
-  const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);
-  const Pair lift = Pair{outer[0]->t, outer[1]->t} - s;
-  const Pair y = s - mean_y_;
-  return SolveZones(outer, {{e[1], e[2]},
-                            {y * e[1] - e[2], y * e[2] - e[3]},
-                            {e[2] + lift * e[1], e[3] + lift * e[2]},
-                            {f[1], f[2]},
-                            e[2],
-                            e[3],
-                            e[4]});
-}
-
-PressProfile::TwoZones PressProfile::EvaluateRounded(const std::array<const OuterZone*, 2>& outer,
-                                                     const std::array<double, 2>& from,
-                                                     const std::array<double, 2>& to) const {
-  const Pair u = {from[0], from[1]};
-  const Pair v = {to[0], to[1]};
-  const std::array<const Moments*, 2> at_u = {&prefix_[Below(from[0])], &prefix_[Below(from[1])]};
-  const std::array<const Moments*, 2> at_v = {&prefix_[Below(to[0])], &prefix_[Below(to[1])]};
-  const auto h = Shifted<5>(at_u[0]->y, at_u[1]->y, u);
-  const auto e = Shifted<5>(at_v[0]->y, at_v[1]->y, v);
-  const auto f_h = Shifted<3>(at_u[0]->force, at_u[1]->force, u);
-  const auto f_e = Shifted<3>(at_v[0]->force, at_v[1]->force, v);
-  const Pair t = {outer[0]->t, outer[1]->t};
-  const Pair length = u - v;
-  const Pair half = 0.5 / length;
-  const Pair sum_y = (v - mean_y_) * e[2] - e[3];
-  const Pair by_outer = e[3] + (t - v) * e[2];
-  const Pair squares = h[4] - e[4] - 2 * length * (2 * e[3] + length * e[2]);
-  return SolveZones(outer, {{half * (h[2] - e[2]), e[2]},
-                            {half * ((u - mean_y_) * h[2] - h[3] - sum_y), sum_y},
-                            {half * (h[3] + (t - u) * h[2] - by_outer), by_outer},
-                            {half * (f_h[2] - f_e[2]), f_e[2]},
-                            half * half * squares,
-                            e[3] + 0.5 * length * e[2],
-                            e[4]});
-}
-
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
   const Moments& sums = prefix_[Below(t)];
   const Elimination<double> e = Eliminate<kOrders>(t, Shifted<2 * kOrders + 1>(sums.y, t),
@@ -339,13 +203,13 @@ PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const 
   fit.c[2] = order > 2 ? e.solved[2] : 0;
   fit.c[1] = order > 1 ? e.solved[1] - e.l23 * fit.c[2] : 0;
   fit.c[0] = e.solved[0] - e.l12 * fit.c[1] - e.l13 * fit.c[2];
-  fit.b = slope_;
-  fit.a = mean_force_;
+  fit.b = baseline_.slope;
+  fit.a = baseline_.mean_force;
   for (std::size_t i = 0; i < kOrders; ++i) {
-    fit.a -= inverse_count_ * fit.c[i] * e.sum_d[i];
-    fit.b -= inverse_spread_ * fit.c[i] * e.sum_dy[i];
+    fit.a -= baseline_.inverse_count * fit.c[i] * e.sum_d[i];
+    fit.b -= baseline_.inverse_spread * fit.c[i] * e.sum_dy[i];
   }
-  fit.a += fit.b * (t - mean_y_);
+  fit.a += fit.b * (t - baseline_.mean_y);
   return fit;
 }
 

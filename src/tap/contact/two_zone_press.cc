@@ -10,14 +10,14 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kLeastPart = 3;  // samples of each zone
-constexpr double kLeastRatio = 0.05;   // of the outer slope to the inner one
+constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one
 // Widths of the outer zone that are tried, of the depth; steps around the best, of its width, and
 // by what they shrink where they lead nowhere.
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
 constexpr double kStep = 0.25;
 constexpr double kShrink = 0.4;
 constexpr int kMostSteps = 14;
+constexpr std::size_t kMostTrials = 36;  // of one search: two starts, four widths, both ways on
 // From a kink close by: the second width that is tried, the first step from there, which doubles,
 // and the longest to less.
 constexpr double kSlightlyWider = 1.15;
@@ -35,84 +35,87 @@ constexpr double kLeastStep = 0.001;
 // By which less may be found than a parabola promises.
 constexpr double kSurprise = 6;
 
-// Breaks that are tried with kinks below them, two at a time.
-struct Break {
-  Break(const PressProfile& profile, double t) : Break(profile, t, profile.Below(t)) {}
-
-  PressProfile::OuterZone outer;
-  // Kinks between these leave samples enough to either zone.
-  double above = kNever;
-  double up_to = 0;
+// Presses that were tried. Which of them is better nobody can predict: all are written down, and
+// the place of the best is kept without branches.
+class Trials {
+ public:
+  // Sums of squares of two; kNever where a zone is too short or does not press.
+  [[gnu::noinline]] Pair Try(const PressProfile& profile, const Breaks& breaks, Pair s,
+                             double rounding = 0) {
+    const Pair round = rounding * (breaks.outer.t - s);
+    const TwoZones at = rounding > 0 ? EvaluateRounded(profile, breaks.outer, s + round, s - round)
+                                     : EvaluateTwoZones(profile, breaks.outer, s);
+    const Pair inner = at.outer_slope + at.added_slope;
+    const auto allowed = (s > breaks.above) & (s <= breaks.up_to) & (inner > 0) &
+                         (at.outer_slope >= kLeastRatio * inner);
+    const Pair never = {kNever, kNever};
+    const Pair least = at.sum_squares_curved > 0 ? at.sum_squares_curved : Pair{0, 0};
+    const Pair costs = allowed ? least : never;
+    trials_[count_] = {breaks.outer.t, s, at, costs};
+    for (std::size_t i = 0; i < 2; ++i) {
+      best_ = costs[i] < least_ ? 2 * count_ + i : best_;
+      least_ = costs[i] < least_ ? costs[i] : least_;
+    }
+    ++count_;
+    return costs;
+  }
+  [[nodiscard]] bool Found() const { return least_ < kNever; }
+  [[nodiscard]] double Least() const { return least_; }
+  [[nodiscard]] double BestKink() const { return trials_[best_ / 2].s[best_ % 2]; }
+  [[nodiscard]] TwoZonePress Best() const {
+    if (!Found()) {
+      return {};
+    }
+    const Trial& trial = trials_[best_ / 2];
+    const std::size_t i = best_ % 2;
+    const TwoZones& at = trial.at;
+    return {trial.t[i],        trial.s[i],
+            at.outer_slope[i], at.outer_slope[i] + at.added_slope[i],
+            at.added_curve[i], std::max(0.0, at.sum_squares[i]),
+            trial.costs[i],    true};
+  }
 
  private:
-  Break(const PressProfile& profile, double t, std::size_t below) : outer(profile.Outer(t, below)) {
-    if (below >= 2 * kLeastPart) {
-      above = profile.samples().y[kLeastPart - 1];
-      up_to = profile.samples().y[below - kLeastPart];
-    }
-  }
+  struct Trial {
+    Pair t, s;
+    TwoZones at;
+    Pair costs;
+  };
+  // Without values to begin with.
+  std::array<Trial, kMostTrials> trials_;
+  std::size_t count_ = 0;
+  std::size_t best_ = 0;
+  double least_ = kNever;
 };
 
-// Sums of squares of the two; kNever where a zone is too short or does not press.
-std::array<double, 2> TryTwo(const PressProfile& profile, const std::array<const Break*, 2>& breaks,
-                             const std::array<double, 2>& s, TwoZonePress& best,
-                             double rounding = 0) {
-  const std::array<const PressProfile::OuterZone*, 2> outer_zones = {&breaks[0]->outer,
-                                                                     &breaks[1]->outer};
-  const auto round = [&](std::size_t i) { return rounding * (outer_zones[i]->t - s[i]); };
-  const PressProfile::TwoZones at =
-      rounding > 0 ? profile.EvaluateRounded(outer_zones, {s[0] + round(0), s[1] + round(1)},
-                                             {s[0] - round(0), s[1] - round(1)})
-                   : profile.EvaluateTwoZones(outer_zones, s);
-  // Without branches: which one is better nobody can predict.
-  const Pair kink = {s[0], s[1]};
-  const Pair above = {breaks[0]->above, breaks[1]->above};
-  const Pair up_to = {breaks[0]->up_to, breaks[1]->up_to};
-  const Pair inner = at.outer_slope + at.added_slope;
-  const auto allowed =
-      (kink > above) & (kink <= up_to) & (inner > 0) & (at.outer_slope >= kLeastRatio * inner);
-  const Pair least = at.sum_squares_curved > 0 ? at.sum_squares_curved : Pair{};
-  const Pair costs = allowed ? least : Pair{kNever, kNever};
-  const std::size_t i = costs[1] < costs[0] ? 1 : 0;
-  const TwoZonePress better = {breaks[i]->outer.t, s[i],
-                               at.outer_slope[i],  inner[i],
-                               at.added_curve[i],  std::max(0.0, at.sum_squares[i]),
-                               costs[i],           costs[i] < kNever};
-  best = std::min(best, better, [](const TwoZonePress& one, const TwoZonePress& other) {
-    return one.sum_squares_curved < other.sum_squares_curved;
-  });
-  return {costs[0], costs[1]};
-}
+// A width of the outer zone, of the depth, and what it costs. Worked on as a pair: which of two
+// costs less nobody can predict, and a processor that guesses wrongly loses more than the rest
+// takes.
+using Width = Pair;
+using Mask = decltype(Pair{} < Pair{});
+constexpr std::size_t kOfDepth = 0;
+constexpr std::size_t kCost = 1;
 
-// A width of the outer zone, of the depth, and what it costs.
-struct Width {
-  double of_depth = 0;
-  double cost = kNever;
-};
+Mask Both(const Mask& mask, std::size_t i) { return Mask{mask[i], mask[i]}; }
 
 // A least between its neighbours, which may be out of the question.
 struct Bracket {
   Width below, least, above;
 
-  [[nodiscard]] double Left() const { return least.of_depth - below.of_depth; }
-  [[nodiscard]] double Right() const { return above.of_depth - least.of_depth; }
+  // To the neighbours' widths.
+  [[nodiscard]] Pair Apart() const {
+    return {least[kOfDepth] - below[kOfDepth], above[kOfDepth] - least[kOfDepth]};
+  }
   void Take(const Width& width) {
-    if (!(width.of_depth > below.of_depth && width.of_depth < above.of_depth)) {
-      return;
-    }
-    const bool narrower = width.of_depth < least.of_depth;
-    if (width.cost < least.cost) {
-      (narrower ? above : below) = least;
-      least = width;
-    } else {
-      (narrower ? below : above) = width;
-    }
+    const Mask inside = Both((width > below) & (width < above), kOfDepth);
+    const Mask narrower = Both(width < least, kOfDepth);
+    const Mask lower = Both(width < least, kCost);
+    const Width neighbour = lower ? least : width;
+    below = inside & (lower ^ narrower) ? neighbour : below;
+    above = inside & ~(lower ^ narrower) ? neighbour : above;
+    least = inside & lower ? width : least;
   }
 };
-
-Bracket Between(const Width& one, const Width& least, const Width& other) {
-  return one.of_depth < other.of_depth ? Bracket{one, least, other} : Bracket{other, least, one};
-}
 
 // Where next to a least a lower one is expected, and by how much lower: of the parabola through the
 // three; where a neighbour is out of the question, of the line from the other.
@@ -122,124 +125,137 @@ struct Expected {
 };
 
 Expected Expect(const Bracket& bracket) {
-  const double left = bracket.Left();
-  const double right = bracket.Right();
-  const double to_left = (bracket.below.cost - bracket.least.cost) / left;
-  const double to_right = (bracket.above.cost - bracket.least.cost) / right;
-  if (to_left == kNever || to_right == kNever) {
-    const bool leftwards = to_left == kNever;
+  const auto apart = bracket.Apart();
+  const double left = apart[0];
+  const double right = apart[1];
+  const double to_below = bracket.below[kCost] - bracket.least[kCost];
+  const double to_above = bracket.above[kCost] - bracket.least[kCost];
+  if (to_below == kNever || to_above == kNever) [[unlikely]] {
+    const bool leftwards = to_below == kNever;
     return {leftwards ? -kTowardsEdge * left : kTowardsEdge * right,
-            leftwards ? to_right * left : to_left * right};
+            leftwards ? to_above / right * left : to_below / left * right};
   }
-  const double sum = to_left + to_right;
-  const double apart = sum > 0 ? 0.5 * (to_left * right - to_right * left) / sum : 0;
-  return {apart, sum / (left + right) * apart * apart};
+  const double below = to_below * right;
+  const double above = to_above * left;
+  const double sum = below + above;
+  const double to_least = sum > 0 ? 0.5 * (below * right - above * left) / sum : 0;
+  return {to_least, sum / (left * right * (left + right)) * to_least * to_least};
 }
 
 // The search for the best kink below a break, along the width of the outer zone.
 class KinkSearch {
  public:
-  KinkSearch(const PressProfile& profile, double t, double rounding)
-      : profile_(profile), end_(profile, t), rounding_(rounding) {}
+  KinkSearch(const PressProfile& profile, const Breaks& end, double rounding)
+      : profile_(profile), end_(end), rounding_(rounding) {}
 
-  [[nodiscard]] const TwoZonePress& best() const { return best_; }
-  std::array<Width, 2> Try(double first, double second) {
-    const double t = end_.outer.t;
-    const std::array<double, 2> costs =
-        TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_, rounding_);
-    return {{{first, costs[0]}, {second, costs[1]}}};
+  [[nodiscard]] const Trials& trials() const { return trials_; }
+  // What two widths cost.
+  Pair Try(Pair of_depth) {
+    return trials_.Try(profile_, end_, end_.outer.t * (1 - of_depth), rounding_);
   }
   // Goes down from the better of two widths, while less than that is to be expected.
-  void Refine(const Width& one, const Width& other, double of_interest) {
+  void Refine(const Pair& of_depth, const Pair& costs, double of_interest) {
     const auto samples = static_cast<double>(profile_.samples().y.size());
-    Bracket bracket = one.cost < other.cost ? Enclose(other, one) : Enclose(one, other);
+    const Width one = {of_depth[0], costs[0]};
+    const Width other = {of_depth[1], costs[1]};
+    const Mask first = Both(one < other, kCost);
+    Bracket bracket = Enclose(first ? other : one, first ? one : other);
     for (int i = 0; i < kMostSteps; ++i) {
       const Expected expected = Expect(bracket);
-      const double shortest = kLeastStep * bracket.least.of_depth;
-      if (bracket.least.cost - kSurprise * expected.gain > of_interest ||
-          (i >= kLeastRounds && expected.gain < kEnough * bracket.least.cost / samples) ||
-          !(bracket.Left() + bracket.Right() > shortest)) {
+      const double least = bracket.least[kCost];
+      if (least - kSurprise * expected.gain > of_interest ||
+          (i >= kLeastRounds && expected.gain < kEnough * least / samples) ||
+          !(bracket.above[kOfDepth] - bracket.below[kOfDepth] >
+            kLeastStep * bracket.least[kOfDepth])) {
         return;
       }
-      const auto [near, far] = Inside(bracket, expected.apart);
-      bracket.Take(far);
-      bracket.Take(near);
+      const Pair inside = Inside(bracket, expected.apart);
+      const Pair found = Try(inside);
+      bracket.Take({inside[1], found[1]});
+      bracket.Take({inside[0], found[0]});
     }
   }
 
  private:
   // Steps onwards from a width that costs less than the one behind it until the costs rise.
   Bracket Enclose(Width behind, Width least) {
-    const bool narrower = least.of_depth < behind.of_depth;
-    double step = narrower ? -kNearStep : kNearStep;
+    const Mask narrower = Both(least < behind, kOfDepth);
+    double step = narrower[0] != 0 ? -kNearStep : kNearStep;
+    Width next = least;
     for (int i = 0; i < kMostSteps; ++i) {
-      const auto [next, after] = Try(least.of_depth * (1 + step), least.of_depth * (1 + 2 * step));
-      if (!(next.cost < least.cost)) {
-        return Between(behind, least, next);
-      }
-      if (!(after.cost < next.cost)) {
-        return Between(least, next, after);
+      const Pair of_depth = least[kOfDepth] * (1 + Pair{step, 2 * step});
+      const Pair costs = Try(of_depth);
+      next = {of_depth[0], costs[0]};
+      const Width after = {of_depth[1], costs[1]};
+      if (!(costs[0] < least[kCost] && costs[1] < costs[0])) {
+        const Mask lower = Both(next < least, kCost);
+        behind = lower ? least : behind;
+        least = lower ? next : least;
+        next = lower ? after : next;
+        break;
       }
       behind = next;
       least = after;
       step = std::max(2 * step, -kMostNarrower);
+      next = {least[kOfDepth] * (1 + step), kNever};
     }
-    return Between(behind, least, {least.of_depth * (1 + step), kNever});
+    return {narrower ? next : behind, least, narrower ? behind : next};
   }
   // Two widths where the least is expected: at that place and a bit farther out, or to both sides.
-  std::array<Width, 2> Inside(const Bracket& bracket, double apart) {
-    const double centre = bracket.least.of_depth;
-    const double side = apart < 0 ? -bracket.Left() : bracket.Right();
-    return std::abs(apart) < kNear * std::abs(side)
-               ? Try(centre - kNear * bracket.Left(), centre + kNear * bracket.Right())
-               : Try(centre + apart, centre + apart + kBeyond * (side - apart));
+  static Pair Inside(const Bracket& bracket, double apart) {
+    const Pair sides = bracket.Apart() * Pair{-1, 1};
+    const double side = apart < 0 ? sides[0] : sides[1];
+    const Pair onwards = {apart, apart + kBeyond * (side - apart)};
+    const Pair near = {std::abs(apart), std::abs(apart)};
+    const Pair far = Pair{} + kNear * std::abs(side);
+    return bracket.least[kOfDepth] + (near < far ? kNear * sides : onwards);
   }
 
   const PressProfile& profile_;
-  Break end_;
+  const Breaks& end_;
   double rounding_;
-  TwoZonePress best_;
+  Trials trials_;
 };
 
 }  // namespace
 
-TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, double of_interest,
-                         double rounding) {
-  KinkSearch search(profile, t, rounding);
+TwoZonePress FitTwoZones(const PressProfile& profile, const Breaks& end, double near_s,
+                         double of_interest, double rounding) {
+  KinkSearch search(profile, end, rounding);
+  const double t = end.outer.t[0];
   double width = near_s > 0 && near_s < t ? 1 - near_s / t : 0;
-  std::array<Width, 2> start = search.Try(width, width * kSlightlyWider);
-  if (!search.best().found) {
+  constexpr Pair kStart = {1, kSlightlyWider};
+  Pair costs = search.Try(width * kStart);
+  if (!search.trials().Found()) {
     for (std::size_t i = 0; i < kWidths.size(); i += 2) {
-      search.Try(kWidths[i], kWidths[i + 1]);
+      search.Try(Pair{kWidths[i], kWidths[i + 1]});
     }
-    if (search.best().found) {
-      width = 1 - search.best().s / t;
-      start = search.Try(width, width * kSlightlyWider);
+    if (search.trials().Found()) {
+      width = 1 - search.trials().BestKink() / t;
+      costs = search.Try(width * kStart);
     }
   }
-  if (search.best().found) {
-    search.Refine(start[0], start[1], of_interest);
+  if (search.trials().Found()) {
+    search.Refine(width * kStart, costs, of_interest);
   }
-  return search.best();
+  return search.trials().Best();
 }
 
 namespace {
 
-// Some steps of break and kink from a start, each in turn.
-TwoZonePress Improve(const PressProfile& profile, TwoZonePress best) {
+// Some steps of break and kink from the best of some trials, each in turn.
+TwoZonePress Improve(const PressProfile& profile, Trials& trials) {
   constexpr int kSteps = 4;
   double step = kStep;
-  for (int i = 0; best.found && i < kSteps; ++i) {
-    const TwoZonePress centre = best;
-    const double length = centre.t - centre.s;
-    const Break nearer(profile, centre.t - step * length);
-    const Break farther(profile, centre.t + step * length);
-    TryTwo(profile, {&nearer, &farther}, {centre.s, centre.s}, best);
-    const Break same(profile, centre.t);
-    TryTwo(profile, {&same, &same}, {centre.s + step * length, centre.s - step * length}, best);
-    step *= best.sum_squares_curved < centre.sum_squares_curved ? 1 : kShrink;
+  for (int i = 0; trials.Found() && i < kSteps; ++i) {
+    const TwoZonePress centre = trials.Best();
+    const double apart = step * (centre.t - centre.s);
+    const Pair kink = {centre.s, centre.s};
+    trials.Try(profile, Breaks(profile, Pair{centre.t - apart, centre.t + apart}), kink);
+    trials.Try(profile, Breaks(profile, Pair{centre.t, centre.t}), kink + Pair{apart, -apart});
+    step *= trials.Least() < centre.sum_squares_curved ? 1 : kShrink;
   }
-  return best;
+  return trials.Best();
 }
 
 }  // namespace
@@ -247,23 +263,21 @@ TwoZonePress Improve(const PressProfile& profile, TwoZonePress best) {
 TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t, ZonesStart start) {
   constexpr std::size_t kNarrowWidths = 3;
   // By how much of its width a zone ends beyond the smooth break.
-  constexpr std::array<double, 2> kStiffEnds = {-0.15, 0};
-  constexpr std::array<double, 2> kSoftEnds = {0.3, 0.8};
-  const std::array<double, 2>& ends = start == ZonesStart::kClose ? kStiffEnds : kSoftEnds;
+  constexpr Pair kStiffEnds = {-0.15, 0};
+  constexpr Pair kSoftEnds = {0.3, 0.8};
+  const Pair ends = start == ZonesStart::kClose ? kStiffEnds : kSoftEnds;
   std::span<const double> widths = kWidths;
   if (start == ZonesStart::kNarrow) {
     widths = widths.first(kNarrowWidths);
   } else if (start == ZonesStart::kBeyond) {
     widths = widths.subspan(kNarrowWidths);
   }
-  TwoZonePress best;
+  Trials trials;
   for (const double width : widths) {
-    const Break first(profile, smooth_t * (1 + ends[0] * width));
-    const Break second(profile, smooth_t * (1 + ends[1] * width));
-    TryTwo(profile, {&first, &second}, {first.outer.t * (1 - width), second.outer.t * (1 - width)},
-           best);
+    const Breaks breaks(profile, smooth_t * (1 + ends * width));
+    trials.Try(profile, breaks, breaks.outer.t * (1 - width));
   }
-  return Improve(profile, best);
+  return Improve(profile, trials);
 }
 
 }  // namespace trammel::tap

@@ -7,12 +7,13 @@
 
 #include "tap/contact/break_search.h"
 #include "tap/contact/press_profile.h"
+#include "tap/contact/two_zone_sums.h"
 
 namespace trammel::tap {
 
 /// force = a + b y + c max(0, t - y) + k e (+ q e^2), e = max(0, s - y), s < t: an outer zone that
-/// is straight, and below the kink s a press that is straight or quadratic. PressProfile says what
-/// a rounded kink is; s is its middle then.
+/// is straight, and below the kink s a press that is straight or quadratic. EvaluateRounded says
+/// what a rounded kink is; s is its middle then.
 struct TwoZonePress {
   double t = 0;                        ///< The break,
   double s = 0;                        ///< and below it the kink.
@@ -38,8 +39,16 @@ struct TwoZonePress {
 ///                     slope changes evenly and not at once: a film that is pressed flat, a round
 ///                     tip in plastic.
 /// Cost: half a microsecond, whatever the number of samples; less from a kink close by.
-[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
-                                       double of_interest = kNever, double rounding = 0);
+/// @param end  Breaks at t, the same twice: they serve for several fits.
+[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, const Breaks& end,
+                                       double near_s = 0, double of_interest = kNever,
+                                       double rounding = 0);
+/// The same for one fit alone.
+[[nodiscard]] inline TwoZonePress FitTwoZones(const PressProfile& profile, double t,
+                                              double near_s = 0, double of_interest = kNever,
+                                              double rounding = 0) {
+  return FitTwoZones(profile, Breaks(profile, t), near_s, of_interest, rounding);
+}
 
 /// Where the search for a press in two zones begins.
 enum class ZonesStart : std::size_t {

@@ -91,9 +91,9 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
       columns[3].push_back(e);
       columns[4].push_back(e * e);
     }
-    const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+    const Breaks end(profile, t);
     const double other = 0.5 * s;  // works beside it and leaves it alone
-    const PressProfile::TwoZones at = profile.EvaluateTwoZones({&outer, &outer}, {other, s});
+    const TwoZones at = EvaluateTwoZones(profile, end.outer, Pair{other, s});
     constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
     EXPECT_NEAR(at.sum_squares_curved[1], Unexplained(columns, world.force), kRounding);
     columns.pop_back();
@@ -172,10 +172,9 @@ TEST(TwoZonePress, ReachesTheNarrowestZoneWhereThatIsBest) {
   const double t = 0.415;
   const TwoZonePress found = FitTwoZones(profile, t);
   ASSERT_TRUE(found.found);
-  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+  const Breaks end(profile, t);
   const double narrowest = world.y[profile.Below(t) - 3];
-  const PressProfile::TwoZones edge =
-      profile.EvaluateTwoZones({&outer, &outer}, {narrowest, narrowest});
+  const TwoZones edge = EvaluateTwoZones(profile, end.outer, Pair{narrowest, narrowest});
   EXPECT_LT(found.sum_squares_curved, 1.01 * edge.sum_squares_curved[0]);
 }
 
@@ -225,8 +224,8 @@ TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
   const double t = 0.437;
   const std::array<double, 2> u = {0.41, t};
   const std::array<double, 2> v = {0.12, -0.1};  // from within the samples, and from beyond
-  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
-  const PressProfile::TwoZones at = profile.EvaluateRounded({&outer, &outer}, u, v);
+  const Breaks end(profile, t);
+  const TwoZones at = EvaluateRounded(profile, end.outer, Pair{u[0], u[1]}, Pair{v[0], v[1]});
   constexpr double kRounding = 1e-6;
   for (std::size_t side = 0; side < u.size(); ++side) {
     std::vector<std::vector<double>> columns(4);
