@@ -89,6 +89,14 @@ double PressShape::Slope(double y) const {
   return -(c[0] + d * (2 * c[1] + 3 * d * c[2]) + by_power + by_kink);
 }
 
+bool PressShape::GrowsTo(double depth) const {
+  const auto slope = [&](double d) { return c[0] + d * (2 * c[1] + 3 * d * c[2]); };
+  const double vertex = std::clamp(c[2] != 0 ? -c[1] / (3 * c[2]) : 0, 0.0, depth);
+  const double below_kink = std::max(0.0, kink_t - t + depth);
+  const double added = std::min({0.0, added_slope, added_slope + 2 * below_kink * added_curve});
+  return power_c >= 0 && std::min({slope(0), slope(vertex), slope(depth)}) + added >= 0;
+}
+
 double PressShape::OuterSlope() const {
   constexpr double kPart = 0.25;
   return At((1 - kPart) * t) / (kPart * t);

@@ -37,6 +37,8 @@ struct PressShape {
   }
   /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
   [[nodiscard]] double Slope(double y) const;
+  /// Whether the force surely grows with every step down to a depth.
+  [[nodiscard]] bool GrowsTo(double depth) const;
   /// Mean slope over the last quarter of the depth.
   [[nodiscard]] double OuterSlope() const;
 };

@@ -69,9 +69,14 @@ double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPres
   if (!(step > 0) || !(rest_g > 0)) {
     return 0;
   }
-  int i = kHeights;
-  while (i > 0 && !(press.shape.At(halt_y + i * step) >= rest_g)) {
-    --i;
+  const auto reaches = [&](int i) { return press.shape.At(halt_y + i * step) >= rest_g; };
+  int i = 0;
+  int none = kHeights + 1;
+  // By halves where the force grows all the way down; else from the break on.
+  const bool grows = press.shape.GrowsTo(press.shape.t - halt_y);
+  while (none - i > 1) {
+    const int at = grows ? (i + none) / 2 : none - 1;
+    (reaches(at) ? i : none) = at;
   }
   return i * step * press.span_mm;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "tap/contact/float_lanes.h"
 
@@ -19,22 +20,42 @@ constexpr double kEnough = 0.02;    // of the break's standard deviation, the la
 constexpr std::size_t kColumns = 6;
 using Matrix = std::array<std::array<double, kColumns>, kColumns>;
 
+// Depths below a break with their logarithms and powers, four at a time.
+struct Powers {
+  static constexpr std::size_t kGroups = 8;
+  std::array<Floats, kGroups> logs;
+  std::array<Floats, kGroups> powers;
+
+  // Single precision, in which a processor works out four: 1e-7 of the press is far below any
+  // noise. By themselves, because each of these waits for many steps one after the other, and a
+  // processor begins with the next ones meanwhile only if they are near.
+  void Take(std::span<const double> y, std::size_t first, double t, double p) {
+    for (std::size_t g = 0; g < kGroups && first + g * kLanes < y.size(); ++g) {
+      Floats depth;
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        depth[k] = static_cast<float>(t - y[std::min(first + g * kLanes + k, y.size() - 1)]);
+      }
+      logs[g] = Log(depth);
+      powers[g] = Exp(static_cast<float>(p) * logs[g]);
+    }
+  }
+};
+
 void Sum(const PressProfile& profile, double t, double p, Matrix& m) {
   const BreakSamples& samples = profile.samples();
   const std::array<double, 6> all = profile.Totals();
   std::array<Pair, 15> sums{};
   const std::size_t below = profile.Below(t);
+  Powers at_once;
   for (std::size_t i = 0; i < below; i += kLanes) {
+    const std::size_t group = i / kLanes % Powers::kGroups;
+    if (group == 0) {
+      at_once.Take(samples.y.first(below), i, t, p);
+    }
     // Where the last ones are missing, the very last is looked at again, and counts once.
     const auto at = [&](std::size_t k) { return std::min(i + k, below - 1); };
-    Floats depth;
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      depth[k] = static_cast<float>(t - samples.y[at(k)]);
-    }
-    // Single precision, in which a processor works out four: 1e-7 of the press is far below any
-    // noise.
-    const Floats logs = Log(depth);
-    const Floats powers = Exp(static_cast<float>(p) * logs);
+    const Floats& logs = at_once.logs[group];
+    const Floats& powers = at_once.powers[group];
     for (std::size_t k = 0; k < kLanes; k += 2) {
       const Pair y = {samples.y[at(k)], samples.y[at(k + 1)]};
       const Pair f = {samples.force[at(k)], samples.force[at(k + 1)]};
