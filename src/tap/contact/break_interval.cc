@@ -176,8 +176,15 @@ BreakInterval::Part BreakInterval::ZonesPart(Scan scan, const ZonesMode& mode, d
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.
 bool BreakInterval::Search(Scan scan, const ZonesMode* zones) {
+  // Asked twice of a place where the search for a border sets out.
+  double last_t = kNever;
+  double last_margin = 0;
   const auto margin = [&](double t) {
-    return zones != nullptr ? ZonesMargin(*zones, t) : Margin(profile_.Evaluate(t));
+    if (t != last_t) {
+      last_t = t;
+      last_margin = zones != nullptr ? ZonesMargin(*zones, t) : Margin(profile_.Evaluate(t));
+    }
+    return last_margin;
   };
   double lo = zones != nullptr ? zones->least.t : lo_;
   double hi = zones != nullptr ? zones->least.t : hi_;

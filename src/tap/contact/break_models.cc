@@ -88,8 +88,9 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
     }
     return of_press;
   };
-  const PressProfile::At near = profile.Evaluate(guess.t);
-  const double scale = BreakScale(near, profile.Below(guess.t), unit);
+  const std::size_t below = profile.Below(guess.t);
+  const PressProfile::At near = profile.EvaluateUpTo(1, guess.t, below);
+  const double scale = BreakScale(near, below, unit);
   const Minimum middle = {guess.t, least_at_guess};
   // Outwards until it costs more; beyond the scan there is nothing.
   std::array<Minimum, 2> sides;
@@ -104,7 +105,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
     } while (sides[side].sum_squares <= middle.sum_squares && step < most);
   }
   mode.least = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
-    return 8 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
+    return 8 * kEnoughOfScale * BreakScale(near, below, lowest / found.freedom);
   });
   if (!found.toe && mode.least.sum_squares > least) {
     return;
