@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "tap/samples/sample_statistics.h"
+
 namespace trammel::tap {
 namespace {
 
@@ -146,9 +148,8 @@ void DrawIn(std::span<double> force, std::span<double> scratch) {
   for (std::size_t i = 0; i < force.size(); ++i) {
     scratch[i] = std::abs(force[i] - line.At(i));
   }
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(force.size() / 2);
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  const double most = kMostDeviations * *middle / kMedianOfNormal;
+  const double median = ValueOfRank(scratch.first(force.size()), force.size() / 2);
+  const double most = kMostDeviations * median / kMedianOfNormal;
   for (std::size_t i = 0; i < force.size(); ++i) {
     force[i] = std::clamp(force[i], line.At(i) - most, line.At(i) + most);
   }

@@ -247,12 +247,16 @@ namespace {
 TwoZonePress Improve(const PressProfile& profile, Trials& trials) {
   constexpr int kSteps = 4;
   double step = kStep;
+  Breaks same(profile, trials.Best().t);
   for (int i = 0; trials.Found() && i < kSteps; ++i) {
     const TwoZonePress centre = trials.Best();
+    if (centre.t != same.outer.t[0]) {
+      same = Breaks(profile, centre.t);
+    }
     const double apart = step * (centre.t - centre.s);
     const Pair kink = {centre.s, centre.s};
     trials.Try(profile, Breaks(profile, Pair{centre.t - apart, centre.t + apart}), kink);
-    trials.Try(profile, Breaks(profile, Pair{centre.t, centre.t}), kink + Pair{apart, -apart});
+    trials.Try(profile, same, kink + Pair{apart, -apart});
     step *= trials.Least() < centre.sum_squares_curved ? 1 : kShrink;
   }
   return trials.Best();

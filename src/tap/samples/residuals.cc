@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <numbers>
 
+#include "tap/samples/sample_statistics.h"
+
 namespace trammel::tap {
 namespace {
 
@@ -169,9 +171,8 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   constexpr double kOfInterest = 3;  // no median is asked for where nothing lies far off
   if (traits.largest > kOfInterest * rms) {
     std::transform(r.begin(), r.end(), scratch.begin(), [](double v) { return std::abs(v); });
-    const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
-    std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
-    traits.robust_deviation = std::max(*middle / kMedianOfNormal, kLeastOfRms * rms);
+    const double median = ValueOfRank(scratch.first(n), n / 2);
+    traits.robust_deviation = std::max(median / kMedianOfNormal, kLeastOfRms * rms);
   }
   const double beyond = all[0] - press[0];
   if (!(press[0] > 0) || !(beyond > 0)) {

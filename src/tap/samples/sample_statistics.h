@@ -60,6 +60,45 @@ template <std::size_t kMost, class Value>
   return median;
 }
 
+/// The value that so many others lie below, as std::nth_element finds it, but without branches:
+/// on which side of a pivot a value lies nobody can predict. Leaves the values in another order.
+/// @param rank  REQUIRES < values.size().
+[[nodiscard]] inline double ValueOfRank(std::span<double> values, std::size_t rank) {
+  constexpr int kMostRounds = 24;  // of unlucky pivots that somebody may have chosen
+  for (int round = 0; round < kMostRounds; ++round) {
+    const double first = values.front();
+    const double middle = values[values.size() / 2];
+    const double last = values.back();
+    const double pivot = std::max(std::min(first, middle), std::min(std::max(first, middle), last));
+    const auto to_front = [](std::span<double> all, const auto& holds) {
+      std::size_t count = 0;
+      for (double& value : all) {
+        const double here = value;
+        value = all[count];
+        all[count] = here;
+        count += holds(here) ? 1 : 0;
+      }
+      return count;
+    };
+    const std::size_t below = to_front(values, [pivot](double value) { return value < pivot; });
+    if (rank < below) {
+      values = values.first(below);
+      continue;
+    }
+    values = values.subspan(below);
+    rank -= below;
+    const std::size_t equal = to_front(values, [pivot](double value) { return !(value > pivot); });
+    if (rank < equal) {
+      return pivot;
+    }
+    values = values.subspan(equal);
+    rank -= equal;
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 /// Counts neighbours of which something holds, without branches: several pairs in one instruction.
 template <class Holds>
 [[nodiscard]] std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
