@@ -220,6 +220,7 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   SweepReading reading;
   LineProfile& profile = reading.profile;
   profile.pressure_advance_s = line.pressure_advance_s;
+  profile.heading = Sign(line.print_direction.value_or(AxisDirection::kPlusX));
   profile.cross_section_unit =
       scan.px_per_mm ? CrossSectionUnit::kMillimetre : CrossSectionUnit::kPixel;
   profile.position_unit = PositionUnit::kMillimetre;

@@ -128,6 +128,15 @@ TEST(LaserEye, PredictsTheScatterOfItsAreas) {
   EXPECT_LT(StandardDeviation(pulls), 1.3);
 }
 
+TEST(LaserEye, SaysWhichWayAlongTheBedTheLineWasPrinted) {
+  Random random(13);
+  const std::vector<Frame> frames = DrawSteps({}, random);
+  Scan scan = PaperScan();
+  EXPECT_EQ(Read(frames, scan).profile.heading, 1);
+  scan.lines[0].print_direction = AxisDirection::kMinusX;
+  EXPECT_EQ(Read(frames, scan).profile.heading, -1);
+}
+
 TEST(LaserEye, ReadsTheSameWhicheverWayThePictureIsTurned) {
   Random random(13);
   const std::vector<Frame> frames = DrawSteps({}, random);

@@ -41,6 +41,7 @@ struct LineProfile {
   CrossSectionUnit cross_section_unit = CrossSectionUnit::kMillimetre;
   PositionUnit position_unit = PositionUnit::kMillimetre;
   std::vector<ProfileSample> samples;  ///< strictly increasing position
+  double heading = 1;                  ///< of the print along its axis of the bed, 1 or -1
   std::optional<Interval> shown;       ///< positions that the picture shows; absent: all
   bool shows_acceleration = true;      ///< false where the picture ends beside it
   bool shows_deceleration = true;      ///< likewise

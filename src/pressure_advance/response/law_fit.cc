@@ -183,6 +183,7 @@ LawFit Report(const Pattern& pattern, const LawState& state, const LawMatrix& in
   fit.tilt = state.theta(kTilt);
   fit.swell = state.theta(kSwell);
   fit.power = state.theta(kPower);
+  fit.place_mm = state.theta(kPlace);
   fit.lag_scatter_s = state.lag_scatter_s;
   return fit;
 }
@@ -241,13 +242,15 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   return fit;
 }
 
-std::vector<LineProfile> MirrorLines(const LawFit& law, std::vector<LineProfile> profiles,
-                                     const LineMotion& motion) {
+std::vector<LineProfile> LayLines(const LawFit& law, std::vector<LineProfile> profiles,
+                                  const LineMotion& motion) {
   const HeadMotion head(motion);
   const LagModel model(head, law.lag);
   for (LineProfile& profile : profiles) {
     std::vector<double> positions_mm;
-    for (const ProfileSample& sample : profile.samples) positions_mm.push_back(sample.position);
+    for (const ProfileSample& sample : profile.samples) {
+      positions_mm.push_back(sample.position + profile.heading * law.place_mm);
+    }
     const double along = (profile.pressure_advance_s - law.middle_s) / law.range_s;
     const LagModel::Line line{LagSecondsAt(law.lag.lag_s, law.drift, along),
                               profile.pressure_advance_s, positions_mm};
@@ -258,7 +261,7 @@ std::vector<LineProfile> MirrorLines(const LawFit& law, std::vector<LineProfile>
       const double read = ReadArea(areas[i], law.swell, law.power);
       const double laid =
           law.level * (1 + law.tilt * (positions_mm[i] / *motion.length_mm - 0.5)) * read;
-      area.value = 2 * laid - area.value;
+      area.value = laid;
     }
   }
   return profiles;

@@ -20,6 +20,7 @@ struct LawFit {
   double tilt = 0;           ///< relative change of that over a line
   double swell = 0;          ///< share of a bead's surplus that is read too much
   double power = 0;          ///< of a bead's area that is read, less one
+  double place_mm = 0;       ///< by which the bead read lies further along the axis of the bed
   double drift = 0;          ///< of the lag over the tested range, relative
   double middle_s = 0;       ///< mean of the tested values, where the lag is the mean line's …
   double range_s = 0;        ///< … and their range
@@ -27,11 +28,10 @@ struct LawFit {
   int lines = 0;
 };
 
-/// The same lines mirrored about those that the learnt law lays: what they have more, these have
-/// less.
-[[nodiscard]] std::vector<LineProfile> MirrorLines(const LawFit& law,
-                                                   std::vector<LineProfile> profiles,
-                                                   const LineMotion& motion);
+/// The same lines as the learnt law lays them, and as they are read.
+[[nodiscard]] std::vector<LineProfile> LayLines(const LawFit& law,
+                                                std::vector<LineProfile> profiles,
+                                                const LineMotion& motion);
 
 /// Fits lag, law, slip, drift and what the reading adds, to all readings of all lines together
 /// (Gauss-Newton). A line's own lag and level, a flow that wanders, filament that spreads along the

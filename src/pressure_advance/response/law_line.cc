@@ -84,6 +84,7 @@ std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& spa
   std::vector<double> value, variance, tilt;
   LawLine line;
   line.pressure_advance_s = profile.pressure_advance_s;
+  line.heading = profile.heading;
   const std::vector<ProfileSample>& samples = profile.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const ProfileSample& sample = samples[i];
@@ -110,9 +111,13 @@ std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& spa
 std::vector<std::vector<double>> LayAll(const LagModel& model, const LawVector& theta,
                                         const std::vector<LawLine>& lines, double more_s) {
   std::vector<LagModel::Line> all;
+  std::vector<std::vector<double>> places;
+  places.reserve(lines.size());
   for (const LawLine& line : lines) {
+    places.push_back(line.position_mm);
+    for (double& at : places.back()) at += line.heading * theta(kPlace);
     all.push_back({LagSecondsAt(theta(kLagSeconds), theta(kDrift), line.along) + more_s,
-                   line.pressure_advance_s, line.position_mm});
+                   line.pressure_advance_s, places.back()});
   }
   return model.Lay(all);
 }
@@ -143,6 +148,16 @@ void Linearise(const LagModel& model, const LawState& state, std::vector<LawLine
       line.gradient.col(kOfLag + k) =
           LevelOf(state, line.tilt).cwiseProduct(Read(state, AsVector(then[i])) - line.read) / step;
     }
+  }
+  constexpr double kStep_mm = 0.01;
+  LawVector aside = state.theta;
+  aside(kPlace) += kStep_mm;
+  const auto then = LayAll(here, aside, lines);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    LawLine& line = lines[i];
+    line.gradient.col(kPlace) =
+        LevelOf(state, line.tilt).cwiseProduct(Read(state, AsVector(then[i])) - line.read) /
+        kStep_mm;
   }
   for (LawLine& line : lines) {
     line.own = line.gradient.col(kLagSeconds);

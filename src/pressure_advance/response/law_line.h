@@ -25,7 +25,8 @@ struct LawState {
 /// A line's readings, and what a model makes of them. n readings each.
 struct LawLine {
   double pressure_advance_s = 0;
-  double along = 0;  ///< of the pattern, -0.5 to 0.5
+  double along = 0;    ///< of the pattern, -0.5 to 0.5
+  double heading = 1;  ///< of the print along its axis, 1 or -1
   std::vector<double> position_mm;
   Eigen::VectorXd tilt;      ///< position over the length, from the middle
   Eigen::VectorXd value;     ///< over the first guess of the level

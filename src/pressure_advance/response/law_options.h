@@ -6,12 +6,12 @@ namespace trammel::pressure_advance {
 struct LawOptions {
   double error_sigma = 0.3;   ///< of what the crossings err by on lines of the learnt law, 1 sigma
   double form_sigma = 0.014;  ///< of what other laws than those learnt leave open, over the answer
-  double most_weight = 0.7;   ///< of the law's own value
+  double most_weight = 0.85;  ///< of the law's own value
   double lag_scatter = 0.04;  ///< from line to line, relative, before it is seen
   double flow_scatter = 0.015;
   double flow_noise = 0.01;
   double flow_noise_length_mm = 1.5;
-  double place_scatter_mm = 0.15;  ///< of a line, 1 sigma, before it is seen
+  double place_scatter_mm = 0.05;  ///< of a line beside the others, 1 sigma, before it is seen
   double place_mm = 0.1;           ///< of a reading in its line, 1 sigma
   double swell = 0.1;              ///< of what a bead has more than the nominal area, 1 sigma
   double spread_mm2 = 0.04;  ///< by what filament spreads along a line, 1 sigma of its diffusion

@@ -65,13 +65,16 @@ void Bound(LawVector& theta) {
 }
 
 LawPrior PriorOfLaw() {
-  constexpr double kTilts = 0.03, kDrifts = 0.2, kSwells = 0.02, kPowers = 0.04;  // 1 sigma
+  // 1 sigma
+  constexpr double kTilts = 0.03, kDrifts = 0.2, kSwells = 0.02, kPowers = 0.07;
+  constexpr double kPlaces_mm = 0.15;
   constexpr double kAnyExponent = 0.35, kChange = 0.3;  // their mean's, from stretch to stretch
   LawPrior prior{LawVector::Zero(), LawMatrix::Zero()};
   prior.information(kTilt, kTilt) = 1 / Square(kTilts);
   prior.information(kDrift, kDrift) = 1 / Square(kDrifts);
   prior.information(kSwell, kSwell) = 1 / Square(kSwells);
   prior.information(kPower, kPower) = 1 / Square(kPowers);
+  prior.information(kPlace, kPlace) = 1 / Square(kPlaces_mm);
   for (int k = 0; k < kLagUnknowns; ++k) {
     prior.mean(kOfLag + k) = kOf[k].mean;
     prior.information(kOfLag + k, kOfLag + k) = 1 / Square(kOf[k].sigma);

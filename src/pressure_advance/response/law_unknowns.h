@@ -8,8 +8,10 @@
 namespace trammel::pressure_advance {
 
 /// Unknowns of a fit: level, tilt, drift, what a swell reads too much, the power of
-/// the area that is read, less one, then those of the lag.
-inline constexpr int kLevel = 0, kTilt = 1, kDrift = 2, kSwell = 3, kPower = 4, kOfLag = 5;
+/// the area that is read, less one, how far along the bed's axis lines are read before their place,
+/// then those of the lag.
+inline constexpr int kLevel = 0, kTilt = 1, kDrift = 2, kSwell = 3, kPower = 4, kPlace = 5,
+                     kOfLag = 6;
 inline constexpr int kLagUnknowns = 10;
 inline constexpr int kUnknowns = kOfLag + kLagUnknowns;
 /// Of the lag's: its seconds, the share of the second stage.

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/check.h"
+#include "base/square.h"
 #include "pressure_advance/response/combine_transitions.h"
 #include "pressure_advance/response/excess.h"
 #include "pressure_advance/response/responding_stretch.h"
@@ -130,11 +131,40 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   }
 }
 
+// The same scatter the other way round: what lines have more than those of the law, these have
+// less. They are as sure, as what a gap may hide is the same.
+TransitionSeries Mirrored(const TransitionSeries& seen, const TransitionSeries& laid) {
+  TransitionSeries mirrored = seen;
+  for (std::size_t k = 0; k < seen.excess_s.size(); ++k) {
+    mirrored.excess_s[k] = 2 * laid.excess_s[k] - seen.excess_s[k];
+  }
+  return mirrored;
+}
+
+Transitions Mirrored(const Transitions& seen, const Transitions& laid) {
+  Transitions mirrored = seen;
+  mirrored.acceleration = Mirrored(seen.acceleration, laid.acceleration);
+  mirrored.deceleration = Mirrored(seen.deceleration, laid.deceleration);
+  if (seen.early) mirrored.early = Mirrored(*seen.early, *laid.early);
+  return mirrored;
+}
+
+// Variance of a crossing by how far each line's deviation from the law's moves it.
+double ScatterAbout(const TransitionSeries& laid, const TransitionSeries& seen,
+                    const signal::ZeroCrossing& fit) {
+  double sum = 0;
+  const double n = static_cast<double>(seen.excess_s.size());
+  for (std::size_t k = 0; k < seen.excess_s.size(); ++k) {
+    sum += Square(fit.influence[k] * (seen.excess_s[k] - laid.excess_s[k]));
+  }
+  return sum * n / std::max(1.0, n - 2);
+}
+
 // What the profiles' shapes tell beyond their crossings: only where lines are short, whole and to
 // scale.
 void LearnLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion,
-              const Prepared& prepared, const ResponseOptions& options,
-              CombinedTransitions& combined) {
+              const Prepared& prepared, const TransitionCrossings& seen,
+              const ResponseOptions& options, CombinedTransitions& combined) {
   if (!options.law || !combined.whole || !(prepared.transitions.ramp_s > 0) ||
       profiles.front().position_unit != PositionUnit::kMillimetre) {
     return;
@@ -144,14 +174,31 @@ void LearnLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion
       FitLaw(profiles, motion, combined.whole->value_s, {reference.front().lo, reference.back().hi},
              *options.law);
   if (!law) return;
-  const std::vector<LineProfile> laid = MirrorLines(*law, profiles, motion);
   std::vector<LineResult> lines(profiles.size());
-  const Prepared twin = Prepare(laid, motion, Reading::kArea, prepared.plan, lines);
-  const std::optional<TransitionCrossings> crossings = FitTransitions(twin.transitions, options);
+  const Prepared laid =
+      Prepare(LayLines(*law, profiles, motion), motion, Reading::kArea, prepared.plan, lines);
+  if (laid.line != prepared.line) return;
+  const Transitions twin = Mirrored(prepared.transitions, laid.transitions);
+  // Whether the seen lines answer clearly was looked at.
+  ResponseOptions any = options;
+  any.least_significance = 0;
+  any.most_beyond = std::numeric_limits<double>::infinity();
+  const std::optional<TransitionCrossings> crossings = FitTransitions(twin, any);
   if (!crossings) return;
   const CombinedTransitions of_twin =
-      CombineTransitions(twin.transitions, *crossings, twin.slope_has_scale, options);
-  if (of_twin.whole) WeighWithLaw(*law, of_twin, *options.law, combined);
+      CombineTransitions(twin, *crossings, prepared.slope_has_scale, any);
+  if (!of_twin.whole) return;
+  // The law explains what the half-lines leave over.
+  const auto narrow = [](double variance, BudgetedValue& value) {
+    value.budget.lines = std::min(value.budget.lines, variance);
+  };
+  narrow(ScatterAbout(laid.transitions.acceleration, prepared.transitions.acceleration,
+                      seen.acceleration),
+         *combined.first);
+  narrow(ScatterAbout(laid.transitions.deceleration, prepared.transitions.deceleration,
+                      seen.deceleration),
+         *combined.second);
+  WeighWithLaw(*law, of_twin, *options.law, combined);
 }
 
 }  // namespace
@@ -210,7 +257,7 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
   CombinedTransitions combined =
       CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
-  LearnLaw(profiles, motion, prepared, options, combined);
+  LearnLaw(profiles, motion, prepared, *crossings, options, combined);
   Describe(prepared, transitions.acceleration, crossings->acceleration,
            combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
            fit.result.acceleration);

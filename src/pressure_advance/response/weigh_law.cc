@@ -53,16 +53,16 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
   const double law_variance =
       Square(law.sigma_s) + Square(options.form_sigma * law.pressure_advance_s);
   const double own = whole.budget.lines + whole.budget.form;
-  const double lags =
-      std::min(Square(law.lag_scatter_s) / law.lines, 0.9 * std::min(own, law_variance));
-  const double apart = own + law_variance - 2 * lags;
-  const double w = std::clamp((own - lags) / apart, 0.0, options.most_weight);
+  // The fit uses all that the crossings use: where its model holds, its own error is in both.
+  const double shared = std::min(Square(law.sigma_s), 0.9 * std::min(own, law_variance));
+  const double apart = own + law_variance - 2 * shared;
+  const double w = std::clamp((own - shared) / apart, 0.0, options.most_weight);
   const double differ_s = law.pressure_advance_s - whole.value_s;
   const double form =
       w * w * (law_variance - Square(law.sigma_s)) + (1 - w) * (1 - w) * whole.budget.form;
   whole.value_s += w * differ_s;
-  whole.budget.lines =
-      w * w * Square(law.sigma_s) + (1 - w) * (1 - w) * whole.budget.lines + 2 * w * (1 - w) * lags;
+  whole.budget.lines = w * w * Square(law.sigma_s) + (1 - w) * (1 - w) * whole.budget.lines +
+                       2 * w * (1 - w) * shared;
   whole.budget.form = form;
   // Of what the transitions differed by, the law may explain a part.
   crossings.notices.clear();

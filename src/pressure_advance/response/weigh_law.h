@@ -7,10 +7,10 @@
 namespace trammel::pressure_advance {
 
 /// Takes out of the crossings what the same fit errs by on lines that the learnt law lays, and
-/// weighs the result with the law's own value by their variances; the lines' own lags are in both.
+/// weighs the result with the law's own value by their variances; the law's own error is in both.
 /// Where the two, or the transitions after that, differ by more than twice what is known of them
 /// explains, the rest enters as a rectangular distribution, with a notice.
-/// @param twin  of the mirrored lines (MirrorLines): their scatter, and what the law does to the
+/// @param twin  of the mirrored lines: their scatter, and what the law does to the
 ///   fit, are the same
 /// REQUIRES whole, first and second in both.
 void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawOptions& options,
