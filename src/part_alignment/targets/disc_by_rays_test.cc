@@ -149,9 +149,9 @@ std::vector<Run> RunsOf(const std::vector<std::pair<int, int>>& values) {
   page.width = static_cast<int>(row.size());
   page.height = 3;
   for (int y = 0; y < 3; ++y) page.samples.insert(page.samples.end(), row.begin(), row.end());
-  std::vector<RowEdge> edges;
+  RowMemory memory;
   std::vector<Run> runs;
-  RunsOfRow(page.view(), 1, {.min_px = 3, .max_px = 60, .min_contrast = 6, .edge_step = 5}, edges,
+  RunsOfRow(page.view(), 1, {.min_px = 3, .max_px = 60, .min_contrast = 6, .edge_step = 5}, memory,
             runs);
   return runs;
 }

@@ -5,9 +5,7 @@
 #include <cstdlib>
 
 namespace trammel::part_alignment {
-namespace {
 
-/// Of three lines of pixels, rounded up twice; compilers have an instruction for that.
 void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::uint8_t* after,
            int count, std::uint8_t* blended) {
   for (int i = 0; i < count; ++i) {
@@ -15,8 +13,6 @@ void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::ui
     blended[i] = static_cast<std::uint8_t>((sides + middle[i] + 1) >> 1);
   }
 }
-
-}  // namespace
 
 double PixelNoise(const PageView& picture) {
   std::array<int, 256> histogram{};

@@ -28,7 +28,7 @@ struct FinderOptions {
 
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
-  std::vector<RowEdge> edges;
+  RowMemory row;
   std::vector<Run> runs;
   std::vector<Run> left_over;
   std::vector<std::uint8_t> seen;

@@ -36,11 +36,17 @@ struct RunRules {
   bool across_rows = false;
 };
 
+/// Memory of RunsOfRow, to be used again for the next row.
+struct RowMemory {
+  std::vector<std::uint8_t> line;
+  std::vector<RowEdge> edges;
+};
+
 /// The runs of `row` with a length in [min_px, max_px] that are even or apart, between edges that
 /// are next to each other; an edge between two that are much steeper counts for none. A run that is
 /// darker than one side and brighter than the other, as of a disc with a shadow's edge on it, comes
-/// as both. `edges` is memory. REQUIRES 1 channel and a width of at least 16.
-void RunsOfRow(const PageView& picture, int row, const RunRules& rules, std::vector<RowEdge>& edges,
+/// as both. REQUIRES 1 channel and a width of at least 16.
+void RunsOfRow(const PageView& picture, int row, const RunRules& rules, RowMemory& memory,
                std::vector<Run>& runs);
 
 }  // namespace trammel::part_alignment
