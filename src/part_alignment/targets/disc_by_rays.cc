@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
 #include "part_alignment/targets/ellipse_through.h"
 #include "part_alignment/targets/soft_grey.h"
@@ -16,15 +15,7 @@ constexpr int kRays = 24;
 constexpr int kPlainlyAgreed = kRays * 5 / 6;  ///< rays that leave nothing to look for
 constexpr double kMostRatio = 3.5;             ///< of a disc's chords: tilted by 73 degrees
 
-const std::array<Offset, kRays> kAlong = [] {
-  std::array<Offset, kRays> all;
-  Directions direction(0, 2 * std::numbers::pi / kRays);
-  for (Offset& along : all) {
-    along = {direction.x(), direction.y()};
-    direction.Next();
-  }
-  return all;
-}();
+const std::array<Two, kRays> kAlong = AllAround<kRays>(0);
 
 /// A step of shade outwards that is no noise, in soft grey over 2 px.
 int LeastStep(double noise) {
@@ -37,7 +28,7 @@ int LeastStep(double noise) {
 class StepFinder {
  public:
   StepFinder(const PageView& picture, bool dark, int least_step)
-      : picture_(picture), sign_(dark ? 1 : -1), least_(least_step) {}
+      : picture_(picture), dark_(dark), least_(least_step) {}
 
   /// -1 where there is none within `most` pixels or the picture.
   [[nodiscard]] int To(int column, int row, int dx, int dy, int most) const {
@@ -48,32 +39,50 @@ class StepFinder {
     };
     const int room = std::min(
         {most, room_along(column, dx, picture_.width), room_along(row, dy, picture_.height)});
-    // A line of soft grey across the way serves three steps.
-    const std::ptrdiff_t stride = dy * picture_.stride + dx;
-    const std::ptrdiff_t aside = dy == 0 ? picture_.stride : 1;
     const std::uint8_t* p = picture_.row(row) + column;
-    const auto line = [=](const std::uint8_t* q) { return SoftLine(q, aside); };
-    int beside = line(p + stride);
-    int next = line(p + 2 * stride);
-    int behind = line(p - stride) + 2 * line(p) + beside;
+    if (dy != 0) {
+      const std::ptrdiff_t along = dy * picture_.stride;
+      return dark_ ? First<1>(p, along, 1, room) : First<-1>(p, along, 1, room);
+    }
+    return dark_ ? First<1>(p, dx, picture_.stride, room) : First<-1>(p, dx, picture_.stride, room);
+  }
+
+ private:
+  static constexpr int kAhead_px = 1;  ///< soft grey feels a rim before it is reached
+
+  /// @param along, aside  to the next pixel on the way, and across it.
+  template <int kSign>
+  [[gnu::always_inline]] int First(const std::uint8_t* p, std::ptrdiff_t along,
+                                   std::ptrdiff_t aside, int room) const {
+    const auto line = [aside](const std::uint8_t* q) { return SoftLine(q, aside); };
+    const auto is_step = [least = least_](int ahead, int behind) {
+      return kSign * (ahead - behind) >= least;
+    };
+    // A line of soft grey across the way serves three places.
+    int beside = line(p + along);
+    int next = line(p + 2 * along);
+    int behind = line(p - along) + 2 * line(p) + beside;
     int here = line(p) + 2 * beside + next;
-    p += 3 * stride;
-    for (int i = 1; i <= room; ++i, p += stride) {
-      const int last = line(p);
-      const int ahead = beside + 2 * next + last;
-      if (sign_ * (ahead - behind) >= least_) return i + kAhead_px;
-      behind = here;
-      here = ahead;
-      beside = next;
+    p += 3 * along;
+    // Two places a turn: none of the values has to change its name.
+    for (int i = 1; i <= room; i += 2, p += 2 * along) {
+      const int after = line(p);
+      const int ahead = beside + 2 * next + after;
+      if (is_step(ahead, behind)) return i + kAhead_px;
+      if (i == room) return -1;
+      const int last = line(p + along);
+      const int farther = next + 2 * after + last;
+      if (is_step(farther, here)) return i + 1 + kAhead_px;
+      behind = ahead;
+      here = farther;
+      beside = after;
       next = last;
     }
     return -1;
   }
 
- private:
-  static constexpr int kAhead_px = 1;  ///< soft grey feels a rim before it is reached
   const PageView& picture_;
-  int sign_;
+  bool dark_;
   int least_;
 };
 
@@ -83,6 +92,44 @@ struct Start {
   double row_px = 0;
   double radius_px = 0;
 };
+
+constexpr int kBorder_px = 2;
+
+bool IsWithinBorder(const PageView& picture, int x, int y) {
+  return x >= kBorder_px && y >= kBorder_px && x < picture.width - kBorder_px &&
+         y < picture.height - kBorder_px;
+}
+
+/// Whether shade differs between what is within chords and what is beyond: in most of the few
+/// directions in which both are in the picture.
+/// @param least_step  outwards, in soft grey; its sign counts.
+bool IsBounded(const PageView& picture, Two middle, Two chords, int least_step) {
+  constexpr std::size_t kAround = 8;
+  constexpr int kLeastInPicture = 4;
+  constexpr int kMostAlike = 2;    // with another one no two thirds differ
+  constexpr double kWithin = 0.6;  // of the chords
+  constexpr double kBeyond = 1.5;
+  static const std::array<Two, kAround> kDirections = AllAround<kAround>(0.1);
+  const Two near = kWithin * chords;
+  const Two far = kBeyond * chords;
+  int differ = 0;
+  int alike = 0;
+  for (const Two& direction : kDirections) {
+    const TwoInts within = NearestPixel(middle + near * direction);
+    const TwoInts beyond = NearestPixel(middle + far * direction);
+    if (!IsWithinBorder(picture, within[0], within[1]) ||
+        !IsWithinBorder(picture, beyond[0], beyond[1])) {
+      continue;
+    }
+    const int change =
+        2 * kSoftUnit * (picture.row(beyond[1])[beyond[0]] - picture.row(within[1])[within[0]]);
+    const bool differs = least_step > 0 ? change > least_step : change < least_step;
+    differ += differs ? 1 : 0;
+    alike += differs ? 0 : 1;
+    if (alike > kMostAlike) return false;
+  }
+  return differ >= kLeastInPicture && differ >= 2 * alike;
+}
 
 /// Whether the chords through a run's middle, ended by steps outwards, may be a disc's, with its
 /// surroundings beyond them. Little is looked at: most runs are dismissed here.
@@ -95,12 +142,7 @@ std::optional<Start> StartWithin(const PageView& picture, const Run& run, int le
   constexpr double kChordError_px = 1;  // of a half: the step of a rim is felt early or late
   const double least_half = 0.5 * rules.min_radius_px + kChordError_px;
   const int column = (run.first + run.last + 1) / 2;
-  constexpr int kBorder_px = 2;
-  const auto inside = [&](int x, int y) {
-    return x >= kBorder_px && y >= kBorder_px && x < picture.width - kBorder_px &&
-           y < picture.height - kBorder_px;
-  };
-  if (!inside(column, run.row)) return std::nullopt;
+  if (!IsWithinBorder(picture, column, run.row)) return std::nullopt;
   const StepFinder steps(picture, run.dark, least_step);
   const int below = steps.To(column, run.row, 0, 1, most);
   if (below < 0) return std::nullopt;
@@ -119,27 +161,10 @@ std::optional<Start> StartWithin(const PageView& picture, const Run& run, int le
   if (across > kMostRatio * down + 1 || down > kMostRatio * across + 1) return std::nullopt;
   const double least = rules.min_radius_px + kChordError_px;
   if (across * down < least * least) return std::nullopt;
-  constexpr int kAround = 8;
-  constexpr int kLeastInPicture = 4;
-  constexpr double kWithin = 0.6;  // of the chords
-  constexpr double kBeyond = 1.5;
-  int looked = 0;
-  int differ = 0;
-  const double middle = column + 0.5 * (right - left);
-  Directions direction(0.1, 2 * std::numbers::pi / kAround);
-  for (int i = 0; i < kAround; ++i, direction.Next()) {
-    const auto place = [&](double share, int& x, int& y) {
-      x = static_cast<int>(middle + share * across * direction.x() + 0.5);
-      y = static_cast<int>(row + share * down * direction.y() + 0.5);
-      return inside(x, y);
-    };
-    int x = 0, y = 0, far_x = 0, far_y = 0;
-    if (!place(kWithin, x, y) || !place(kBeyond, far_x, far_y)) continue;
-    ++looked;
-    const int change = picture.row(far_y)[far_x] - picture.row(y)[x];
-    differ += 2 * kSoftUnit * (run.dark ? change : -change) > least_step ? 1 : 0;
+  const Two middle{column + 0.5 * (right - left), static_cast<double>(row)};
+  if (!IsBounded(picture, middle, Two{across, down}, run.dark ? least_step : -least_step)) {
+    return std::nullopt;
   }
-  if (differ < kLeastInPicture || 3 * differ < 2 * looked) return std::nullopt;
   return Start{static_cast<double>(column), static_cast<double>(row), std::sqrt(across * down)};
 }
 
@@ -151,18 +176,18 @@ struct RayRules {
 };
 
 /// Distance of the first steep place along a ray; < 0: none before the picture or the way ends.
-double SteepPlace(const SoftPicture& picture, const Start& start, const Offset& along,
-                  const RayRules& rules) {
+double SteepPlace(const SoftPicture& picture, Two start, Two along, const RayRules& rules) {
   const int most = static_cast<int>(rules.farthest_px / rules.pace_px) + 1;
-  int behind = picture.At(start.column_px, start.row_px);
+  const auto place_at = [&](int i) { return start + i * rules.pace_px * along; };
+  const bool all_within = picture.Has(place_at(most));
+  int behind = picture.At(start);
   int here = behind;
   int steepest = 0;
   int place = 0;
   for (int i = 1; i <= most; ++i) {
-    const double x = start.column_px + i * rules.pace_px * along.x;
-    const double y = start.row_px + i * rules.pace_px * along.y;
-    if (!picture.Has(x, y)) break;
-    const int ahead = picture.At(x, y);
+    const Two at = place_at(i);
+    if (!all_within && !picture.Has(at)) break;
+    const int ahead = picture.At(at);
     const int step = rules.sign * (ahead - behind);
     if (step >= rules.least_step && step > steepest) {
       steepest = step;
@@ -186,10 +211,10 @@ struct Rim {
 Rim CastRays(const SoftPicture& picture, const Start& start, const RayRules& rules) {
   Rim rim;
   for (int i = 0; i < kRays; ++i) {
-    const double at = SteepPlace(picture, start, kAlong[i], rules);
+    const double at = SteepPlace(picture, Two{start.column_px, start.row_px}, kAlong[i], rules);
     rim.present[i] = at > 0;
     rim.count += rim.present[i] ? 1 : 0;
-    rim.points[i] = {at * kAlong[i].x, at * kAlong[i].y};
+    rim.points[i] = {at * kAlong[i][0], at * kAlong[i][1]};
   }
   return rim;
 }

@@ -18,41 +18,76 @@ struct Levels {
   int outside = 0;
 };
 
-/// Steps from (x, y) in a direction while the shade is the inside's; the number of whole steps that
-/// stayed inside, or -1 beyond `most` steps or the picture.
-int StepsInside(const PageView& picture, double x, double y, int dx, int dy, const Run& run,
-                int most) {
-  const int threshold = (run.inside + run.outside) / 2;
-  const bool dark = run.inside < run.outside;
-  const int column = static_cast<int>(x + 0.5);
-  const int line = static_cast<int>(y + 0.5);
-  // Steps until the picture ends.
-  int room = most + 1;
-  if (dx != 0) room = std::min(room, dx > 0 ? picture.width - 1 - column : column);
-  if (dy != 0) room = std::min(room, dy > 0 ? picture.height - 1 - line : line);
-  const std::uint8_t* p = picture.row(line) + column;
-  const std::ptrdiff_t stride = dy * picture.stride + dx;
-  for (int steps = 0; steps < room; ++steps) {
-    p += stride;
-    if ((*p < threshold) != dark) return steps;
-  }
-  return -1;
-}
-
 /// Middle and half length of the chord through (x, y); half < 0 where it has no end.
 struct Chord {
   double shift = 0;  ///< of the middle from the start, in steps
   double half = -1;
 };
 
-Chord ChordThrough(const PageView& picture, double x, double y, int dx, int dy, const Run& run,
-                   int most) {
-  const int ahead = StepsInside(picture, x, y, dx, dy, run, most);
-  if (ahead < 0) return {};
-  const int behind = StepsInside(picture, x, y, -dx, -dy, run, most);
-  if (behind < 0) return {};
-  return {0.5 * (ahead - behind), 0.5 * (ahead + behind + 1)};
-}
+/// Chords within what has a run's shade.
+class ChordWalker {
+ public:
+  /// @param most  steps to either side.
+  ChordWalker(const PageView& picture, const Run& run, int most)
+      : picture_(picture),
+        threshold_(static_cast<std::uint8_t>((run.inside + run.outside) / 2)),
+        dark_(run.inside < run.outside),
+        most_(most) {}
+
+  [[nodiscard]] Chord Through(double x, double y, int dx, int dy) const {
+    const int column = static_cast<int>(x + 0.5);
+    const int line = static_cast<int>(y + 0.5);
+    const std::uint8_t* p = picture_.row(line) + column;
+    const std::ptrdiff_t stride = dy * picture_.stride + dx;
+    const auto inside = [&](int sign) {
+      const int room = std::min({most_ + 1, Room(column, sign * dx, picture_.width),
+                                 Room(line, sign * dy, picture_.height)});
+      return dark_ ? Inside<true>(p, sign * stride, room) : Inside<false>(p, sign * stride, room);
+    };
+    const int ahead = inside(1);
+    if (ahead < 0) return {};
+    const int behind = inside(-1);
+    if (behind < 0) return {};
+    return {0.5 * (ahead - behind), 0.5 * (ahead + behind + 1)};
+  }
+
+  /// Whether the chord down through (x, y) is of 2 pixels or less: most that noise begins.
+  [[nodiscard]] bool IsShortDown(double x, double y) const {
+    const int line = static_cast<int>(y + 0.5);
+    if (line < 2 || line >= picture_.height - 2) return false;  // not known
+    const std::uint8_t* p = picture_.row(line) + static_cast<int>(x + 0.5);
+    const auto inside = [&](int steps) {
+      return ((p[steps * picture_.stride] < threshold_) == dark_) ? 1U : 0U;
+    };
+    // Branches on single pixels would be guessed wrong half of the time.
+    const unsigned above = inside(-1);
+    const unsigned below = inside(1);
+    return ((above & below) | (above & inside(-2)) | (below & inside(2))) == 0;
+  }
+
+ private:
+  /// Steps until the picture ends.
+  static int Room(int place, int step, int size) {
+    if (step == 0) return std::numeric_limits<int>::max();
+    return step > 0 ? size - 1 - place : place;
+  }
+
+  /// The number of whole steps that stay inside, or -1 where none of `room` leaves it.
+  template <bool kDark>
+  int Inside(const std::uint8_t* p, std::ptrdiff_t stride, int room) const {
+    const std::uint8_t threshold = threshold_;
+    for (int steps = 0; steps < room; ++steps) {
+      p += stride;
+      if ((*p < threshold) != kDark) return steps;
+    }
+    return -1;
+  }
+
+  const PageView& picture_;
+  std::uint8_t threshold_;
+  bool dark_;
+  int most_;
+};
 
 /// Where a ray's shade crosses the threshold.
 struct Edge {
@@ -196,12 +231,17 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
   middle.column_px = 0.5 * (run.first + run.last);
   middle.row_px = run.row;
   HalfChords half;
+  const ChordWalker walker(picture, run, most);
+  constexpr double kShort_px = 1.5;  // a half of
+  if (least_half >= kShort_px && walker.IsShortDown(middle.column_px, middle.row_px)) {
+    return std::nullopt;
+  }
   double before_px = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    const Chord down = ChordThrough(picture, middle.column_px, middle.row_px, 0, 1, run, most);
+    const Chord down = walker.Through(middle.column_px, middle.row_px, 0, 1);
     if (down.half < least_half) return std::nullopt;
     middle.row_px = static_cast<int>(middle.row_px + 0.5) + down.shift;
-    const Chord across = ChordThrough(picture, middle.column_px, middle.row_px, 1, 0, run, most);
+    const Chord across = walker.Through(middle.column_px, middle.row_px, 1, 0);
     if (across.half < least_half) return std::nullopt;
     middle.column_px = static_cast<int>(middle.column_px + 0.5) + across.shift;
     half.down = down.half;
@@ -218,7 +258,7 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
   const double least = min_radius_px - kChordError_px;
   if (half.across * half.down < least * least) return std::nullopt;
   for (const int dy : {1, -1}) {
-    const Chord chord = ChordThrough(picture, middle.column_px, middle.row_px, 1, dy, run, most);
+    const Chord chord = walker.Through(middle.column_px, middle.row_px, 1, dy);
     if (chord.half < 0 || std::abs(chord.shift) > 0.2 * chord.half + 1.5) return std::nullopt;
     (dy > 0 ? half.falling : half.rising) = std::numbers::sqrt2 * chord.half;
   }

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <span>
 
 #include "part_alignment/targets/disc_fit.h"
+#include "part_alignment/targets/two.h"
 
 namespace trammel::part_alignment {
 
@@ -76,5 +78,17 @@ class Directions {
   double cos_;
   double sin_;
 };
+
+/// So many of them, all around.
+template <std::size_t kCount>
+std::array<Two, kCount> AllAround(double first_rad) {
+  std::array<Two, kCount> all;
+  Directions direction(first_rad, 2 * std::numbers::pi / kCount);
+  for (Two& one : all) {
+    one = Two{direction.x(), direction.y()};
+    direction.Next();
+  }
+  return all;
+}
 
 }  // namespace trammel::part_alignment

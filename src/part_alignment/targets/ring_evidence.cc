@@ -18,29 +18,39 @@ constexpr double kGap = 1.5;
 constexpr double kRing = 2.5;
 constexpr double kQuiet = 3.45;
 
+const std::array<Two, kAround> kDirections = AllAround<kAround>(0);
+
 /// The picture in a disc's own plane.
 class DiscPlane {
  public:
   DiscPlane(const PageView& picture, const DiscModel& disc)
-      : soft_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {}
+      : soft_(picture),
+        middle_{disc.column_px, disc.row_px},
+        along_{disc.wyy, disc.wxx},
+        across_{disc.wxy, disc.wxy},
+        det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {
+    constexpr double kRounding_px = 1e-3;
+    const Two reach = {kQuiet * std::hypot(disc.wyy, disc.wxy) / det_ + kRounding_px,
+                       kQuiet * std::hypot(disc.wxx, disc.wxy) / det_ + kRounding_px};
+    has_all_ = soft_.Has(middle_ - reach) && soft_.Has(middle_ + reach);
+  }
   /// Takes the direction that what follows is about.
-  void LookAlong(const Directions& direction) {
-    dx_ = (disc_.wyy * direction.x() - disc_.wxy * direction.y()) / det_;
-    dy_ = (disc_.wxx * direction.y() - disc_.wxy * direction.x()) / det_;
+  void LookAlong(Two direction) {
+    to_ = (along_ * direction - across_ * Two{direction[1], direction[0]}) / det_;
   }
   [[nodiscard]] bool Has(double radius) const {
-    return soft_.Has(disc_.column_px + radius * dx_, disc_.row_px + radius * dy_);
+    return has_all_ || soft_.Has(middle_ + radius * to_);
   }
-  [[nodiscard]] int At(double radius) const {
-    return soft_.At(disc_.column_px + radius * dx_, disc_.row_px + radius * dy_);
-  }
+  [[nodiscard]] int At(double radius) const { return soft_.At(middle_ + radius * to_); }
 
  private:
   SoftPicture soft_;
-  const DiscModel& disc_;
+  Two middle_;
+  Two along_;
+  Two across_;
   double det_;
-  double dx_ = 0;
-  double dy_ = 0;
+  Two to_{};
+  bool has_all_ = false;  ///< out to the quiet zone
 };
 
 /// What the directions tell.
@@ -55,13 +65,19 @@ struct Around {
   int darkest = 1 << 30;
 };
 
-Around LookAround(DiscPlane& plane, int sign, double least) {
+/// Absent where they tell too little, or of something else.
+std::optional<Around> LookAround(DiscPlane& plane, int sign, double least) {
+  constexpr int kLeastTold = 18;
   constexpr double kWildest = 0.7;  // of ink, below 0 and above 1
   constexpr double kCrowded = 0.6;
   Around around;
-  Directions direction(0, 2 * std::numbers::pi / kAround);
-  for (int i = 0; i < kAround; ++i, direction.Next()) {
-    plane.LookAlong(direction);
+  for (int i = 0; i < kAround; ++i) {
+    // As many as may tell in the end.
+    const int most_told = around.told + kAround - i;
+    if (std::max({kLeastTold, 2 * around.against, around.wild, 2 * around.crowded}) > most_told) {
+      return std::nullopt;
+    }
+    plane.LookAlong(kDirections[i]);
     if (!plane.Has(kRing)) continue;
     const int gap = plane.At(kGap);
     const int contrast = sign * (plane.At(kWithin) - gap);
@@ -83,6 +99,11 @@ Around LookAround(DiscPlane& plane, int sign, double least) {
     around.ink[around.told++] = of_ring;
     around.crowded += plane.Has(kQuiet) && std::abs(ink(kQuiet)) > kCrowded ? 1 : 0;
   }
+  const int told = around.told;
+  if (told < kLeastTold || 2 * around.against > told || around.wild > told ||
+      2 * around.crowded > told) {
+    return std::nullopt;
+  }
   return around;
 }
 
@@ -95,11 +116,22 @@ int ClearlyInPieces(const Around& around) {
   constexpr int kLeastChanges = 3;
   constexpr int kMostChanges = 14;
   const int told = around.told;
+  const int apart = told / 8;  // from the extremes
   std::array<double, kAround> sorted = around.ink;
-  std::sort(sorted.begin(), sorted.begin() + told);
-  const double plain = sorted[told / 8];
-  const double inked = sorted[told - 1 - told / 8];
-  if (inked - plain < kLeastSpan || inked < kLeastInked || plain > kMostPlain) return 0;
+  const auto end = sorted.begin() + told;
+  // What is told from counts needs no order.
+  const auto not_inked =
+      std::count_if(sorted.begin(), end, [](double ink) { return ink < kLeastInked; });
+  const auto not_plain =
+      std::count_if(sorted.begin(), end, [](double ink) { return ink > kMostPlain; });
+  if (not_inked >= told - apart || not_plain >= told - apart) return 0;
+  const auto low = sorted.begin() + apart;
+  const auto high = end - 1 - apart;
+  std::nth_element(sorted.begin(), low, end);
+  std::nth_element(low + 1, high, end);
+  const double plain = *low;
+  const double inked = *high;
+  if (inked - plain < kLeastSpan) return 0;
   int clear = 0;
   int ink = 0;
   int changes = 0;
@@ -124,7 +156,6 @@ std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const Disc
                                              double noise) {
   constexpr double kLeastContrast = 1.5;  // grey levels: rounding makes less
   constexpr double kSigmas = 3 * std::numbers::sqrt2;
-  constexpr int kLeastTold = 18;
   const double least = kSoftUnit * std::max(kLeastContrast, kSigmas * kSoftNoise * noise);
   const int sign = disc.contrast > 0 ? 1 : -1;
   DiscPlane plane(picture, disc);
@@ -133,29 +164,25 @@ std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const Disc
   if (!plane.Has(kMiddle)) return std::nullopt;
   // Most of what is no disc shows in a few directions.
   constexpr int kFew = 8;
+  static const std::array<Two, kFew> kFewDirections = AllAround<kFew>(0);
   int few = 0;
-  Directions direction(0, 2 * std::numbers::pi / kFew);
-  for (int i = 0; i < kFew; ++i, direction.Next()) {
+  for (const Two& direction : kFewDirections) {
     plane.LookAlong(direction);
     few += plane.Has(kGap) && sign * (plane.At(kWithin) - plane.At(kGap)) >= least ? 1 : 0;
   }
   if (few < kFew / 2) return std::nullopt;
-  Around around = LookAround(plane, sign, least);
-  const int told = around.told;
-  if (told < kLeastTold || 2 * around.against > told || around.wild > told ||
-      2 * around.crowded > told) {
-    return std::nullopt;
-  }
+  std::optional<Around> around = LookAround(plane, sign, least);
+  if (!around) return std::nullopt;
   RingEvidence ring;
-  ring.clear = ClearlyInPieces(around);
+  ring.clear = ClearlyInPieces(*around);
   if (ring.clear == 0) return std::nullopt;
-  const auto median = around.contrast.begin() + told / 2;
-  std::nth_element(around.contrast.begin(), median, around.contrast.begin() + told);
+  const auto median = around->contrast.begin() + around->told / 2;
+  std::nth_element(around->contrast.begin(), median, around->contrast.begin() + around->told);
   ring.contrast = static_cast<double>(sign * *median) / kSoftUnit;
   constexpr double kUneven = 0.25;
   constexpr double kRange = 6;  // sigmas between the extremes of 40 values, seldom more
   const double by_noise = kSoftUnit * kRange * kSoftNoise * noise;
-  ring.uneven = around.lightest - around.darkest > kUneven * *median + by_noise;
+  ring.uneven = around->lightest - around->darkest > kUneven * *median + by_noise;
   return ring;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "part_alignment/targets/ellipse_through.h"
@@ -66,14 +67,23 @@ constexpr double kGapRadius = 1.5;
 constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
 constexpr double kQuietSample = 3.45;
 
+template <int kBits>
+std::span<const Two> DirectionsOf() {
+  static const auto kAll = AllAround<kBits * kPerSegment>(0);
+  return kAll;
+}
+
 /// Where samples are taken: from the middle, px at a radius of 1.
 struct Spokes {
-  std::array<Offset, kMostSamples> to{};
-  Spokes(const Mapping& map, int count) {
-    Directions direction(0, kTurn / count);
-    for (int i = 0; i < count; ++i, direction.Next()) {
-      to[i].x = map.xx * direction.x() + map.xy * direction.y();
-      to[i].y = map.xy * direction.x() + map.yy * direction.y();
+  std::array<Two, kMostSamples> to;
+  Spokes(const Mapping& map, int bits) {
+    const std::span<const Two> directions = bits == 12   ? DirectionsOf<12>()
+                                            : bits == 14 ? DirectionsOf<14>()
+                                                         : DirectionsOf<20>();
+    const Two along{map.xx, map.xy};
+    const Two across{map.xy, map.yy};
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      to[i] = along * directions[i][0] + across * directions[i][1];
     }
   }
 };
@@ -83,11 +93,11 @@ double SamplePlain(const PageView& picture, const DiscModel& disc, const Spokes&
                    double radius, double most, int count,
                    std::array<double, kMostSamples>& values) {
   const int enough = static_cast<int>(most * count) + 1;
+  const Two middle{disc.column_px, disc.row_px};
   int disturbed = 0;
   for (int i = 0; i < count; ++i) {
-    const Offset& to = spokes.to[i];
-    const double grey =
-        Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+    const Two place = middle + radius * spokes.to[i];
+    const double grey = Between(picture, place[0], place[1]);
     values[i] = (grey - disc.background) / disc.contrast;
     disturbed += std::abs(values[i]) > kPlain ? 1 : 0;
     if (disturbed >= enough) return 1;
@@ -98,6 +108,7 @@ double SamplePlain(const PageView& picture, const DiscModel& disc, const Spokes&
 /// The ring's samples, between what is nearby and the disc's ink.
 void SampleRing(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
                 Circles& circles) {
+  const Two middle{disc.column_px, disc.row_px};
   for (int i = 0; i < circles.count; ++i) {
     // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
     const double gap = circles.gap[i];
@@ -105,8 +116,8 @@ void SampleRing(const PageView& picture, const DiscModel& disc, const Spokes& sp
     const double nearby = std::abs(quiet - gap) > kPlain ? gap : 0.5 * (gap + quiet);
     double ring = 0;
     for (const double radius : kRingRadii) {
-      const Offset& to = spokes.to[i];
-      ring += Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+      const Two place = middle + radius * spokes.to[i];
+      ring += Between(picture, place[0], place[1]);
     }
     ring = (ring / kRingRadii.size() - disc.background) / disc.contrast;
     constexpr double kLeastLocal = 0.3;
@@ -202,7 +213,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   }
   Circles circles;
   circles.count = bits * kPerSegment;
-  const Spokes spokes(map, circles.count);
+  const Spokes spokes(map, bits);
   // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
   constexpr double kMostGap = 0.35;
   constexpr double kMostQuiet = 0.5;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "base/page.h"
+#include "part_alignment/targets/two.h"
 
 namespace trammel::part_alignment {
 
@@ -31,10 +32,11 @@ class SoftPicture {
   [[nodiscard]] bool Has(double x, double y) const {
     return x >= 0.5 && y >= 0.5 && x < picture_.width - 1.5 && y < picture_.height - 1.5;
   }
-  /// REQUIRES Has(x, y).
-  [[nodiscard]] int At(double x, double y) const {
-    return SoftGrey(picture_.row(static_cast<int>(y + 0.5)) + static_cast<int>(x + 0.5),
-                    picture_.stride);
+  [[nodiscard]] bool Has(Two place) const { return Has(place[0], place[1]); }
+  /// REQUIRES Has(place).
+  [[nodiscard]] int At(Two place) const {
+    const TwoInts pixel = NearestPixel(place);
+    return SoftGrey(picture_.row(pixel[1]) + pixel[0], picture_.stride);
   }
 
  private:
