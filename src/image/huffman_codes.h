@@ -10,6 +10,9 @@ namespace trammel::image {
 /// Of a block, in the order in which they are coded; the first is DC, the others are AC.
 inline constexpr int kCoefficients = 64;
 
+/// Blocks of an MCU, at most, as the format has it.
+inline constexpr std::size_t kMostMcuBlocks = 10;
+
 /// A table as it stands in the file.
 struct HuffmanTable {
   std::array<std::uint8_t, 16> counts{};  ///< of codes of 1 … 16 bits
@@ -93,6 +96,9 @@ class BlockCodes {
     const AcStep step = one_[Index(bits)];
     return step.found() ? step : SearchAc(bits);
   }
+
+  /// Bits of the code itself, which say how many Ac() is of; 0: there is none.
+  [[nodiscard]] int AcCodeBits(std::uint64_t bits) const { return ac_.Find(bits).bits; }
 
   /// As many codes as the looked-up bits hold whole, or none. Where they are of more coefficients
   /// than a block has left, its end lies between them.
