@@ -224,7 +224,7 @@ TEST(BlockWalk, PassesTheBlocksThatAPlainDecoderPasses) {
   Random random(41);
   std::size_t passed = 0;
   std::size_t beside_passed = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 16; ++i) {
     const Mcu mcu(random);
     ASSERT_TRUE(mcu.made);
     for (int j = 0; j < 20; ++j) {
@@ -303,7 +303,7 @@ TEST(DenseScan, CopiesWhatAScanByItselfCopies) {
   int copied = 0;
   int refused = 0;
   int joined = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 24; ++i) {
     const Mcu mcu(random);
     const McuBlocks blocks = BlocksOf(mcu);
     for (int j = 0; j < 20; ++j) {
