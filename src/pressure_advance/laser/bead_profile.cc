@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "base/statistics.h"
+#include "pressure_advance/laser/bead_reach.h"
+#include "pressure_advance/laser/bead_section.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -11,63 +13,11 @@ namespace {
 /// Share of the band that may be bridged in one piece.
 constexpr double kLongestBridge = 1.0 / 3;
 
-/// The band's rows of one frame with unseen rows bridged.
-struct Section {
-  std::vector<double> height;
-  std::vector<double> variance;
-  double first_weight = 1;  ///< the part of the first row that lies within the band
-  double last_weight = 1;
-  int longest_bridge = 0;
-};
-
-struct Row {
-  double height = 0;
-  double variance = 0;
-  bool seen = false;
-};
-
-/// Rows beyond the picture belong to the plate.
-Row RowAt(const HeightMap& heights, std::size_t frame, int row) {
-  if (row < 0 || row >= static_cast<int>(heights.rows)) {
-    return {0, 0, true};
-  }
-  const std::size_t i = heights.index(frame, static_cast<std::size_t>(row));
-  const double sigma = heights.sigma_px[i];
-  return {heights.height_px[i], sigma * sigma, sigma > 0};
-}
-
-Section CutSection(const PlateHeights& plate, std::size_t frame) {
-  const double lo = plate.band.centre(frame) - plate.band.half(frame);
-  const double hi = plate.band.centre(frame) + plate.band.half(frame);
-  const int first = static_cast<int>(std::floor(lo + 0.5));
-  const int last = static_cast<int>(std::floor(hi + 0.5));
-  Section section;
-  section.first_weight = first + 0.5 - lo;
-  section.last_weight = hi - (last - 0.5);
-  for (int r = first; r <= last; ++r) {
-    const Row row = RowAt(plate.heights, frame, r);
-    if (row.seen) {
-      section.height.push_back(row.height);
-      section.variance.push_back(row.variance);
-      continue;
-    }
-    int below = r;
-    int above = r;
-    Row left = row;
-    Row right = row;
-    while (!left.seen) left = RowAt(plate.heights, frame, --below);
-    while (!right.seen) right = RowAt(plate.heights, frame, ++above);
-    // A bridge that leaves the band rests on the plate at the band's edge.
-    if (below < first) left = {0, right.variance, true};
-    if (above > last) right = {0, left.variance, true};
-    below = std::max(below, first - 1);
-    above = std::min(above, last + 1);
-    const double t = static_cast<double>(r - below) / (above - below);
-    section.height.push_back((1 - t) * left.height + t * right.height);
-    section.variance.push_back((1 - t) * left.variance + t * right.variance);
-    section.longest_bridge = std::max(section.longest_bridge, above - below - 1);
-  }
-  return section;
+/// Whether a frame shows its bead's whole section.
+bool Shown(const PlateHeights& plate, std::size_t frame, const BeadSection& section) {
+  const auto rows = static_cast<double>(section.height.size());
+  return plate.plate_sigma_px[frame] > 0 && !plate.cut_off[frame] &&
+         section.longest_bridge <= kLongestBridge * rows;
 }
 
 /// Where the heights cross `level`, outermost on both sides, in rows; 0 where nothing rises so far.
@@ -90,33 +40,26 @@ double WidthAt(const std::vector<double>& height, double level) {
   return width;
 }
 
-ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
-                           std::size_t frame) {
+ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale, std::size_t frame,
+                           const BeadSection& section, const RowRange& reach) {
   ProfileSample sample;
-  const Section section = CutSection(plate, frame);
-  const auto rows = static_cast<double>(section.height.size());
   sample.cut_off = plate.cut_off[frame];
-  if (plate.plate_sigma_px[frame] <= 0 || sample.cut_off ||
-      section.longest_bridge > kLongestBridge * rows) {
-    sample.gap = true;
+  sample.gap = !Shown(plate, frame, section);
+  if (sample.gap) {
     return sample;
   }
-  double area = 0;
   double variance = 0;
   double top = 0;
   for (std::size_t i = 0; i < section.height.size(); ++i) {
-    const double weight = i == 0                           ? section.first_weight
-                          : i + 1 == section.height.size() ? section.last_weight
-                                                           : 1;
-    area += weight * section.height[i];
-    variance += weight * weight * section.variance[i];
+    const double share = section.Share(i, reach);
+    variance += share * share * section.variance[i];
     if (i > 0 && i + 1 < section.height.size()) {
-      top = std::max(top, (section.height[i - 1] + section.height[i] + section.height[i + 1]) / 3);
+      top = std::max(top, section.Smooth(i));
     }
   }
-  const double level_sigma = plate.plate_sigma_px[frame] * 2 * plate.band.half(frame);
+  const double level_sigma = plate.plate_sigma_px[frame] * (reach.hi - reach.lo);
   variance = variance * plate.row_correlation + level_sigma * level_sigma;
-  sample.area = {area * scale.length_per_row * scale.height_per_px,
+  sample.area = {section.Sum(reach) * scale.length_per_row * scale.height_per_px,
                  std::sqrt(variance) * scale.length_per_row * scale.height_per_px};
   const double top_sigma = plate.noise_px * std::sqrt(std::min(1.0, plate.row_correlation / 3));
   sample.height = {top * scale.height_per_px, top_sigma * scale.height_per_px};
@@ -155,9 +98,16 @@ void RaiseToScatter(std::vector<ProfileSample>& samples) {
 
 std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionScale& scale) {
   std::vector<ProfileSample> samples;
-  samples.reserve(plate.heights.frames);
+  std::vector<BeadSection> sections;
+  std::vector<bool> tells;
   for (std::size_t f = 0; f < plate.heights.frames; ++f) {
-    samples.push_back(MeasureFrame(plate, scale, f));
+    sections.push_back(CutSection(plate, f));
+    // A swell is summed over all of its wider band.
+    tells.push_back(Shown(plate, f, sections[f]) && plate.band.half(f) <= plate.band.half_width);
+  }
+  const std::vector<RowRange> reach = FindReach(sections, tells, plate.noise_px);
+  for (std::size_t f = 0; f < plate.heights.frames; ++f) {
+    samples.push_back(MeasureFrame(plate, scale, f, sections[f], reach[f]));
   }
   RaiseToScatter(samples);
   return samples;

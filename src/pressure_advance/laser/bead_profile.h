@@ -16,12 +16,11 @@ struct SectionScale {
 
 /// Width, height and area of the bead, one sample per frame.
 ///
-/// The area is the sum of the heights over the bead's band of rows, the same number of rows in
-/// every frame but for swells that stand clearly beyond it, positive and negative alike: so noise
-/// does not bias it, it stays linear down to a bead of nothing, and a broken bead reads 0. Rows
-/// without laser (a flank in shadow) are bridged in a straight line between the nearest rows that
-/// have one; beyond the band that is the plate. A frame where more than a third of the band is
-/// unseen in one piece is a gap, and so is one whose bead reaches out of the picture.
+/// The area is the sum of the heights over the rows that a bead of its size covers (FindReach), or
+/// over all of its band where a swell stands clearly beyond the others', positive and negative
+/// alike: so noise hardly biases it, it stays linear down to a bead of nothing, and a broken bead
+/// reads 0. A frame where more than a third of the band is unseen in one piece is a gap, and so is
+/// one whose bead reaches out of the picture.
 /// @returns one sample per frame; position is left at 0.
 [[nodiscard]] std::vector<ProfileSample> MeasureBead(const PlateHeights& plate,
                                                      const SectionScale& scale);

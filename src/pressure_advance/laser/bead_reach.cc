@@ -1,0 +1,123 @@
+#include "pressure_advance/laser/bead_reach.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "base/statistics.h"
+#include "geometry/robust_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+constexpr std::size_t kFewestFrames = 12;
+constexpr double kFlankLevel = 0.3;          ///< of the bead's height, where its flank is placed
+constexpr double kFlankNoise = 2;            ///< sigmas of a row that a flank stands above at least
+constexpr double kMarginRows = 1.5;          ///< from the flank's place to its foot
+constexpr double kNarrowestRows = 4;         ///< of half a bead
+constexpr double kFollowedRows = 2;          ///< beyond its line, from where a flank is followed
+constexpr double kLeastSpread = 0.1;         ///< of the areas, that shows how flanks go with them
+constexpr RowRange kLearntAreas = {0.1, 3};  ///< over the median, between which a line is followed
+
+/// Where the bead's own flanks cross the level, walking down from the band's centre; none where
+/// the centre does not stand above it.
+std::optional<RowRange> FlanksOf(const BeadSection& section, double noise_px) {
+  const auto count = static_cast<std::ptrdiff_t>(section.height.size());
+  std::vector<double> smooth;
+  for (std::size_t i = 0; i < section.height.size(); ++i) smooth.push_back(section.Smooth(i));
+  const auto at = [&](std::ptrdiff_t i) {  // the plate beyond the band
+    return i >= 0 && i < count ? smooth[static_cast<std::size_t>(i)] : 0;
+  };
+  const auto centre = static_cast<std::ptrdiff_t>(std::lround(-section.first_row));
+  double top = 0;
+  for (std::ptrdiff_t i = centre - count / 4; i <= centre + count / 4; ++i) {
+    top = std::max(top, at(i));
+  }
+  const double level = std::max(kFlankLevel * top, kFlankNoise * noise_px);
+  if (!(at(centre) > level)) return std::nullopt;
+  const auto walk = [&](std::ptrdiff_t step) {
+    std::ptrdiff_t i = centre;
+    while (at(i) > level) i += step;
+    const double beyond = (level - at(i)) / (at(i - step) - at(i));  // of a row, back to the level
+    return section.first_row + static_cast<double>(i) - static_cast<double>(step) * beyond;
+  };
+  return RowRange{walk(-1), walk(1)};
+}
+
+/// A flank's distance from the centre over the area, which never falls, nor rises faster than the
+/// area itself.
+class FlankLine {
+ public:
+  /// @param points  (area, distance), in rising order.
+  explicit FlankLine(const std::vector<std::pair<double, double>>& points) {
+    std::vector<double> x, y, scratch;
+    for (const auto& [area, distance] : points) {
+      x.push_back(area);
+      y.push_back(distance);
+    }
+    median_area_ = Median(x);
+    const double steepest = std::max(0.0, Median(y)) / median_area_;
+    if (x.back() - x.front() > kLeastSpread * median_area_) {
+      slope_ = std::clamp(geometry::FitRobustLine(x, y, scratch).slope, 0.0, steepest);
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] -= slope_ * x[i];
+    offset_ = Median(y);
+  }
+
+  [[nodiscard]] double at(double area) const {
+    return offset_ + slope_ * std::clamp(area, kLearntAreas.lo * median_area_,
+                                         kLearntAreas.hi * median_area_);
+  }
+
+ private:
+  double median_area_ = 0;
+  double offset_ = 0;
+  double slope_ = 0;
+};
+
+/// One end of a range: the line's flank, or the bead's own where that stands up further, and the
+/// margin, within the band.
+double EndOf(double line, std::optional<double> own, double band) {
+  double end = line;
+  if (own && *own > line + kFollowedRows) end = *own;
+  return std::min(std::max(end + kMarginRows, kNarrowestRows), band);
+}
+
+}  // namespace
+
+std::vector<RowRange> FindReach(std::span<const BeadSection> sections,
+                                const std::vector<bool>& tells, double noise_px) {
+  std::vector<RowRange> reach;
+  std::vector<std::optional<RowRange>> flanks;
+  for (std::size_t f = 0; f < sections.size(); ++f) {
+    reach.push_back(sections[f].band);
+    flanks.push_back(tells[f] ? FlanksOf(sections[f], noise_px) : std::nullopt);
+  }
+  // The area of the whole band, which the plate makes noisy, tells the size well enough to begin.
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<std::pair<double, double>> low, high;
+    for (std::size_t f = 0; f < sections.size(); ++f) {
+      const double area = sections[f].Sum(reach[f]);
+      if (!flanks[f] || !(area > 0)) continue;
+      low.emplace_back(area, -flanks[f]->lo);
+      high.emplace_back(area, flanks[f]->hi);
+    }
+    if (low.size() < kFewestFrames) return reach;
+    std::sort(low.begin(), low.end());
+    std::sort(high.begin(), high.end());
+    const FlankLine low_line(low);
+    const FlankLine high_line(high);
+    for (std::size_t f = 0; f < sections.size(); ++f) {
+      if (!tells[f]) continue;
+      const RowRange& band = sections[f].band;
+      const double area = sections[f].Sum(reach[f]);
+      const auto own = [&](double rows) { return flanks[f] ? std::optional(rows) : std::nullopt; };
+      reach[f] = {-EndOf(low_line.at(area), own(flanks[f] ? -flanks[f]->lo : 0), -band.lo),
+                  EndOf(high_line.at(area), own(flanks[f] ? flanks[f]->hi : 0), band.hi)};
+    }
+  }
+  return reach;
+}
+
+}  // namespace trammel::pressure_advance
