@@ -31,6 +31,19 @@ double Trend(const Plate& plate, std::size_t f) {
   return geometry::FitRobustLine(x, y, scratch).at(0);
 }
 
+/// Variance of a level, from how its sides differ from one frame to the next, which a bed's twist
+/// does not change; 0 where too few frames show both.
+double NoiseOfSides(const Plate& plate) {
+  std::vector<double> steps;
+  for (std::size_t f = 1; f < plate.sides.size(); ++f) {
+    const double step = plate.sides[f] - plate.sides[f - 1];
+    if (std::isfinite(step)) steps.push_back(step);
+  }
+  if (steps.size() < 8) return 0;
+  const double sigma = RobustStandardDeviation(steps);
+  return sigma * sigma / 2;
+}
+
 }  // namespace
 
 void ShrinkToTrend(double row_correlation, Plate& plate) {
@@ -46,7 +59,7 @@ void ShrinkToTrend(double row_correlation, Plate& plate) {
     return;
   }
   const double seen = RobustStandardDeviation(off);
-  const double noise = Median(predicted);
+  const double noise = std::max(Median(predicted), NoiseOfSides(plate));
   // Twice the noise in variance passes as noise: the prediction is no better than that.
   const double keep = seen * seen > 2 * noise ? 1 - noise / (seen * seen) : 0;
   for (std::size_t f = 0; f < plate.level.size(); ++f) {

@@ -14,13 +14,17 @@ struct Plate {
   double pivot = 0;
   std::vector<double> level;
   std::vector<double> sigma;  ///< of the level; 0: this frame does not show it
+  std::vector<double> sides;  ///< what the level errs by, from the plate on the bead's two sides
+                              ///< against each other; NaN: this frame shows one of them at most
 
   [[nodiscard]] double at(std::size_t frame, double row) const {
     return level[frame] + slope * (row - pivot);
   }
 };
 
-/// Draws the levels towards their trend as far as their scatter about it is noise.
+/// Draws the levels towards their trend as far as their scatter about it is noise: what the rows'
+/// sigmas foretell, or what the bead's two sides differ by where that is more, as glints and a
+/// texture as wide as the plate shown beside the bead make it.
 /// @param row_correlation  variance of a sum over rows / sum of the rows' stated variances.
 void ShrinkToTrend(double row_correlation, Plate& plate);
 

@@ -100,11 +100,25 @@ void RefitThroughMedians(const TypicalFrame& typical, Plate& plate) {
   }
 }
 
+/// The plate on one side of the bead, weighted.
+struct Side {
+  double weight = 0;
+  double sum = 0;
+};
+
+/// The sides' difference, scaled to scatter as their weighted mean does; NaN where one is missing.
+double Contrast(const Side& low, const Side& high) {
+  return (high.sum / high.weight - low.sum / low.weight) * std::sqrt(low.weight * high.weight) /
+         (low.weight + high.weight);
+}
+
 /// Per frame the level of the plate beside the bead, robust (Huber by reweighting), and one slope.
 void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
   std::vector<double> slopes;
+  plate.sides.assign(lines.frames, NAN);
   for (std::size_t f = 0; f < lines.frames; ++f) {
     std::vector<double> x, y, s;
+    const double centre = band.centre(f) - plate.pivot;
     for (std::size_t r = 0; r < lines.rows; ++r) {
       const float sigma = lines.sigma_px[lines.index(f, r)];
       if (sigma > 0 && OnPlate(band, f, r)) {
@@ -125,6 +139,7 @@ void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
       double square = 0;
       double slope_sum = 0;
       double slope_total = 0;
+      Side low, high;
       for (std::size_t i = 0; i < x.size(); ++i) {
         const double pull = std::abs(y[i] - level) / (2 * s[i]);
         const double weight = (pull > 1 ? 1 / pull : 1) / (s[i] * s[i]);
@@ -133,9 +148,13 @@ void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
         square += weight * weight * s[i] * s[i];
         slope_sum += weight * x[i] * (y[i] - level);
         slope_total += weight * x[i] * x[i];
+        Side& side = x[i] < centre ? low : high;
+        side.weight += weight;
+        side.sum += weight * y[i];
       }
       level = sum / total;
       variance = square / (total * total);
+      plate.sides[f] = Contrast(low, high);
       if (pass == 3 && slope_total > 0) {
         slopes.push_back(slope_sum / slope_total);
       }
