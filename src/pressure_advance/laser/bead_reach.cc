@@ -12,13 +12,14 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr std::size_t kFewestFrames = 12;
-constexpr double kFlankLevel = 0.3;          ///< of the bead's height, where its flank is placed
-constexpr double kFlankNoise = 2;            ///< sigmas of a row that a flank stands above at least
-constexpr double kMarginRows = 1.5;          ///< from the flank's place to its foot
-constexpr double kNarrowestRows = 4;         ///< of half a bead
-constexpr double kFollowedRows = 2;          ///< beyond its line, from where a flank is followed
-constexpr double kLeastSpread = 0.1;         ///< of the areas, that shows how flanks go with them
-constexpr RowRange kLearntAreas = {0.1, 3};  ///< over the median, between which a line is followed
+constexpr double kFlankLevel = 0.3;   ///< of the bead's height, where its flank is placed
+constexpr double kFlankNoise = 2;     ///< sigmas of a row that a flank stands above at least
+constexpr double kMarginRows = 1.5;   ///< from the flank's place to its foot
+constexpr double kNarrowestRows = 4;  ///< of half a bead
+constexpr double kFollowedRows = 2;   ///< beyond its line, from where a flank is followed
+constexpr double kLeastSpread = 0.1;  ///< of the areas, that shows how flanks go with them
+constexpr double kLeastArea = 0.1;    ///< over the median, down to which a flank is followed
+constexpr double kMostArea = 3;       ///< and up to which
 
 /// Where the bead's own flanks cross the level, walking down from the band's centre; none where
 /// the centre does not stand above it.
@@ -66,8 +67,7 @@ class FlankLine {
   }
 
   [[nodiscard]] double at(double area) const {
-    return offset_ + slope_ * std::clamp(area, kLearntAreas.lo * median_area_,
-                                         kLearntAreas.hi * median_area_);
+    return offset_ + slope_ * std::clamp(area, kLeastArea * median_area_, kMostArea * median_area_);
   }
 
  private:
