@@ -71,10 +71,11 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
   return sample;
 }
 
-/// Scales the areas' sigmas up to the scatter from frame to frame: the bead's own texture and
-/// speckle are not seen on the plate, from which the rows' sigmas come. Second differences are
-/// blind to slow changes of the bead.
-void RaiseToScatter(std::vector<ProfileSample>& samples) {
+/// Scales the areas' sigmas to the scatter from frame to frame: the bead's own texture and speckle
+/// are not seen on the plate, from which the rows' sigmas come, and a plate's texture is not on the
+/// bead. Second differences are blind to slow changes of the bead.
+void ScaleToScatter(std::vector<ProfileSample>& samples) {
+  constexpr double kLeast = 0.4;  // neighbours that share noise differ by less than it
   std::vector<double> pulls;
   for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
     const Seen& a = samples[i - 1].area;
@@ -88,7 +89,7 @@ void RaiseToScatter(std::vector<ProfileSample>& samples) {
   if (pulls.size() < 8) {
     return;
   }
-  const double scale = std::max(1.0, RobustStandardDeviation(pulls));
+  const double scale = std::max(kLeast, RobustStandardDeviation(pulls));
   for (ProfileSample& sample : samples) {
     sample.area.sigma *= scale;
   }
@@ -109,7 +110,7 @@ std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionS
   for (std::size_t f = 0; f < plate.heights.frames; ++f) {
     samples.push_back(MeasureFrame(plate, scale, f, sections[f], reach[f]));
   }
-  RaiseToScatter(samples);
+  ScaleToScatter(samples);
   return samples;
 }
 
