@@ -94,27 +94,31 @@ std::vector<RowRange> FindReach(std::span<const BeadSection> sections,
     reach.push_back(sections[f].band);
     flanks.push_back(tells[f] ? FlanksOf(sections[f], noise_px) : std::nullopt);
   }
-  // The area of the whole band, which the plate makes noisy, tells the size well enough to begin.
+  std::vector<std::pair<double, double>> low, high;
+  for (std::size_t f = 0; f < sections.size(); ++f) {
+    const double area = sections[f].Sum(reach[f]);
+    if (!flanks[f] || !(area > 0)) continue;
+    low.emplace_back(area, -flanks[f]->lo);
+    high.emplace_back(area, flanks[f]->hi);
+  }
+  if (low.size() < kFewestFrames) return reach;
+  std::sort(low.begin(), low.end());
+  std::sort(high.begin(), high.end());
+  const FlankLine low_line(low);
+  const FlankLine high_line(high);
+  // The whole band's area, which the plate makes noisy, tells the size well enough to begin.
   for (int pass = 0; pass < 2; ++pass) {
-    std::vector<std::pair<double, double>> low, high;
-    for (std::size_t f = 0; f < sections.size(); ++f) {
-      const double area = sections[f].Sum(reach[f]);
-      if (!flanks[f] || !(area > 0)) continue;
-      low.emplace_back(area, -flanks[f]->lo);
-      high.emplace_back(area, flanks[f]->hi);
-    }
-    if (low.size() < kFewestFrames) return reach;
-    std::sort(low.begin(), low.end());
-    std::sort(high.begin(), high.end());
-    const FlankLine low_line(low);
-    const FlankLine high_line(high);
     for (std::size_t f = 0; f < sections.size(); ++f) {
       if (!tells[f]) continue;
       const RowRange& band = sections[f].band;
       const double area = sections[f].Sum(reach[f]);
-      const auto own = [&](double rows) { return flanks[f] ? std::optional(rows) : std::nullopt; };
-      reach[f] = {-EndOf(low_line.at(area), own(flanks[f] ? -flanks[f]->lo : 0), -band.lo),
-                  EndOf(high_line.at(area), own(flanks[f] ? flanks[f]->hi : 0), band.hi)};
+      std::optional<double> own_low, own_high;
+      if (flanks[f]) {
+        own_low = -flanks[f]->lo;
+        own_high = flanks[f]->hi;
+      }
+      reach[f] = {-EndOf(low_line.at(area), own_low, -band.lo),
+                  EndOf(high_line.at(area), own_high, band.hi)};
     }
   }
   return reach;
