@@ -41,7 +41,7 @@ double WidthAt(const std::vector<double>& height, double level) {
 }
 
 ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale, std::size_t frame,
-                           const BeadSection& section, const RowRange& reach) {
+                           const BeadSection& section, const Interval& reach) {
   ProfileSample sample;
   sample.cut_off = plate.cut_off[frame];
   sample.gap = !Shown(plate, frame, section);
@@ -106,7 +106,7 @@ std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionS
     // A swell is summed over all of its wider band.
     tells.push_back(Shown(plate, f, sections[f]) && plate.band.half(f) <= plate.band.half_width);
   }
-  const std::vector<RowRange> reach = FindReach(sections, tells, plate.noise_px);
+  const std::vector<Interval> reach = FindReach(sections, tells, plate.noise_px);
   for (std::size_t f = 0; f < plate.heights.frames; ++f) {
     samples.push_back(MeasureFrame(plate, scale, f, sections[f], reach[f]));
   }

@@ -23,7 +23,7 @@ constexpr double kMostArea = 3;       ///< and up to which
 
 /// Where the bead's own flanks cross the level, walking down from the band's centre; none where
 /// the centre does not stand above it.
-std::optional<RowRange> FlanksOf(const BeadSection& section, double noise_px) {
+std::optional<Interval> FlanksOf(const BeadSection& section, double noise_px) {
   const auto count = static_cast<std::ptrdiff_t>(section.height.size());
   std::vector<double> smooth;
   for (std::size_t i = 0; i < section.height.size(); ++i) smooth.push_back(section.Smooth(i));
@@ -43,7 +43,7 @@ std::optional<RowRange> FlanksOf(const BeadSection& section, double noise_px) {
     const double beyond = (level - at(i)) / (at(i - step) - at(i));  // of a row, back to the level
     return section.first_row + static_cast<double>(i) - static_cast<double>(step) * beyond;
   };
-  return RowRange{walk(-1), walk(1)};
+  return Interval{walk(-1), walk(1)};
 }
 
 /// A flank's distance from the centre over the area, which never falls, nor rises faster than the
@@ -86,10 +86,10 @@ double EndOf(double line, std::optional<double> own, double band) {
 
 }  // namespace
 
-std::vector<RowRange> FindReach(std::span<const BeadSection> sections,
+std::vector<Interval> FindReach(std::span<const BeadSection> sections,
                                 const std::vector<bool>& tells, double noise_px) {
-  std::vector<RowRange> reach;
-  std::vector<std::optional<RowRange>> flanks;
+  std::vector<Interval> reach;
+  std::vector<std::optional<Interval>> flanks;
   for (std::size_t f = 0; f < sections.size(); ++f) {
     reach.push_back(sections[f].band);
     flanks.push_back(tells[f] ? FlanksOf(sections[f], noise_px) : std::nullopt);
@@ -110,7 +110,7 @@ std::vector<RowRange> FindReach(std::span<const BeadSection> sections,
   for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t f = 0; f < sections.size(); ++f) {
       if (!tells[f]) continue;
-      const RowRange& band = sections[f].band;
+      const Interval& band = sections[f].band;
       const double area = sections[f].Sum(reach[f]);
       std::optional<double> own_low, own_high;
       if (flanks[f]) {

@@ -20,7 +20,7 @@ namespace trammel::pressure_advance {
 /// @param noise_px  1 sigma of one row's height.
 /// @returns per frame the rows within its band; the whole band where frames that tell are too few
 ///     (12) to learn of.
-[[nodiscard]] std::vector<RowRange> FindReach(std::span<const BeadSection> sections,
+[[nodiscard]] std::vector<Interval> FindReach(std::span<const BeadSection> sections,
                                               const std::vector<bool>& tells, double noise_px);
 
 }  // namespace trammel::pressure_advance

@@ -29,7 +29,7 @@ BeadSection Bead(double half, double middle = 0, double noise_px = 0, Random* ra
   return section;
 }
 
-std::vector<RowRange> ReachOf(const std::vector<BeadSection>& sections, double noise_px = 0.1) {
+std::vector<Interval> ReachOf(const std::vector<BeadSection>& sections, double noise_px = 0.1) {
   return FindReach(sections, std::vector<bool>(sections.size(), true), noise_px);
 }
 
@@ -40,7 +40,7 @@ TEST(BeadReach, FollowsTheSizeOfTheBead) {
     halves.push_back(7 + 0.15 * ((7 * i) % 40));
     sections.push_back(Bead(halves.back(), 1.5));
   }
-  const std::vector<RowRange> reach = ReachOf(sections);
+  const std::vector<Interval> reach = ReachOf(sections);
   for (std::size_t i = 0; i < sections.size(); ++i) {
     EXPECT_NEAR(reach[i].hi, 1.5 + halves[i] + 1, 1.2) << halves[i];
     EXPECT_NEAR(reach[i].lo, 1.5 - halves[i] - 1, 1.2) << halves[i];
@@ -55,7 +55,7 @@ TEST(BeadReach, LeavesMostOfThePlatesNoiseOut) {
   std::vector<BeadSection> sections;
   for (int i = 0; i < kFrames; ++i)
     sections.push_back(Bead(9 + (i % 9) * 0.5, 0, kNoisePx, &random));
-  const std::vector<RowRange> reach = ReachOf(sections, kNoisePx);
+  const std::vector<Interval> reach = ReachOf(sections, kNoisePx);
   double narrow = 0;
   double whole = 0;
   double bias = 0;
@@ -73,7 +73,7 @@ TEST(BeadReach, LeavesMostOfThePlatesNoiseOut) {
 TEST(BeadReach, FollowsABeadThatStandsUpFurtherByItself) {
   std::vector<BeadSection> sections(30, Bead(9));
   sections[12] = Bead(9, 5);
-  const std::vector<RowRange> reach = ReachOf(sections);
+  const std::vector<Interval> reach = ReachOf(sections);
   EXPECT_NEAR(reach[12].hi, 15, 1.2);
   EXPECT_NEAR(reach[11].hi, 10, 1.2);
 }
@@ -81,7 +81,7 @@ TEST(BeadReach, FollowsABeadThatStandsUpFurtherByItself) {
 TEST(BeadReach, OfABeadOfNothingStaysWithinTheBand) {
   std::vector<BeadSection> sections(30, Bead(9));
   for (double& height : sections[5].height) height = 0;
-  const std::vector<RowRange> reach = ReachOf(sections);
+  const std::vector<Interval> reach = ReachOf(sections);
   EXPECT_EQ(sections[5].Sum(reach[5]), 0);
   EXPECT_GE(reach[5].hi - reach[5].lo, 8);
   EXPECT_LE(reach[5].hi, kBandRows);
@@ -91,18 +91,18 @@ TEST(BeadReach, IsTheWholeBandWhereTooFewFramesTell) {
   std::vector<BeadSection> sections(40, Bead(9));
   std::vector<bool> tells(sections.size());
   for (std::size_t i = 0; i < 11; ++i) tells[i] = true;
-  for (const RowRange& range : FindReach(sections, tells, 0.1)) {
+  for (const Interval& range : FindReach(sections, tells, 0.1)) {
     EXPECT_EQ(range.lo, -kBandRows);
     EXPECT_EQ(range.hi, kBandRows);
   }
   tells[11] = true;
-  const std::vector<RowRange> reach = FindReach(sections, tells, 0.1);
+  const std::vector<Interval> reach = FindReach(sections, tells, 0.1);
   EXPECT_LT(reach[0].hi, 12);
   EXPECT_EQ(reach[12].hi, kBandRows) << "a frame that does not tell keeps its band";
 }
 
 TEST(BeadReach, IsTheWholeBandWhereNothingStandsAboveTheNoise) {
-  const std::vector<RowRange> reach = ReachOf(std::vector<BeadSection>(40, Bead(9)), 20);
+  const std::vector<Interval> reach = ReachOf(std::vector<BeadSection>(40, Bead(9)), 20);
   EXPECT_EQ(reach[3].hi, kBandRows);
 }
 

@@ -24,12 +24,12 @@ Row RowAt(const HeightMap& heights, std::size_t frame, int row) {
 
 }  // namespace
 
-double BeadSection::Share(std::size_t i, const RowRange& range) const {
+double BeadSection::Share(std::size_t i, const Interval& range) const {
   const double row = first_row + static_cast<double>(i);
   return std::clamp(std::min(row + 0.5, range.hi) - std::max(row - 0.5, range.lo), 0.0, 1.0);
 }
 
-double BeadSection::Sum(const RowRange& range) const {
+double BeadSection::Sum(const Interval& range) const {
   double sum = 0;
   for (std::size_t i = 0; i < height.size(); ++i) sum += Share(i, range) * height[i];
   return sum;
