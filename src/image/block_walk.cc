@@ -204,8 +204,8 @@ bool BlockWalker::PassTogether(const End& end, const EntropyData& data, BlockWal
   const std::size_t end_bit = std::min(data.size_bit(), end.at_bit);
   const std::size_t beside_end_bit = std::max(data.size_bit(), kBesideEnd_bit) - kBesideEnd_bit;
   // Values, and their addresses handed to nobody, so that the loop keeps them in registers.
-  BlockPlace here = walk;
-  BlockPlace there = beside;
+  BlockPlace here = walk.place();
+  BlockPlace there = beside.place();
   bool good = true;
   bool beside_good = true;
   while (good && beside_good && here.passed() + kLookUps <= end.blocks && here.at_bit < end_bit &&
@@ -223,14 +223,14 @@ bool BlockWalker::PassTogether(const End& end, const EntropyData& data, BlockWal
       Lane undone(here, tables, data);
       for (int i = 0; i < kLookUps; ++i) undone.LookUp<-1>(steps, tables, walk.dc.data());
       good = PassSlowly(end.blocks, data, walk);
-      here = walk;
+      here = walk.place();
     }
     if (two.good()) [[likely]] {
       two.MoveOn(round_, there);
     } else {
       beside.SetPlace(there);
       beside_good = PassSlowly(End().blocks, data, beside);
-      there = beside;
+      there = beside.place();
     }
   }
   walk.SetPlace(here);

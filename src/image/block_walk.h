@@ -29,6 +29,7 @@ struct BlockWalk : BlockPlace {
   /// Sums of the DC coefficients' differences, by `block`. Those of a next round stand behind.
   std::array<std::uint32_t, 2 * kMostMcuBlocks> dc{};
 
+  [[nodiscard]] const BlockPlace& place() const { return *this; }
   void SetPlace(const BlockPlace& place) { static_cast<BlockPlace&>(*this) = place; }
 };
 
