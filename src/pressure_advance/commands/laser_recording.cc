@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/shared_scatter.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 
 namespace trammel::app {
@@ -201,6 +202,7 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
     result.view.heights.push_back(std::move(line.reading.heights));
     result.view.paper_heights.push_back(std::move(line.paper));
   }
+  pressure_advance::ShareScatter(result.profiles);
   result.deviation = pressure_advance::ScoreByDeviation(pressure_advance_s, scores);
   return result;
 }

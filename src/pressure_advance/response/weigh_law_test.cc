@@ -53,6 +53,18 @@ TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
 }
 
+TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
+  constexpr double kSure_s = 1e-7;
+  CombinedTransitions crossings = Crossings(0.033, kSure_s);
+  WeighWithLaw(Law(0.033, kSure_s), Crossings(0.033, kSure_s), {}, crossings);
+  const LawOptions options;
+  EXPECT_NEAR(crossings.acceleration.quantity().standard_uncertainty,
+              options.crossing_form_sigma * 0.033, 1e-6);
+  // Crossings and fit, weighed alike, err by other laws in ways of their own.
+  EXPECT_NEAR(crossings.both.pressure_advance.quantity().standard_uncertainty,
+              options.form_sigma * 0.033 / std::sqrt(2), 1e-6);
+}
+
 TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
   const auto weighed = [](double apart_s, double twins_apart_s) {
     CombinedTransitions crossings = Crossings(0.033, 0.0005);
