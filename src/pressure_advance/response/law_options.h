@@ -5,9 +5,7 @@ namespace trammel::pressure_advance {
 
 struct LawOptions {
   double error_sigma = 0.3;   ///< of what the crossings err by on lines of the learnt law, 1 sigma
-  double form_sigma = 0.011;  ///< of what other laws than those learnt leave open, over the answer
-  double crossing_form_sigma =
-      0.008;                  ///< the same of one crossing, whose lines' scatter holds a part of it
+  double form_sigma = 0.01;   ///< of what other laws than those learnt leave open, over the answer
   double most_weight = 0.85;  ///< of the law's own value
   double lag_scatter = 0.04;  ///< from line to line, relative, before it is seen
   double flow_scatter = 0.015;

@@ -12,14 +12,13 @@ namespace trammel::pressure_advance {
 namespace {
 
 // What is left open of a crossing where the law is known.
-// @param form_sigma  of what other laws leave open of it, over the answer
 BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const LawFit& law,
-                        const LawOptions& options, double form_sigma) {
+                        const LawOptions& options) {
   const double error_s = (seen.value_s + twin.value_s) / 2 - law.pressure_advance_s;
   BudgetedValue corrected{seen.value_s - error_s, {}};
   corrected.budget.lines = seen.budget.lines;
   corrected.budget.form =
-      Square(options.error_sigma * error_s) + Square(form_sigma * law.pressure_advance_s);
+      Square(options.error_sigma * error_s) + Square(options.form_sigma * law.pressure_advance_s);
   corrected.budget.picture = seen.budget.picture;
   return corrected;
 }
@@ -42,8 +41,7 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
                          crossings.widest);
   };
   const auto one = [&](BudgetedValue& seen, const BudgetedValue& of_twin, double& shift_s) {
-    const BudgetedValue corrected =
-        Corrected(seen, of_twin, law, options, options.crossing_form_sigma);
+    const BudgetedValue corrected = Corrected(seen, of_twin, law, options);
     shift_s += corrected.value_s - seen.value_s;
     seen = corrected;
     return judged(corrected).pressure_advance;
@@ -51,7 +49,7 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
   crossings.acceleration = one(*crossings.first, *twin.first, crossings.acceleration_shift_s);
   crossings.deceleration = one(*crossings.second, *twin.second, crossings.deceleration_shift_s);
 
-  BudgetedValue whole = Corrected(*crossings.whole, *twin.whole, law, options, options.form_sigma);
+  BudgetedValue whole = Corrected(*crossings.whole, *twin.whole, law, options);
   const double law_variance =
       Square(law.sigma_s) + Square(options.form_sigma * law.pressure_advance_s);
   const double own = whole.budget.lines + whole.budget.form;

@@ -58,8 +58,8 @@ TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
   CombinedTransitions crossings = Crossings(0.033, kSure_s);
   WeighWithLaw(Law(0.033, kSure_s), Crossings(0.033, kSure_s), {}, crossings);
   const LawOptions options;
-  EXPECT_NEAR(crossings.acceleration.quantity().standard_uncertainty,
-              options.crossing_form_sigma * 0.033, 1e-6);
+  EXPECT_NEAR(crossings.acceleration.quantity().standard_uncertainty, options.form_sigma * 0.033,
+              1e-6);
   // Crossings and fit, weighed alike, err by other laws in ways of their own.
   EXPECT_NEAR(crossings.both.pressure_advance.quantity().standard_uncertainty,
               options.form_sigma * 0.033 / std::sqrt(2), 1e-6);
