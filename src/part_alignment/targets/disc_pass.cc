@@ -6,12 +6,9 @@
 #include <numbers>
 #include <optional>
 
+#include "part_alignment/targets/disc_products.h"
 #include "part_alignment/targets/four.h"
 #include "part_alignment/targets/target_layout.h"
-
-#ifdef __x86_64__
-#include <immintrin.h>
-#endif
 
 namespace trammel::part_alignment {
 namespace {
@@ -24,7 +21,6 @@ constexpr double kOuterLimit = 1.8;  ///< radii: short of the ring
 constexpr double kLeastOuterLimit = 1.4;
 constexpr double kRingReach = 3;  ///< blurs before the ring from where on it is part of the model
 
-constexpr int kValues = kDiscParameters + 1;  ///< the residual follows the parameters
 constexpr int kFirstFlat = 6;  ///< contrast, the first that pixels away from the edge tell of
 
 /// The ring's cover, softened along the ring as the blur does.
@@ -62,96 +58,13 @@ class SoftRing {
   std::array<float, RingShade::kAngles> cover_{};
 };
 
-#ifdef __x86_64__
-/// Whether the processor takes eight floats at a time.
-bool TakesEight() {
-  static const bool kTakes = __builtin_cpu_supports("avx") != 0;
-  return kTakes;
-}
-#endif
-
-/// Sums of products of values from kFirst on, a batch of pixels at a time.
-template <int kFirst>
-class Products {
- public:
-  Products() {
-    for (auto& values : batch_) values[kValues] = Four{};
-  }
-
-  /// Where the next four pixels' values go, from kFirst on.
-  Four* Next() {
-    if (count_ == kBatch) Flush();
-    return batch_[count_++];
-  }
-
-  /// Adds to the normal equations.
-  void AddTo(DiscNormal& normal) {
-    for (; count_ < kBatch; ++count_) std::fill_n(batch_[count_], kValues, Four{});
-    Flush();
-    for (int a = kFirst; a < kDiscParameters; ++a) {
-      for (int b = kFirst; b <= a; ++b) normal.jtj[a][b] += Sum(a, b);
-      normal.jtr[a] += Sum(kDiscParameters, a);
-    }
-    normal.rss += Sum(kDiscParameters, kDiscParameters);
-  }
-
- private:
-  static constexpr int kBatch = 4;
-  static constexpr int kCount = kValues - kFirst;
-
-  [[nodiscard]] double Sum(int a, int b) const {
-    const Four& sum = sums_[a - kFirst][b - kFirst];
-    return (double{sum[0]} + sum[1]) + (double{sum[2]} + sum[3]);
-  }
-
-  void Flush() {
-    count_ = 0;
-#ifdef __x86_64__
-    if (TakesEight()) return FlushByEight();
-#endif
-    const auto& j = batch_;
-    for (int a = kFirst; a < kValues; ++a) {
-      for (int b = kFirst; b <= a; ++b) {
-        sums_[a - kFirst][b - kFirst] +=
-            (j[0][a] * j[0][b] + j[1][a] * j[1][b]) + (j[2][a] * j[2][b] + j[3][a] * j[3][b]);
-      }
-    }
-  }
-
-#ifdef __x86_64__
-  /// The same to the bit, two sums at a time.
-  [[gnu::target("avx")]] void FlushByEight() {
-    const auto& j = batch_;
-    for (int a = kFirst; a < kValues; ++a) {
-      const auto one = [&j, a ](int k) __attribute__((target("avx"))) {
-        return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&j[k][a]));
-      };
-      const __m256 a0 = one(0), a1 = one(1), a2 = one(2), a3 = one(3);
-      for (int b = kFirst; b <= a; b += 2) {
-        const auto by = [&j, b ](int k, __m256 of) __attribute__((target("avx"))) {
-          return _mm256_mul_ps(of, _mm256_loadu_ps(reinterpret_cast<const float*>(&j[k][b])));
-        };
-        float* sum = reinterpret_cast<float*>(&sums_[a - kFirst][b - kFirst]);
-        const __m256 added =
-            _mm256_add_ps(_mm256_add_ps(by(0, a0), by(1, a1)), _mm256_add_ps(by(2, a2), by(3, a3)));
-        _mm256_storeu_ps(sum, _mm256_add_ps(_mm256_loadu_ps(sum), added));
-      }
-    }
-  }
-#endif
-
-  // One more of a row each, for what is taken by twos.
-  Four batch_[kBatch][kValues + 1];
-  int count_ = 0;
-  Four sums_[kCount][kCount + 1] = {};
-};
-
 /// Of the model and its limits, each in all lanes.
+template <typename Floats>
 struct Constants {
-  Four wxx, wxy, wyy;
-  Four outer, inner, band_px;
-  Four per_blur, contrast, background;
-  Four gradient_x, gradient_y;
+  Floats wxx, wxy, wyy;
+  Floats outer, inner, band_px;
+  Floats per_blur, contrast, background;
+  Floats gradient_x, gradient_y;
 };
 
 /// What one pass over the pixels needs of the model.
@@ -167,10 +80,10 @@ class Pass {
     outer_ = std::min(limit, 1 + band_px / radius_px * 1.5);
     inner_ = std::max(0.0, 1 - band_px / radius_px * 1.5);
     const double steepest = 0.5 * (m_.wxx + m_.wyy) + std::hypot(0.5 * (m_.wxx - m_.wyy), m_.wxy);
-    const auto all = [](double value) { return AllFour(static_cast<float>(value)); };
-    c_ = {all(m_.wxx),        all(m_.wxy),        all(m_.wyy),         all(outer_),
-          all(inner_),        all(band_px),       all(1 / m_.blur_px), all(m_.contrast),
-          all(m_.background), all(m_.gradient_x), all(m_.gradient_y)};
+    SetConstants(band_px, four_);
+#ifdef __x86_64__
+    if (TakesAvx2()) SetConstants(band_px, eight_);
+#endif
     if (kRingInner - outer_ < kRingReach * m_.blur_px * steepest &&
         std::any_of(ring.cover.begin(), ring.cover.end(), [](float c) { return c > 0; })) {
       ring_.emplace(ring, m_.blur_px / (kRingInner * radius_px));
@@ -235,88 +148,147 @@ class Pass {
     return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(end)));
   }
 
-  void AddSpan(int y, int x0, int x1) {
-#ifdef __x86_64__
-    if (TakesEight()) return AddSpanShort(y, x0, x1);
-#endif
-    AddPixels(y, x0, x1);
+  template <typename Floats>
+  [[gnu::always_inline]] inline void SetConstants(double band_px, Constants<Floats>& of) const {
+    const auto set = [](Floats & all, double value) __attribute__((always_inline)) {
+      for (std::size_t i = 0; i < sizeof(all) / sizeof(float); ++i) {
+        all[i] = static_cast<float>(value);
+      }
+    };
+    set(of.wxx, m_.wxx);
+    set(of.wxy, m_.wxy);
+    set(of.wyy, m_.wyy);
+    set(of.outer, outer_);
+    set(of.inner, inner_);
+    set(of.band_px, band_px);
+    set(of.per_blur, 1 / m_.blur_px);
+    set(of.contrast, m_.contrast);
+    set(of.background, m_.background);
+    set(of.gradient_x, m_.gradient_x);
+    set(of.gradient_y, m_.gradient_y);
   }
 
+  void AddSpan(int y, int x0, int x1) {
 #ifdef __x86_64__
-  /// The same to the bit, by instructions that need fewer moves.
-  [[gnu::target("avx")]] void AddSpanShort(int y, int x0, int x1) { AddPixels(y, x0, x1); }
+    if (TakesAvx2()) return AddSpanByAvx2(y, x0, x1);
 #endif
+    AddFours(y, x0, x1);
+  }
+
+  /// Four neighbouring pixels of a row.
+  struct Neighbours {
+    Four grey;
+    Four dx;
+    FourInts wanted;
+  };
+  [[nodiscard, gnu::always_inline]] inline Neighbours From(const std::uint8_t* row, int x,
+                                                           int end) const {
+    const FourInts lane = {0, 1, 2, 3};
+    const int first = std::min(x, picture_.width - 4);  // reads nothing beyond the row
+    const auto dx = static_cast<float>(first - m_.column_px);
+    return {FourPixels(row + first), dx + Four{0, 1, 2, 3},
+            (lane >= x - first) & (lane < end - first)};
+  }
 
   /// Columns x0 … x1 - 1.
-  [[gnu::always_inline]] inline void AddPixels(int y, int x0, int x1) {
-    const FourInts lane = {0, 1, 2, 3};
+  void AddFours(int y, int x0, int x1) {
     const std::uint8_t* row = picture_.row(y);
     const auto dy = static_cast<float>(y - m_.row_px);
     for (int x = x0; x < x1; x += 4) {
-      const int first = std::min(x, picture_.width - 4);  // reads nothing beyond the row
-      const auto dx = static_cast<float>(first - m_.column_px);
-      const FourInts wanted = (lane >= x - first) & (lane < x1 - first);
-      AddFour(FourPixels(row + first), dx + Four{0, 1, 2, 3}, dy, wanted);
+      const Neighbours of = From(row, x, x1);
+      Add(four_, of.grey, of.dx, dy, of.wanted);
     }
   }
 
-  [[gnu::always_inline]] inline void AddFour(Four grey, Four dx, float dy, FourInts wanted) {
-    const Four u = c_.wxx * dx + c_.wxy * dy;
-    const Four v = c_.wxy * dx + c_.wyy * dy;
-    const Four q = Root(u * u + v * v);
+#ifdef __x86_64__
+  /// The same to the bit.
+  [[gnu::target("avx2")]] void AddSpanByAvx2(int y, int x0, int x1) {
+    const std::uint8_t* row = picture_.row(y);
+    const auto dy = static_cast<float>(y - m_.row_px);
+    for (int x = x0; x < x1; x += 8) {
+      const Neighbours a = From(row, x, x1);
+      if (x + 4 >= x1) {
+        Add(four_, a.grey, a.dx, dy, a.wanted);
+        break;
+      }
+      const Neighbours b = From(row, x + 4, x1);
+      const Eight grey = __builtin_shufflevector(a.grey, b.grey, 0, 1, 2, 3, 4, 5, 6, 7);
+      const Eight dx = __builtin_shufflevector(a.dx, b.dx, 0, 1, 2, 3, 4, 5, 6, 7);
+      const EightInts wanted = __builtin_shufflevector(a.wanted, b.wanted, 0, 1, 2, 3, 4, 5, 6, 7);
+      Add(eight_, grey, dx, dy, wanted);
+    }
+  }
+#endif
+
+  template <typename Floats>
+  [[gnu::always_inline]] inline void Add(const Constants<Floats>& c, const Floats& grey,
+                                         const Floats& dx, float dy,
+                                         const Mask<Floats>& asked_for) {
+    constexpr int kParts = sizeof(Floats) / sizeof(Four);
+    const Floats u = c.wxx * dx + c.wxy * dy;
+    const Floats v = c.wxy * dx + c.wyy * dy;
+    const Floats q = Root(u * u + v * v);
     // Distance from the edge to first order: (|W d| - 1) / |its gradient W² d / |W d||.
-    const Four px = c_.wxx * u + c_.wxy * v;
-    const Four py = c_.wxy * u + c_.wyy * v;
-    const Four by_steep = 1 / Most(Root(px * px + py * py), AllFour(1e-12F));
-    const Four distance = (q - 1) * q * by_steep;
+    const Floats px = c.wxx * u + c.wxy * v;
+    const Floats py = c.wxy * u + c.wyy * v;
+    const Floats by_steep = 1 / Most(Root(px * px + py * py), All<Floats>(1e-12F));
+    const Floats distance = (q - 1) * q * by_steep;
     // In the middle itself first order tells nothing.
-    wanted &= (q <= c_.outer) & (q >= c_.inner) & (q > 1e-4F);
-    wanted &= Magnitude(distance) <= c_.band_px;
+    Mask<Floats> wanted = asked_for & (q <= c.outer) & (q >= c.inner) & (q > 1e-4F);
+    wanted &= Magnitude(distance) <= c.band_px;
     if (!Any(wanted)) return;
-    const Four t = -distance * c_.per_blur;
-    const FourInts near = wanted & (Magnitude(t) <= static_cast<float>(kReach));
-    const bool flat = !Any(near);
-    Four density{};
-    Four cover = Where(t > 0, AllFour(1));
-    if (!flat) {
-      const Four bounded = Bounded(t);
+    const Floats t = -distance * c.per_blur;
+    const Mask<Floats> near = wanted & (Magnitude(t) <= static_cast<float>(kReach));
+    Floats density{};
+    Floats cover = Where(t > 0, All<Floats>(1));
+    if (kParts > 1 || Any(near)) {
+      const Floats bounded = Bounded(t);
       density = Where(near, NormalDensity(bounded));
       cover = NormalIntegral(bounded, density);
     }
     if (ring_) {
-      const Four blurs = (q - static_cast<float>(kRingInner)) * q * by_steep * c_.per_blur;
+      const Floats blurs = (q - static_cast<float>(kRingInner)) * q * by_steep * c.per_blur;
       AddRing(u, v, blurs, wanted, cover);
     }
-    const Four gain = 1 + c_.gradient_x * dx + c_.gradient_y * dy;
-    const Four shade = c_.background + c_.contrast * cover;
-    const Four value = gain * shade;
+    const Floats gain = 1 + c.gradient_x * dx + c.gradient_y * dy;
+    const Floats shade = c.background + c.contrast * cover;
+    const Floats value = gain * shade;
     // What the sensor cut off tells only that it was beyond.
-    const FourInts white = wanted & (grey >= kSaturated);
-    const FourInts black = wanted & (grey <= kBlack);
-    samples_ -= wanted;
-    saturated_ -= white | black;
-    wanted &= ~((white & (value >= grey)) | (black & (value <= grey)));
+    const Mask<Floats> white = wanted & (grey >= kSaturated);
+    const Mask<Floats> black = wanted & (grey <= kBlack);
+    for (int i = 0; i < kParts; ++i) {
+      samples_ -= FourOf(wanted, i);
+      saturated_ -= FourOf(white | black, i);
+    }
+    const Mask<Floats> counts = wanted & ~((white & (value >= grey)) | (black & (value <= grey)));
     if (by_sectors_) {
-      const Four by_shift = density * gain * c_.contrast * c_.per_blur;
-      AddToSectors(u, v, wanted, {cover, by_shift, grey - value});
+      const Floats by_shift = density * gain * c.contrast * c.per_blur;
+      for (int i = 0; i < kParts; ++i) {
+        AddToSectors(FourOf(u, i), FourOf(v, i), FourOf(counts, i),
+                     {FourOf(cover, i), FourOf(by_shift, i), FourOf(grey - value, i)});
+      }
       return;
     }
-    Four* j = flat ? flat_.Next() : edge_.Next();
-    j[6] = Where(wanted, gain * cover);
-    j[7] = Where(wanted, gain);
-    j[8] = Where(wanted, shade * dx);
-    j[9] = Where(wanted, shade * dy);
-    j[10] = Where(wanted, grey - value);
-    if (flat) return;
     // d value / d(-distance)
-    density *= gain * c_.contrast * c_.per_blur;
-    const Four by_shape = -density * by_steep;
-    j[0] = Where(near & wanted, density * px * by_steep - shade * c_.gradient_x);
-    j[1] = Where(near & wanted, density * py * by_steep - shade * c_.gradient_y);
-    j[2] = Where(wanted, by_shape * u * dx);
-    j[3] = Where(wanted, by_shape * (u * dy + v * dx));
-    j[4] = Where(wanted, by_shape * v * dy);
-    j[5] = Where(wanted, -density * t);
+    const Floats slope = density * (gain * c.contrast * c.per_blur);
+    const Floats by_shape = -slope * by_steep;
+    for (int i = 0; i < kParts; ++i) {
+      if (!Any(FourOf(wanted, i))) continue;
+      const bool flat = !Any(FourOf(near, i));
+      Four* j = flat ? flat_.Next() : edge_.Next();
+      j[6] = FourOf(Where(counts, gain * cover), i);
+      j[7] = FourOf(Where(counts, gain), i);
+      j[8] = FourOf(Where(counts, shade * dx), i);
+      j[9] = FourOf(Where(counts, shade * dy), i);
+      j[10] = FourOf(Where(counts, grey - value), i);
+      if (flat) continue;
+      j[0] = FourOf(Where(near & counts, slope * px * by_steep - shade * c.gradient_x), i);
+      j[1] = FourOf(Where(near & counts, slope * py * by_steep - shade * c.gradient_y), i);
+      j[2] = FourOf(Where(counts, by_shape * u * dx), i);
+      j[3] = FourOf(Where(counts, by_shape * (u * dy + v * dx)), i);
+      j[4] = FourOf(Where(counts, by_shape * v * dy), i);
+      j[5] = FourOf(Where(counts, -slope * t), i);
+    }
   }
 
   struct SectorValues {
@@ -349,23 +321,31 @@ class Pass {
   }
 
   /// Where nothing changes any more.
-  static Four Bounded(Four t) { return Most(Least(t, AllFour(6)), AllFour(-6)); }
+  template <typename Floats>
+  [[gnu::always_inline]] static inline Floats Bounded(Floats t) {
+    return Most(Least(t, All<Floats>(6)), All<Floats>(-6));
+  }
 
   /// @param blurs  beyond the ring's inner edge.
-  void AddRing(Four u, Four v, Four blurs, FourInts wanted, Four& cover) const {
-    const FourInts near = wanted & (blurs > static_cast<float>(-kRingReach));
+  template <typename Floats>
+  [[gnu::always_inline]] inline void AddRing(Floats u, Floats v, Floats blurs, Mask<Floats> wanted,
+                                             Floats& cover) const {
+    const Mask<Floats> near = wanted & (blurs > static_cast<float>(-kRingReach));
     if (!Any(near)) return;
-    Four ink{};
-    for (int lane = 0; lane < 4; ++lane) {
+    Floats ink{};
+    for (std::size_t lane = 0; lane < sizeof(Floats) / sizeof(float); ++lane) {
       if (near[lane] != 0) ink[lane] = ring_->At(std::atan2(v[lane], u[lane]));
     }
-    const Four bounded = Bounded(blurs);
+    const Floats bounded = Bounded(blurs);
     cover += Where(near, NormalIntegral(bounded, NormalDensity(bounded)) * ink);
   }
 
   const PageView& picture_;
   const DiscModel& m_;
-  Constants c_;
+  Constants<Four> four_;
+#ifdef __x86_64__
+  Constants<Eight> eight_;
+#endif
   double outer_ = 0;
   double inner_ = 0;
   std::optional<SoftRing> ring_;

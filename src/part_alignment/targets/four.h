@@ -1,7 +1,10 @@
-// Four floats at a time: SSE and its kin, by the compiler's vector types.
+// Four floats or doubles at a time: SSE and its kin, by the compiler's vector types; and AVX2,
+// where a processor has it.
 #pragma once
 
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -15,11 +18,64 @@ typedef float Four __attribute__((vector_size(16)));
 /// Of comparisons: -1 where true, 0 where not.
 typedef std::int32_t FourInts __attribute__((vector_size(16)));
 
-inline Four AllFour(float value) { return Four{value, value, value, value}; }
+typedef double FourDoubles __attribute__((vector_size(32)));
+/// Of comparisons of doubles.
+typedef std::int64_t FourLongs __attribute__((vector_size(32)));
+
+/// Places in a picture, or directions.
+struct FourPlaces {
+  FourDoubles x;
+  FourDoubles y;
+};
+
+#ifdef __x86_64__
+/// Whether the processor takes four doubles or eight floats at a time, and whole numbers beside
+/// them. What takes them gives the same to the bit: nothing is multiplied and added at once.
+inline bool TakesAvx2() {
+  static const bool kTakes = __builtin_cpu_supports("avx2") != 0;
+  return kTakes;
+}
+#endif
+
+/// Eight floats, where the processor takes as many at a time.
+typedef float Eight __attribute__((vector_size(32)));
+typedef std::int32_t EightInts __attribute__((vector_size(32)));
+
+/// What comparisons of such floats give: -1 where true, 0 where not.
+template <typename Floats>
+struct MaskOf;
+template <>
+struct MaskOf<Four> {
+  typedef FourInts Type;
+};
+template <>
+struct MaskOf<Eight> {
+  typedef EightInts Type;
+};
+template <typename Floats>
+using Mask = typename MaskOf<Floats>::Type;
+
+template <typename Floats>
+[[gnu::always_inline]] inline Floats All(float value) {
+  Floats all{};
+  for (std::size_t i = 0; i < sizeof(Floats) / sizeof(float); ++i) all[i] = value;
+  return all;
+}
+
+/// The i-th four of some.
+[[gnu::always_inline]] inline Four FourOf(const Four& of, int /*i*/) { return of; }
+[[gnu::always_inline]] inline FourInts FourOf(const FourInts& of, int /*i*/) { return of; }
+[[gnu::always_inline]] inline Four FourOf(const Eight& of, int i) {
+  return i == 0 ? Four{of[0], of[1], of[2], of[3]} : Four{of[4], of[5], of[6], of[7]};
+}
+[[gnu::always_inline]] inline FourInts FourOf(const EightInts& of, int i) {
+  return i == 0 ? FourInts{of[0], of[1], of[2], of[3]} : FourInts{of[4], of[5], of[6], of[7]};
+}
 
 /// `value` where the mask says so, else 0; never the product with what may be infinite.
-inline Four Where(FourInts mask, Four value) {
-  return reinterpret_cast<Four>(mask & reinterpret_cast<FourInts>(value));
+template <typename Floats>
+[[gnu::always_inline]] inline Floats Where(Mask<Floats> mask, Floats value) {
+  return reinterpret_cast<Floats>(mask & reinterpret_cast<Mask<Floats>>(value));
 }
 
 /// Whether any lane is true.
@@ -31,19 +87,58 @@ inline bool Any(FourInts mask) {
 #endif
 }
 
-inline Four Most(Four a, Four b) { return a > b ? a : b; }
-inline Four Least(Four a, Four b) { return a < b ? a : b; }
-inline Four Magnitude(Four a) {
-  return reinterpret_cast<Four>(reinterpret_cast<FourInts>(a) & 0x7fffffff);
+/// As good as std::hypot's: what rounding a square root's argument loses is made good (Borges, An
+/// improved algorithm for hypot(a, b), 2019). REQUIRES squares that neither overflow nor vanish.
+[[gnu::always_inline]] inline FourDoubles Lengths(const FourPlaces& of) {
+  const FourDoubles x = of.x < 0 ? -of.x : of.x;
+  const FourDoubles y = of.y < 0 ? -of.y : of.y;
+  const FourDoubles longer = x > y ? x : y;
+  const FourDoubles shorter = x > y ? y : x;
+  const FourDoubles square = longer * longer + shorter * shorter;
+  FourDoubles length;
+  for (int k = 0; k < 4; ++k) length[k] = std::sqrt(square[k]);
+  // length² - longer² - shorter², by what is left of the length beside the one that is nearer to
+  // it.
+  const FourDoubles over_shorter = length - shorter;
+  const FourDoubles over_longer = length - longer;
+  const FourDoubles steep =
+      longer * (2 * over_shorter - longer) + (over_shorter - 2 * (longer - shorter)) * over_shorter;
+  const FourDoubles flat = 2 * over_longer * (longer - 2 * shorter) +
+                           ((4 * over_longer - shorter) * shorter + over_longer * over_longer);
+  return length - (length <= 2 * shorter ? steep : flat) / (2 * length);
+}
+
+/// The first lane that is true. REQUIRES Any(mask).
+inline int FirstOf(FourInts mask) {
+#ifdef __SSE2__
+  return std::countr_zero(static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask))));
+#else
+  return mask[0] != 0 ? 0 : mask[1] != 0 ? 1 : mask[2] != 0 ? 2 : 3;
+#endif
+}
+
+[[gnu::always_inline]] inline bool Any(EightInts mask) {
+  return Any(FourOf(mask, 0) | FourOf(mask, 1));
+}
+
+template <typename Floats>
+[[gnu::always_inline]] inline Floats Most(Floats a, Floats b) {
+  return a > b ? a : b;
+}
+template <typename Floats>
+[[gnu::always_inline]] inline Floats Least(Floats a, Floats b) {
+  return a < b ? a : b;
+}
+template <typename Floats>
+[[gnu::always_inline]] inline Floats Magnitude(Floats a) {
+  return reinterpret_cast<Floats>(reinterpret_cast<Mask<Floats>>(a) & 0x7fffffff);
 }
 
 /// REQUIRES nothing below 0.
-inline Four Root(Four a) {
-#ifdef __SSE2__
-  return _mm_sqrt_ps(a);
-#else
-  return Four{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
-#endif
+template <typename Floats>
+[[gnu::always_inline]] inline Floats Root(Floats a) {
+  for (std::size_t i = 0; i < sizeof(Floats) / sizeof(float); ++i) a[i] = std::sqrt(a[i]);
+  return a;
 }
 
 /// Four neighbouring pixels.
@@ -61,26 +156,31 @@ inline Four FourPixels(const std::uint8_t* p) {
 }
 
 /// exp(x) for x in -80 … 0, to 3e-7 of itself.
-inline Four ExpOfNegative(Four x) {
+template <typename Floats>
+[[gnu::always_inline]] inline Floats ExpOfNegative(Floats x) {
   constexpr float kLog2e = 1.44269504F;
   constexpr float kLn2 = 0.693147181F;
-  const Four binary = x * kLog2e;
+  const Floats binary = x * kLog2e;
   // To the nearest whole number: conversion cuts towards 0, and there is nothing above 0.
-  const FourInts whole = __builtin_convertvector(binary - 0.5F, FourInts);
-  const Four z = (binary - __builtin_convertvector(whole, Four)) * kLn2;
-  const Four rest =
+  const Mask<Floats> whole = __builtin_convertvector(binary - 0.5F, Mask<Floats>);
+  const Floats z = (binary - __builtin_convertvector(whole, Floats)) * kLn2;
+  const Floats rest =
       1 +
       z * (1 + z * (0.5F + z * (0.166666667F +
                                 z * (0.0416666667F + z * (0.00833333333F + z * 0.00138888889F)))));
-  return rest * reinterpret_cast<Four>((whole + 127) << 23);
+  return rest * reinterpret_cast<Floats>((whole + 127) << 23);
 }
 
-inline Four NormalDensity(Four t) { return 0.39894228F * ExpOfNegative(-0.5F * t * t); }
+template <typename Floats>
+[[gnu::always_inline]] inline Floats NormalDensity(Floats t) {
+  return 0.39894228F * ExpOfNegative(-0.5F * t * t);
+}
 
 /// The normal distribution's integral from its density, to 2e-7 (Abramowitz & Stegun 26.2.17).
-inline Four NormalIntegral(Four t, Four density) {
-  const Four k = 1 / (1 + 0.2316419F * Magnitude(t));
-  const Four tail =
+template <typename Floats>
+[[gnu::always_inline]] inline Floats NormalIntegral(Floats t, Floats density) {
+  const Floats k = 1 / (1 + 0.2316419F * Magnitude(t));
+  const Floats tail =
       density * k *
       (0.31938153F +
        k * (-0.356563782F + k * (1.781477937F + k * (-1.821255978F + k * 1.330274429F))));
