@@ -150,10 +150,9 @@ std::vector<Run> RunsOf(const std::vector<std::pair<int, int>>& values) {
   page.height = 3;
   for (int y = 0; y < 3; ++y) page.samples.insert(page.samples.end(), row.begin(), row.end());
   RowMemory memory;
-  std::vector<Run> runs;
-  RunsOfRow(page.view(), 1, {.min_px = 3, .max_px = 60, .min_contrast = 6, .edge_step = 5}, memory,
-            runs);
-  return runs;
+  const std::span<const Run> runs = RunsOfRow(
+      page.view(), 1, {.min_px = 3, .max_px = 60, .min_contrast = 6, .edge_step = 5}, memory);
+  return {runs.begin(), runs.end()};
 }
 
 TEST(RowRuns, TakeAShadowsEdgeWithinADiscForASideOfIt) {

@@ -4,14 +4,37 @@
 #include <array>
 #include <cstdlib>
 
+#include "part_alignment/targets/four.h"
+
 namespace trammel::part_alignment {
 
-void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::uint8_t* after,
-           int count, std::uint8_t* blended) {
+namespace {
+
+[[gnu::always_inline]] inline void BlendAll(const std::uint8_t* before, const std::uint8_t* middle,
+                                            const std::uint8_t* after, int count,
+                                            std::uint8_t* blended) {
   for (int i = 0; i < count; ++i) {
     const auto sides = static_cast<std::uint8_t>((before[i] + after[i] + 1) >> 1);
     blended[i] = static_cast<std::uint8_t>((sides + middle[i] + 1) >> 1);
   }
+}
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] void BlendByAvx2(const std::uint8_t* before, const std::uint8_t* middle,
+                                         const std::uint8_t* after, int count,
+                                         std::uint8_t* blended) {
+  BlendAll(before, middle, after, count, blended);
+}
+#endif
+
+}  // namespace
+
+void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::uint8_t* after,
+           int count, std::uint8_t* blended) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return BlendByAvx2(before, middle, after, count, blended);
+#endif
+  BlendAll(before, middle, after, count, blended);
 }
 
 double PixelNoise(const PageView& picture) {

@@ -101,8 +101,7 @@ class Search {
     // every row of them is looked at.
     for (const auto& [first, spacing] : {std::pair{0, 8}, {4, 8}, {2, 4}, {1, 2}}) {
       for (int row = step / 2 + first * step; row < picture_.height; row += spacing * step) {
-        RunsOfRow(quiet_, row, rules, workspace_.row, workspace_.runs);
-        for (const part_alignment::Run& run : workspace_.runs) {
+        for (const part_alignment::Run& run : RunsOfRow(quiet_, row, rules, workspace_.row)) {
           const bool settled = run.even && Examine(run);
           if (!settled && run.apart) workspace_.left_over.push_back(run);
         }

@@ -29,7 +29,6 @@ struct FinderOptions {
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
   RowMemory row;
-  std::vector<Run> runs;
   std::vector<Run> left_over;
   std::vector<std::uint8_t> seen;
   std::vector<std::uint8_t> quiet;

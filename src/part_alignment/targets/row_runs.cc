@@ -6,16 +6,23 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include "part_alignment/targets/four.h"
 #include "part_alignment/targets/quieten.h"
 
 #ifdef __SSE2__
-#include <emmintrin.h>
+#include <immintrin.h>
 #endif
 
 namespace trammel::part_alignment {
 namespace {
 
 constexpr int kScanned = 64;  ///< pixels at a time
+
+/// Places in a row where the shade changes the most.
+struct RowEdges {
+  int* columns;
+  int* steps;  ///< I(x + 1) - I(x - 1), grey levels
+};
 
 /// Bit i, of 64: |I(i + 1) - I(i - 1)| >= step.
 std::uint64_t EdgesAt(const std::uint8_t* p, int step) {
@@ -52,6 +59,23 @@ std::uint64_t EdgesAt(const std::uint8_t* p, int step) {
   return edges;
 }
 
+#ifdef __x86_64__
+/// The same, by instructions that take 32 pixels.
+[[gnu::target("avx2")]] inline std::uint64_t EdgesAtByAvx2(const std::uint8_t* p, int step) {
+  const auto changes_at = [p](int i) __attribute__((target("avx2"))) {
+    const __m256i before = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p + i - 1));
+    const __m256i after = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p + i + 1));
+    return _mm256_sub_epi8(_mm256_max_epu8(before, after), _mm256_min_epu8(before, after));
+  };
+  const __m256i least = _mm256_set1_epi8(static_cast<char>(step));
+  const auto edges_of = [least](__m256i changes) __attribute__((target("avx2"))) {
+    return static_cast<std::uint32_t>(
+        _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_max_epu8(changes, least), changes)));
+  };
+  return edges_of(changes_at(0)) | std::uint64_t{edges_of(changes_at(32))} << 32;
+}
+#endif
+
 /// The row as edges are looked for in it, and as many pixels more as are scanned at a time.
 const std::uint8_t* LineOf(const PageView& picture, int row, bool across_rows,
                            std::vector<std::uint8_t>& line) {
@@ -67,107 +91,174 @@ const std::uint8_t* LineOf(const PageView& picture, int row, bool across_rows,
 
 /// The steepest places of what changes one way, side by side. None in a picture too narrow for a
 /// ring.
-/// @param edges  at least as many as pixels. Returns how many there are.
-std::size_t EdgesOfLine(const std::uint8_t* line, int width, int step, RowEdge* edges) {
+/// @param edges  room for as many as pixels. Returns how many there are.
+template <std::uint64_t (*kEdgesAt)(const std::uint8_t*, int)>
+[[gnu::always_inline]] inline std::size_t FindEdges(const std::uint8_t* line, int width, int step,
+                                                    const RowEdges& edges) {
   constexpr int kNarrowest_px = 18;
   if (width < kNarrowest_px) return 0;
-  std::size_t count = 0;
-  RowEdge steepest;  // of the edge being crossed
-  int latest = -1;   // column
+  std::ptrdiff_t latest = -1;
+  int column = 0;  // of the edge being crossed
+  int steepest = 0;
+  int size = 0;  // of the steepest step
+  int next = 0;  // column, where the edge would go on
   for (int first = 1; first < width - 1; first += kScanned) {
-    std::uint64_t at = EdgesAt(line + first, step);
+    std::uint64_t at = kEdgesAt(line + first, step);
     if (const int left = width - 1 - first; left < kScanned) at &= (std::uint64_t{1} << left) - 1;
     for (; at != 0; at &= at - 1) {
       const int x = first + std::countr_zero(at);
       const int change = line[x + 1] - line[x - 1];
       // Pixels come in no order that a processor could guess: nothing here depends on a branch.
-      const bool begins = (x != latest + 1) | ((change ^ steepest.step) < 0);
-      const bool steeper = begins | (std::abs(change) > std::abs(steepest.step));
-      steepest = steeper ? RowEdge{x, change} : steepest;
-      count += begins ? 1 : 0;
-      edges[count - 1] = steepest;
-      latest = x;
+      const bool begins = (x != next) | ((change ^ steepest) < 0);
+      const bool steeper = begins | (std::abs(change) > size);
+      const int taken = -static_cast<int>(steeper);
+      column ^= (column ^ x) & taken;
+      steepest ^= (steepest ^ change) & taken;
+      size = std::abs(steepest);
+      latest += begins ? 1 : 0;
+      edges.columns[latest] = column;
+      edges.steps[latest] = steepest;
+      next = x + 1;
     }
   }
-  return count;
+  return static_cast<std::size_t>(latest + 1);
+}
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] std::size_t FindEdgesByAvx2(const std::uint8_t* line, int width, int step,
+                                                    const RowEdges& edges) {
+  return FindEdges<EdgesAtByAvx2>(line, width, step, edges);
+}
+#endif
+
+std::size_t EdgesOfLine(const std::uint8_t* line, int width, int step, const RowEdges& edges) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return FindEdgesByAvx2(line, width, step, edges);
+#endif
+  return FindEdges<EdgesAt>(line, width, step, edges);
 }
 
 /// Leaves out edges that both neighbours are much steeper than: dirt, or light that changes within
 /// a disc. Returns how many are left.
-std::size_t LeaveOutSlight(RowEdge* edges, std::size_t count) {
+std::size_t LeaveOutSlight(const RowEdges& edges, std::size_t count) {
   constexpr int kMuch = 4;
   if (count < 3) return count;
   std::size_t kept = 1;
+  int before = std::abs(edges.steps[0]);
+  int steep = std::abs(edges.steps[1]);
   for (std::size_t i = 1; i + 1 < count; ++i) {
-    const int beside = std::min(std::abs(edges[kept - 1].step), std::abs(edges[i + 1].step));
-    edges[kept] = edges[i];
-    kept += kMuch * std::abs(edges[i].step) >= beside ? 1 : 0;
+    const int after = std::abs(edges.steps[i + 1]);
+    edges.columns[kept] = edges.columns[i];
+    edges.steps[kept] = edges.steps[i];
+    const bool stays = (kMuch * steep >= before) | (kMuch * steep >= after);
+    kept += stays ? 1 : 0;
+    before ^= (before ^ steep) & -static_cast<int>(stays);  // no branch
+    steep = after;
   }
-  edges[kept++] = edges[count - 1];
-  return kept;
+  edges.columns[kept] = edges.columns[count - 1];
+  edges.steps[kept] = edges.steps[count - 1];
+  return kept + 1;
 }
 
-/// Whether both sides differ from the run alike; then with its levels.
-bool FindLevels(const std::uint8_t* p, int width, int min_contrast, Run& run) {
+// Of a stretch between an edge and the next.
+constexpr std::uint8_t kMayBeRun = 1;
+constexpr std::uint8_t kApart = 2;   ///< as of a run
+constexpr std::uint8_t kOneWay = 4;  ///< at both edges the shade changes the same way
+constexpr std::uint8_t kFalls = 8;   ///< at its first edge the shade becomes darker
+
+/// What the stretches before edge 1, 2 … are, by their length and how far off the edges beside them
+/// are.
+/// @param edges  with one more before and after them, at the ends of the row.
+void JudgeStretches(const RowEdges& edges, std::size_t count, const RunRules& rules,
+                    std::uint8_t* kinds) {
+  constexpr int kLeastApart_px = 6;  // shorter runs lie about everywhere in noise
+  const int* columns = edges.columns;
+  const int* steps = edges.steps;
+  for (std::size_t i = 1; i < count; ++i) {
+    const int length = columns[i] - columns[i - 1];
+    const int before = columns[i - 1] - columns[i - 2];
+    const int after = columns[i + 1] - columns[i];
+    // A disc's gap is half as wide as its chord or more, from wherever it is seen.
+    const int apart = (length >= kLeastApart_px) & (20 * std::min(before, after) >= 9 * length);
+    const int one_way = (steps[i - 1] ^ steps[i]) >= 0;
+    const int fits = (length >= rules.min_px) & (length <= rules.max_px);
+    const int falls = steps[i - 1] < 0;
+    kinds[i] = static_cast<std::uint8_t>((fits & (apart | (1 - one_way))) | apart * kApart |
+                                         one_way * kOneWay | falls * kFalls);
+  }
+}
+
+/// The stretch between two edges, with the levels beside it and within, of a row of so many pixels.
+Run RunBetween(int first, int last, std::uint8_t kind, const std::uint8_t* p, int width,
+               int min_contrast) {
   constexpr int kMostUnlike = 4;
-  const int aside = 2 + (run.last - run.first) / 6;
-  if (run.first < aside || run.last + aside >= width) return false;
-  const int middle = (run.first + run.last) / 2;
-  const int inside = (p[middle - 1] + p[middle] + p[middle + 1]) / 3;
-  const int left = p[run.first - aside] - inside;
-  const int right = p[run.last + aside] - inside;
+  Run run;
+  run.first = first;
+  run.last = last;
+  run.apart = (kind & kApart) != 0;
+  const int aside = 2 + static_cast<int>(static_cast<unsigned>(last - first) / 6);
+  const int before = first - aside;
+  const int after = last + aside;
+  const std::uint8_t* middle = p + static_cast<unsigned>(first + last) / 2;
+  const int inside =
+      static_cast<int>(static_cast<unsigned>(middle[-1] + middle[0] + middle[1]) / 3);
+  const int left = p[std::max(before, 0)] - inside;
+  const int right = p[std::min(after, width - 1)] - inside;
   const int less = std::min(std::abs(left), std::abs(right));
   const int more = std::max(std::abs(left), std::abs(right));
-  const bool even =
-      ((left > 0) == (right > 0)) & (less >= min_contrast / 2) & (kMostUnlike * less >= more);
-  if (!even) return false;
+  const bool brighter = left > 0;  // beside the run
+  run.even = ((kind & kOneWay) == 0) & (before >= 0) & (after < width) & (brighter == (right > 0)) &
+             (less >= min_contrast / 2) & (kMostUnlike * less >= more);
+  run.dark = (run.even & brighter) | (!run.even & ((kind & kFalls) != 0));
   run.inside = inside;
   run.outside = inside + (left + right) / 2;
-  run.nearer = inside + (left > 0 ? less : -less);
-  run.dark = left > 0;
-  return true;
+  run.nearer = inside + (brighter ? less : -less);
+  return run;
 }
 
 }  // namespace
 
-void RunsOfRow(const PageView& picture, int row, const RunRules& rules, RowMemory& memory,
-               std::vector<Run>& runs) {
-  constexpr int kLeastApart_px = 6;  // shorter runs lie about everywhere in noise
-  runs.clear();
-  const std::uint8_t* p = picture.row(row);
+std::span<const Run> RunsOfRow(const PageView& picture, int row, const RunRules& rules,
+                               RowMemory& memory) {
   const int width = picture.width;
-  if (memory.edges.size() < static_cast<std::size_t>(width)) memory.edges.resize(width);
-  RowEdge* edges = memory.edges.data();
+  const auto most = static_cast<std::size_t>(width) + 2;
+  if (memory.columns.size() < most) {
+    memory.columns.resize(most);
+    memory.steps.resize(most);
+    memory.kinds.resize(most);
+    memory.chosen.resize(most);
+    memory.runs.resize(2 * most);
+  }
+  const RowEdges edges{memory.columns.data() + 1, memory.steps.data() + 1};
   const std::size_t count =
       LeaveOutSlight(edges, EdgesOfLine(LineOf(picture, row, rules.across_rows, memory.line), width,
                                         rules.edge_step, edges));
-  const auto range = static_cast<unsigned>(rules.max_px - rules.min_px);
+  edges.columns[-1] = 0;
+  edges.columns[count] = width;
+  std::uint8_t* kinds = memory.kinds.data();
+  JudgeStretches(edges, count, rules, kinds);
+  // Which of them may be runs cannot be guessed: they are gathered before they are looked at.
+  std::size_t chosen = 0;
   for (std::size_t i = 1; i < count; ++i) {
-    const int first = edges[i - 1].column;
-    const int last = edges[i].column;
-    const int length = last - first;
-    const bool falls = edges[i - 1].step < 0;
-    const bool rises = edges[i].step > 0;
-    const int before = first - (i > 1 ? edges[i - 2].column : 0);
-    const int after = (i + 1 < count ? edges[i + 1].column : width) - last;
-    // A disc's gap is half as wide as its chord or more, from wherever it is seen.
-    const bool apart = (length >= kLeastApart_px) & (20 * std::min(before, after) >= 9 * length);
-    const bool one_way = falls != rises;
-    const bool fits = static_cast<unsigned>(length - rules.min_px) <= range;
-    if (!(fits & (apart | !one_way))) continue;
-    Run run;
-    run.row = row;
-    run.first = first;
-    run.last = last;
-    run.dark = falls;
-    run.apart = apart;
-    run.even = !one_way && FindLevels(p, width, rules.min_contrast, run);
-    if (run.even || run.apart) runs.push_back(run);
-    if (run.apart && one_way) {  // darker than one side, brighter than the other
-      run.dark = !run.dark;
-      runs.push_back(run);
+    memory.chosen[chosen] = static_cast<int>(i);
+    chosen += kinds[i] & kMayBeRun;
+  }
+  const std::uint8_t* p = picture.row(row);
+  Run* end = memory.runs.data();
+  for (std::size_t i = 0; i < chosen; ++i) {
+    const int last = memory.chosen[i];
+    *end = RunBetween(edges.columns[last - 1], edges.columns[last], kinds[last], p, width,
+                      rules.min_contrast);
+    end->row = row;
+    end += (end->even | end->apart) ? 1 : 0;
+    if ((kinds[last] & (kApart | kOneWay)) == (kApart | kOneWay)) {
+      // Darker than one side, brighter than the other.
+      *end = end[-1];
+      end->dark = !end->dark;
+      ++end;
     }
   }
+  return {memory.runs.data(), end};
 }
 
 }  // namespace trammel::part_alignment

@@ -2,17 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/page.h"
 
 namespace trammel::part_alignment {
-
-/// A place in a row where the shade changes the most.
-struct RowEdge {
-  int column = 0;
-  int step = 0;  ///< I(x + 1) - I(x - 1), grey levels
-};
 
 /// A stretch of a row between two edges, darker or brighter than what is beside it.
 struct Run {
@@ -39,14 +34,18 @@ struct RunRules {
 /// Memory of RunsOfRow, to be used again for the next row.
 struct RowMemory {
   std::vector<std::uint8_t> line;
-  std::vector<RowEdge> edges;
+  std::vector<int> columns;  ///< of edges
+  std::vector<int> steps;
+  std::vector<std::uint8_t> kinds;  ///< of stretches between them
+  std::vector<int> chosen;
+  std::vector<Run> runs;
 };
 
 /// The runs of `row` with a length in [min_px, max_px] that are even or apart, between edges that
 /// are next to each other; an edge between two that are much steeper counts for none. A run that is
 /// darker than one side and brighter than the other, as of a disc with a shadow's edge on it, comes
-/// as both. REQUIRES 1 channel and a width of at least 16.
-void RunsOfRow(const PageView& picture, int row, const RunRules& rules, RowMemory& memory,
-               std::vector<Run>& runs);
+/// as both. They lie in `memory`. REQUIRES 1 channel and a width of at least 16.
+std::span<const Run> RunsOfRow(const PageView& picture, int row, const RunRules& rules,
+                               RowMemory& memory);
 
 }  // namespace trammel::part_alignment
