@@ -354,6 +354,16 @@ class Search {
 Result<FoundTargets> FindTargets(const PageView& picture, const CodeBook& book,
                                  const FinderOptions& options, FinderWorkspace& workspace) {
   if (const auto problem = FindProblem(picture, options)) return Fail(*problem);
+  // Places of pixels are counted with 31 bits: rows that lie far apart are put together.
+  constexpr std::ptrdiff_t kFarthest = 65535;
+  if (picture.stride > kFarthest) {
+    Page together{picture.width, picture.height, 1, {}, {}, {}};
+    for (int row = 0; row < picture.height; ++row) {
+      together.samples.insert(together.samples.end(), picture.row(row),
+                              picture.row(row) + picture.width);
+    }
+    return FindTargets(together.view(), book, options, workspace);
+  }
   if (book.bits != 12 && book.bits != 14 && book.bits != 20) {
     return Fail(fmt::format("code book of {} bits: must be one of MakeCodeBook", book.bits));
   }

@@ -397,6 +397,28 @@ TEST(TargetFinder, FindsNoCodeInAThousandPicturesOfClutter) {
   EXPECT_EQ(codes, 0) << "seeds from " << kSeed;
 }
 
+TEST(TargetFinder, FindsTheSameWhereRowsLieFarApart) {
+  Random random(9);
+  const CodeBook book = Book(14);
+  const Scene scene = OneTarget(random, 9, 0.3, 14, book.words[20]);
+  const Page page = Expose(Draw(scene.side, scene.side, {scene.target}, {}), 1, random);
+  constexpr std::ptrdiff_t kFarApart = 70000;
+  std::vector<std::uint8_t> memory(static_cast<std::size_t>(kFarApart * page.height));
+  PageView view = page.view();
+  for (int row = 0; row < page.height; ++row) {
+    std::copy_n(view.row(row), page.width, memory.begin() + row * kFarApart);
+  }
+  view.data = memory.data();
+  view.stride = kFarApart;
+  FinderWorkspace workspace;
+  const auto found = FindTargets(view, book, {}, workspace);
+  ASSERT_TRUE(found);
+  ASSERT_THAT(found->targets, SizeIs(1));
+  const FoundTargets together = Find(page, book);
+  EXPECT_EQ(found->targets[0].disc.column_px, together.targets.at(0).disc.column_px);
+  EXPECT_EQ(found->targets[0].disc.row_px, together.targets.at(0).disc.row_px);
+}
+
 TEST(TargetFinder, RefusesWhatIsNoGreyPictureByName) {
   FinderWorkspace workspace;
   const CodeBook book = Book(14);

@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <cstdint>
+#include <cstring>
 #include <numbers>
-#include <span>
 #include <vector>
 
 #include "part_alignment/targets/ellipse_through.h"
@@ -67,59 +68,104 @@ constexpr double kGapRadius = 1.5;
 constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
 constexpr double kQuietSample = 3.45;
 
+/// Places about a middle, px.
+struct Places {
+  std::array<double, kMostSamples> x;
+  std::array<double, kMostSamples> y;
+};
+
 template <int kBits>
-std::span<const Two> DirectionsOf() {
-  static const auto kAll = AllAround<kBits * kPerSegment>(0);
+const Places& DirectionsOf() {
+  static const Places kAll = [] {
+    Places places{};
+    const auto all = AllAround<kBits * kPerSegment>(0);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      places.x[i] = all[i][0];
+      places.y[i] = all[i][1];
+    }
+    return places;
+  }();
   return kAll;
 }
 
-/// Where samples are taken: from the middle, px at a radius of 1.
+/// Where samples are taken, at a radius of 1.
 struct Spokes {
-  std::array<Two, kMostSamples> to;
+  Places to;
   Spokes(const Mapping& map, int bits) {
-    const std::span<const Two> directions = bits == 12   ? DirectionsOf<12>()
-                                            : bits == 14 ? DirectionsOf<14>()
-                                                         : DirectionsOf<20>();
-    const Two along{map.xx, map.xy};
-    const Two across{map.xy, map.yy};
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-      to[i] = along * directions[i][0] + across * directions[i][1];
+    const Places& directions = bits == 12   ? DirectionsOf<12>()
+                               : bits == 14 ? DirectionsOf<14>()
+                                            : DirectionsOf<20>();
+    const int count = bits * kPerSegment;
+    for (int i = 0; i < count; ++i) {
+      to.x[i] = map.xx * directions.x[i] + map.xy * directions.y[i];
+      to.y[i] = map.xy * directions.x[i] + map.yy * directions.y[i];
     }
   }
 };
 
-/// Samples gap or quiet zone; the share of what is not plain, or 1 as soon as it is above `most`.
-double SamplePlain(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
-                   double radius, double most, int count,
-                   std::array<double, kMostSamples>& values) {
-  const int enough = static_cast<int>(most * count) + 1;
-  const Two middle{disc.column_px, disc.row_px};
+using Samples = std::array<double, kMostSamples>;
+
+/// The picture on a circle of the target, between pixels.
+class CircleSampler {
+ public:
+  CircleSampler(const PageView& picture, const DiscModel& disc, const Spokes& spokes, int count)
+      : picture_(picture), disc_(disc), to_(spokes.to), count_(count) {}
+
+  void SampleAt(double radius, Samples& greys) const {
+#ifdef __x86_64__
+    if (TakesAvx2()) return SampleByAvx2(radius, greys);
+#endif
+    Sample(radius, greys);
+  }
+
+ private:
+#ifdef __x86_64__
+  /// The same to the bit.
+  [[gnu::target("avx2")]] void SampleByAvx2(double radius, Samples& greys) const {
+    Sample(radius, greys);
+  }
+#endif
+
+  [[gnu::always_inline]] inline void Sample(double radius, Samples& greys) const {
+    for (int i = 0; i < count_; i += 4) {
+      FourPlaces to;
+      std::memcpy(&to.x, &to_.x[i], sizeof(to.x));
+      std::memcpy(&to.y, &to_.y[i], sizeof(to.y));
+      const FourDoubles grey = Between(
+          picture_, FourPlaces{disc_.column_px + radius * to.x, disc_.row_px + radius * to.y});
+      std::memcpy(&greys[i], &grey, sizeof(grey));
+    }
+  }
+
+  const PageView& picture_;
+  const DiscModel& disc_;
+  const Places& to_;
+  int count_;
+};
+
+/// Samples gap or quiet zone; the share of what is not plain, or 1 where it is above `most`.
+double SamplePlain(const CircleSampler& sampler, const DiscModel& disc, double radius, double most,
+                   int count, Samples& values) {
+  sampler.SampleAt(radius, values);
   int disturbed = 0;
   for (int i = 0; i < count; ++i) {
-    const Two place = middle + radius * spokes.to[i];
-    const double grey = Between(picture, place[0], place[1]);
-    values[i] = (grey - disc.background) / disc.contrast;
+    values[i] = (values[i] - disc.background) / disc.contrast;
     disturbed += std::abs(values[i]) > kPlain ? 1 : 0;
-    if (disturbed >= enough) return 1;
   }
-  return static_cast<double>(disturbed) / count;
+  return disturbed > static_cast<int>(most * count) ? 1 : static_cast<double>(disturbed) / count;
 }
 
 /// The ring's samples, between what is nearby and the disc's ink.
-void SampleRing(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
-                Circles& circles) {
-  const Two middle{disc.column_px, disc.row_px};
+void SampleRing(const CircleSampler& sampler, const DiscModel& disc, Circles& circles) {
+  std::array<Samples, kRingRadii.size()> greys;
+  for (std::size_t k = 0; k < greys.size(); ++k) sampler.SampleAt(kRingRadii[k], greys[k]);
   for (int i = 0; i < circles.count; ++i) {
     // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
     const double gap = circles.gap[i];
     const double quiet = circles.quiet[i];
     const double nearby = std::abs(quiet - gap) > kPlain ? gap : 0.5 * (gap + quiet);
-    double ring = 0;
-    for (const double radius : kRingRadii) {
-      const Two place = middle + radius * spokes.to[i];
-      ring += Between(picture, place[0], place[1]);
-    }
-    ring = (ring / kRingRadii.size() - disc.background) / disc.contrast;
+    const double grey = (greys[0][i] + greys[1][i] + greys[2][i]) / kRingRadii.size();
+    const double ring = (grey - disc.background) / disc.contrast;
     constexpr double kLeastLocal = 0.3;
     // No contrast left here: not a plain surrounding.
     circles.ring[i] = 1 - nearby > kLeastLocal ? (ring - nearby) / (1 - nearby) : -1;
@@ -151,14 +197,19 @@ double Phase(const Circles& circles) {
   const int n = circles.count;
   // Squared, so that true edges outweigh noise.
   std::array<double, kPerSegment> squares{};
+  double before = circles.ring[n - 1];
   for (int i = 0; i < n; ++i) {
-    const double change = circles.ring[i + 1 < n ? i + 1 : 0] - circles.ring[i > 0 ? i - 1 : n - 1];
+    const double change = circles.ring[i + 1] - before;  // the first follows the last
     squares[i % kPerSegment] += change * change;
+    before = circles.ring[i];
   }
+  static const auto kDirections = [] {
+    std::array<std::complex<double>, kPerSegment> all;
+    for (int i = 0; i < kPerSegment; ++i) all[i] = std::polar(1.0, kTurn * i / kPerSegment);
+    return all;
+  }();
   std::complex<double> sum = 0;
-  for (int i = 0; i < kPerSegment; ++i) {
-    sum += squares[i] * std::polar(1.0, kTurn * i / kPerSegment);
-  }
+  for (int i = 0; i < kPerSegment; ++i) sum += squares[i] * kDirections[i];
   const double phase = std::arg(sum) / kTurn * kPerSegment;
   return phase < 0 ? phase + kPerSegment : phase;
 }
@@ -217,20 +268,24 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
   constexpr double kMostGap = 0.35;
   constexpr double kMostQuiet = 0.5;
-  const double gap =
-      SamplePlain(picture, disc, spokes, kGapRadius, kMostGap, circles.count, circles.gap);
+  const CircleSampler sampler(picture, disc, spokes, circles.count);
+  const double gap = SamplePlain(sampler, disc, kGapRadius, kMostGap, circles.count, circles.gap);
   if (gap > kMostGap) return reading;
   const double quiet =
-      SamplePlain(picture, disc, spokes, kQuietSample, kMostQuiet, circles.count, circles.quiet);
+      SamplePlain(sampler, disc, kQuietSample, kMostQuiet, circles.count, circles.quiet);
   if (quiet > kMostQuiet) return reading;
-  SampleRing(picture, disc, spokes, circles);
-  const auto [low, high] =
-      std::minmax_element(circles.ring.begin(), circles.ring.begin() + circles.count);
-  if (gap == 0 && quiet == 0 && *high<kBlank&& * low> - kBlank) {
+  SampleRing(sampler, disc, circles);
+  double low = circles.ring[0];
+  double high = circles.ring[0];
+  for (int i = 1; i < circles.count; ++i) {
+    low = std::min(low, circles.ring[i]);
+    high = std::max(high, circles.ring[i]);
+  }
+  if (gap == 0 && quiet == 0 && high < kBlank && low > -kBlank) {
     reading.state = RingState::kNone;
     return reading;
   }
-  if (gap == 0 && quiet == 0 && *low > kLeastHigh && *high - *low < kLeastSpan) {
+  if (gap == 0 && quiet == 0 && low > kLeastHigh && high - low < kLeastSpan) {
     // A closed ring: ink all around, which is no book's word.
     reading.state = RingState::kClear;
     reading.word = (1U << bits) - 1;
@@ -249,6 +304,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     for (int i = 0; i < circles.count + kAgain; ++i) {
       circles.ring[i] = (circles.ring[i] - two.low) / (two.high - two.low);
     }
+    low = (low - two.low) / (two.high - two.low);
     for (int k = 0; k < bits; ++k) {
       shades[k] = (shades[k] - two.low) / (two.high - two.low);
       sure += std::abs(shades[k] - 0.5) > kSure ? 1 : 0;
@@ -264,7 +320,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   if (plain_about && sure == bits && IsConsistent(circles, shades, reading.word, phase)) {
     reading.state = RingState::kClear;
   } else if (2 * sure > bits && inked >= kLeastInked && bits - inked >= kLeastInked &&
-             *low > -kMostBelow) {
+             low > -kMostBelow) {
     reading.state = RingState::kUnclear;
   }
   return reading;
