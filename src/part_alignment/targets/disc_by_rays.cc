@@ -7,6 +7,7 @@
 
 #include "part_alignment/targets/ellipse_through.h"
 #include "part_alignment/targets/soft_grey.h"
+#include "part_alignment/targets/step_finder.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -15,7 +16,7 @@ constexpr int kRays = 24;
 constexpr int kPlainlyAgreed = kRays * 5 / 6;  ///< rays that leave nothing to look for
 constexpr double kMostRatio = 3.5;             ///< of a disc's chords: tilted by 73 degrees
 
-const std::array<Two, kRays> kAlong = AllAround<kRays>(0);
+const std::array<FourPlaces, kRays / 4> kAlong = AroundByFour<kRays>(0);
 
 /// A step of shade outwards that is no noise, in soft grey over 2 px.
 int LeastStep(double noise) {
@@ -23,68 +24,6 @@ int LeastStep(double noise) {
   constexpr double kLeast = 1.5;  // grey levels: rounding makes less
   return static_cast<int>(kSoftUnit * std::max(kLeast, kSigmas * kSoftStepNoise * noise));
 }
-
-/// Pixels from a place to the first step outwards along a row or a column.
-class StepFinder {
- public:
-  StepFinder(const PageView& picture, bool dark, int least_step)
-      : picture_(picture), dark_(dark), least_(least_step) {}
-
-  /// -1 where there is none within `most` pixels or the picture.
-  [[nodiscard]] int To(int column, int row, int dx, int dy, int most) const {
-    // Soft grey is had a pixel from the border, and the step looks a pixel ahead.
-    const auto room_along = [](int place, int step, int size) {
-      if (step == 0) return size;
-      return (step > 0 ? size - 1 - place : place) - 2;
-    };
-    const int room = std::min(
-        {most, room_along(column, dx, picture_.width), room_along(row, dy, picture_.height)});
-    const std::uint8_t* p = picture_.row(row) + column;
-    if (dy != 0) {
-      const std::ptrdiff_t along = dy * picture_.stride;
-      return dark_ ? First<1>(p, along, 1, room) : First<-1>(p, along, 1, room);
-    }
-    return dark_ ? First<1>(p, dx, picture_.stride, room) : First<-1>(p, dx, picture_.stride, room);
-  }
-
- private:
-  static constexpr int kAhead_px = 1;  ///< soft grey feels a rim before it is reached
-
-  /// @param along, aside  to the next pixel on the way, and across it.
-  template <int kSign>
-  [[gnu::always_inline]] int First(const std::uint8_t* p, std::ptrdiff_t along,
-                                   std::ptrdiff_t aside, int room) const {
-    const auto line = [aside](const std::uint8_t* q) { return SoftLine(q, aside); };
-    const auto is_step = [least = least_](int ahead, int behind) {
-      return kSign * (ahead - behind) >= least;
-    };
-    // A line of soft grey across the way serves three places.
-    int beside = line(p + along);
-    int next = line(p + 2 * along);
-    int behind = line(p - along) + 2 * line(p) + beside;
-    int here = line(p) + 2 * beside + next;
-    p += 3 * along;
-    // Two places a turn: none of the values has to change its name.
-    for (int i = 1; i <= room; i += 2, p += 2 * along) {
-      const int after = line(p);
-      const int ahead = beside + 2 * next + after;
-      if (is_step(ahead, behind)) return i + kAhead_px;
-      if (i == room) return -1;
-      const int last = line(p + along);
-      const int farther = next + 2 * after + last;
-      if (is_step(farther, here)) return i + 1 + kAhead_px;
-      behind = ahead;
-      here = farther;
-      beside = after;
-      next = last;
-    }
-    return -1;
-  }
-
-  const PageView& picture_;
-  bool dark_;
-  int least_;
-};
 
 /// Where rays begin, and how large a disc about it may be.
 struct Start {
@@ -133,8 +72,9 @@ bool IsBounded(const PageView& picture, Two middle, Two chords, int least_step) 
 
 /// Whether the chords through a run's middle, ended by steps outwards, may be a disc's, with its
 /// surroundings beyond them. Little is looked at: most runs are dismissed here.
-std::optional<Start> StartWithin(const PageView& picture, const Run& run, int least_step,
-                                 const DiscByRaysRules& rules) {
+[[gnu::always_inline]] inline std::optional<Start> LookWithin(const PageView& picture,
+                                                              const Run& run, int least_step,
+                                                              const DiscByRaysRules& rules) {
   const int length = run.last - run.first;
   const int most =
       std::min(static_cast<int>(2 * rules.max_radius_px), static_cast<int>(kMostRatio * length)) +
@@ -144,14 +84,14 @@ std::optional<Start> StartWithin(const PageView& picture, const Run& run, int le
   const int column = (run.first + run.last + 1) / 2;
   if (!IsWithinBorder(picture, column, run.row)) return std::nullopt;
   const StepFinder steps(picture, run.dark, least_step);
-  const int below = steps.To(column, run.row, 0, 1, most);
+  const int below = steps.To<0, 1>(column, run.row, most);
   if (below < 0) return std::nullopt;
-  const int above = steps.To(column, run.row, 0, -1, most);
+  const int above = steps.To<0, -1>(column, run.row, most);
   if (above < 0 || below + above + 1 < 2 * least_half) return std::nullopt;
   const int row = run.row + (below - above) / 2;
-  const int right = steps.To(column, row, 1, 0, most);
+  const int right = steps.To<1, 0>(column, row, most);
   if (right < 0) return std::nullopt;
-  const int left = steps.To(column, row, -1, 0, most);
+  const int left = steps.To<-1, 0>(column, row, most);
   if (left < 0) return std::nullopt;
   const double across = 0.5 * (left + right + 1);
   if (across < least_half || 2.4 * across < length) return std::nullopt;
@@ -168,55 +108,104 @@ std::optional<Start> StartWithin(const PageView& picture, const Run& run, int le
   return Start{static_cast<double>(column), static_cast<double>(row), std::sqrt(across * down)};
 }
 
+#ifdef __x86_64__
+/// The same to the bit.
+[[gnu::target("avx2")]] std::optional<Start> LookWithinByAvx2(const PageView& picture,
+                                                              const Run& run, int least_step,
+                                                              const DiscByRaysRules& rules) {
+  return LookWithin(picture, run, least_step, rules);
+}
+#endif
+
+std::optional<Start> StartWithin(const PageView& picture, const Run& run, int least_step,
+                                 const DiscByRaysRules& rules) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return LookWithinByAvx2(picture, run, least_step, rules);
+#endif
+  return LookWithin(picture, run, least_step, rules);
+}
+
 struct RayRules {
   int sign = 1;  ///< of a step outwards
   int least_step = 0;
   double pace_px = 1;
   double farthest_px = 0;
+  [[nodiscard]] int MostPaces() const { return static_cast<int>(farthest_px / pace_px) + 1; }
 };
-
-/// Distance of the first steep place along a ray; < 0: none before the picture or the way ends.
-double SteepPlace(const SoftPicture& picture, Two start, Two along, const RayRules& rules) {
-  const int most = static_cast<int>(rules.farthest_px / rules.pace_px) + 1;
-  const auto place_at = [&](int i) { return start + i * rules.pace_px * along; };
-  const bool all_within = picture.Has(place_at(most));
-  int behind = picture.At(start);
-  int here = behind;
-  int steepest = 0;
-  int place = 0;
-  for (int i = 1; i <= most; ++i) {
-    const Two at = place_at(i);
-    if (!all_within && !picture.Has(at)) break;
-    const int ahead = picture.At(at);
-    const int step = rules.sign * (ahead - behind);
-    if (step >= rules.least_step && step > steepest) {
-      steepest = step;
-      place = i - 1;
-    } else if (steepest > 0 && 2 * step < steepest) {
-      break;
-    }
-    behind = here;
-    here = ahead;
-  }
-  return place > 0 ? place * rules.pace_px : -1;
-}
 
 /// Where the rays end, about their start.
 struct Rim {
   std::array<Offset, kRays> points{};
-  std::array<bool, kRays> present{};
+  std::array<double, kRays> at{};  ///< px; < 0: none
+  double farthest_px = 0;
   int count = 0;
 };
 
-Rim CastRays(const SoftPicture& picture, const Start& start, const RayRules& rules) {
+/// Distances of the first steep place along four rays, in paces; 0: none before the picture or the
+/// way ends.
+/// @tparam kAll  whether the picture has all of them, and a pixel more.
+template <bool kAll>
+[[gnu::always_inline]] inline FourInts SteepPlaces(const SoftPicture& picture, Two start,
+                                                   const FourPlaces& along, const RayRules& rules) {
+  const int most = rules.MostPaces();
+  FourInts behind = FourInts{} + picture.At(start);
+  FourInts here = behind;
+  FourInts steepest{};
+  FourInts place{};
+  FourInts goes_on = FourInts{} - 1;
+  for (int i = 1; i <= most; ++i) {
+    const double way = i * rules.pace_px;
+    const FourPlaces at = {start[0] + way * along.x, start[1] + way * along.y};
+    if (!kAll) goes_on &= picture.Has(at);
+    const FourInts ahead = kAll ? picture.AtWide(at) : picture.At(at);
+    const FourInts step = rules.sign * (ahead - behind);
+    const FourInts steeper = goes_on & (step >= rules.least_step) & (step > steepest);
+    steepest = steeper ? step : steepest;
+    place = steeper ? FourInts{} + (i - 1) : place;
+    goes_on &= steeper | (steepest == 0) | (2 * step >= steepest);
+    if (!Any(goes_on)) break;
+    behind = here;
+    here = ahead;
+  }
+  return place;
+}
+
+[[gnu::always_inline]] inline Rim CastAll(const SoftPicture& picture, Two start,
+                                          const RayRules& rules) {
   Rim rim;
-  for (int i = 0; i < kRays; ++i) {
-    const double at = SteepPlace(picture, Two{start.column_px, start.row_px}, kAlong[i], rules);
-    rim.present[i] = at > 0;
-    rim.count += rim.present[i] ? 1 : 0;
-    rim.points[i] = {at * kAlong[i][0], at * kAlong[i][1]};
+  constexpr double kRounding_px = 1e-3;
+  const double most_px = rules.MostPaces() * rules.pace_px + kRounding_px;
+  const Two reach = {most_px, most_px};
+  const bool has_all = picture.HasWide(start - reach) && picture.HasWide(start + reach);
+  for (int i = 0; i < kRays; i += 4) {
+    const FourPlaces& along = kAlong[i / 4];
+    const FourInts places = has_all ? SteepPlaces<true>(picture, start, along, rules)
+                                    : SteepPlaces<false>(picture, start, along, rules);
+    for (int k = 0; k < 4; ++k) {
+      const double at = places[k] > 0 ? places[k] * rules.pace_px : -1;
+      rim.at[i + k] = at;
+      rim.farthest_px = std::max(rim.farthest_px, at);
+      rim.count += places[k] > 0 ? 1 : 0;
+      rim.points[i + k] = {at * along.x[k], at * along.y[k]};
+    }
   }
   return rim;
+}
+
+#ifdef __x86_64__
+/// The same to the bit.
+[[gnu::target("avx2")]] Rim CastAllByAvx2(const SoftPicture& picture, Two start,
+                                          const RayRules& rules) {
+  return CastAll(picture, start, rules);
+}
+#endif
+
+Rim CastRays(const SoftPicture& picture, const Start& start, const RayRules& rules) {
+  const Two from = {start.column_px, start.row_px};
+#ifdef __x86_64__
+  if (TakesAvx2()) return CastAllByAvx2(picture, from, rules);
+#endif
+  return CastAll(picture, from, rules);
 }
 
 /// How many points lie on an ellipse.
@@ -229,7 +218,7 @@ class Agreement {
     const double tolerance = tolerance_px_ + kOfRadius * MeanRadius(disc);
     std::array<bool, kRays> agrees{};
     for (int i = 0; i < kRays; ++i) {
-      if (!rim_.present[i]) continue;
+      if (!(rim_.at[i] > 0)) continue;
       const double x = rim_.points[i].x - disc.column_px;
       const double y = rim_.points[i].y - disc.row_px;
       const double u = disc.wxx * x + disc.wxy * y;
@@ -261,12 +250,14 @@ Common CommonEllipse(const Rim& rim, double tolerance_px) {
   constexpr int kPick = kSpans / 2;
   double unit = 0;
   for (int i = 0; i < kRays; ++i) {
-    if (rim.present[i]) unit = std::max(unit, std::hypot(rim.points[i].x, rim.points[i].y));
+    // Rays end whole paces apart, but for those that are equally long to some rounding.
+    if (rim.at[i] == rim.farthest_px)
+      unit = std::max(unit, std::hypot(rim.points[i].x, rim.points[i].y));
   }
   std::array<EllipseSums, kSpans> spans{};
   EllipseSums all;
   for (int i = 0; i < kRays; ++i) {
-    if (rim.present[i]) spans[i / kSpan].Add(rim.points[i].x / unit, rim.points[i].y / unit);
+    if (rim.at[i] > 0) spans[i / kSpan].Add(rim.points[i].x / unit, rim.points[i].y / unit);
   }
   for (const EllipseSums& span : spans) all += span;
   const Agreement agreement(rim, tolerance_px);

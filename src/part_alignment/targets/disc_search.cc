@@ -1,22 +1,21 @@
 #include "part_alignment/targets/disc_search.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <numbers>
 
-#include "part_alignment/targets/ellipse_through.h"
-#include "part_alignment/targets/grey_between.h"
+#include "part_alignment/targets/four.h"
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace trammel::part_alignment {
 namespace {
-
-struct Levels {
-  int inside = 0;
-  int outside = 0;
-};
 
 /// Middle and half length of the chord through (x, y); half < 0 where it has no end.
 struct Chord {
@@ -27,26 +26,31 @@ struct Chord {
 /// Chords within what has a run's shade.
 class ChordWalker {
  public:
-  /// @param most  steps to either side.
-  ChordWalker(const PageView& picture, const Run& run, int most)
+  /// @param outside  what is beside the run, grey level.
+  /// @param most     steps to either side.
+  ChordWalker(const PageView& picture, const Run& run, int outside, int most)
       : picture_(picture),
-        threshold_(static_cast<std::uint8_t>((run.inside + run.outside) / 2)),
-        dark_(run.inside < run.outside),
+        threshold_(static_cast<std::uint8_t>((run.inside + outside) / 2)),
+        dark_(run.inside < outside),
         most_(most) {}
 
-  [[nodiscard]] Chord Through(double x, double y, int dx, int dy) const {
+  template <int kDx, int kDy>
+  [[nodiscard, gnu::always_inline]] inline Chord Through(double x, double y) const {
     const int column = static_cast<int>(x + 0.5);
     const int line = static_cast<int>(y + 0.5);
     const std::uint8_t* p = picture_.row(line) + column;
-    const std::ptrdiff_t stride = dy * picture_.stride + dx;
-    const auto inside = [&](int sign) {
-      const int room = std::min({most_ + 1, Room(column, sign * dx, picture_.width),
-                                 Room(line, sign * dy, picture_.height)});
-      return dark_ ? Inside<true>(p, sign * stride, room) : Inside<false>(p, sign * stride, room);
-    };
-    const int ahead = inside(1);
+    const std::ptrdiff_t stride = kDy * picture_.stride + kDx;
+    const int room_ahead =
+        std::min({most_ + 1, Room<kDx>(column, picture_.width), Room<kDy>(line, picture_.height)});
+    const int room_behind = std::min(
+        {most_ + 1, Room<-kDx>(column, picture_.width), Room<-kDy>(line, picture_.height)});
+    const int ahead = kDy == 0 ? InsideRow<1>(p, room_ahead)
+                      : dark_  ? Inside<true>(p, stride, room_ahead)
+                               : Inside<false>(p, stride, room_ahead);
     if (ahead < 0) return {};
-    const int behind = inside(-1);
+    const int behind = kDy == 0 ? InsideRow<-1>(p, room_behind)
+                       : dark_  ? Inside<true>(p, -stride, room_behind)
+                                : Inside<false>(p, -stride, room_behind);
     if (behind < 0) return {};
     return {0.5 * (ahead - behind), 0.5 * (ahead + behind + 1)};
   }
@@ -67,16 +71,53 @@ class ChordWalker {
 
  private:
   /// Steps until the picture ends.
-  static int Room(int place, int step, int size) {
-    if (step == 0) return std::numeric_limits<int>::max();
-    return step > 0 ? size - 1 - place : place;
+  template <int kStep>
+  static int Room(int place, int size) {
+    if (kStep == 0) return std::numeric_limits<int>::max();
+    return kStep > 0 ? size - 1 - place : place;
+  }
+
+  /// As Inside, along a row.
+  template <int kStep>
+  [[gnu::always_inline]] inline int InsideRow(const std::uint8_t* p, int room) const {
+    int steps = 0;
+#ifdef __SSE2__
+    constexpr int kAtOnce = 16;
+    constexpr unsigned kAll = 0xffff;
+    const __m128i threshold = _mm_set1_epi8(static_cast<char>(threshold_));
+    for (; steps + kAtOnce <= room; steps += kAtOnce, p += kStep * kAtOnce) {
+      const std::uint8_t* first = kStep > 0 ? p + 1 : p - kAtOnce;
+      const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(first));
+      const __m128i bright = _mm_cmpeq_epi8(_mm_max_epu8(pixels, threshold), pixels);
+      const unsigned mask = static_cast<unsigned>(_mm_movemask_epi8(bright));
+      const unsigned left = dark_ ? mask : mask ^ kAll;
+      if (left != 0) {
+        return steps + (kStep > 0 ? std::countr_zero(left) : std::countl_zero(left) - kAtOnce);
+      }
+    }
+#endif
+    const int rest =
+        dark_ ? Inside<true>(p, kStep, room - steps) : Inside<false>(p, kStep, room - steps);
+    return rest < 0 ? rest : steps + rest;
   }
 
   /// The number of whole steps that stay inside, or -1 where none of `room` leaves it.
   template <bool kDark>
-  int Inside(const std::uint8_t* p, std::ptrdiff_t stride, int room) const {
+  [[gnu::always_inline]] inline int Inside(const std::uint8_t* p, std::ptrdiff_t stride,
+                                           int room) const {
     const std::uint8_t threshold = threshold_;
-    for (int steps = 0; steps < room; ++steps) {
+    constexpr int kAtOnce = 8;
+    typedef std::uint8_t EightBytes __attribute__((vector_size(8)));
+    int steps = 0;
+    for (; steps + kAtOnce <= room; steps += kAtOnce, p += kAtOnce * stride) {
+      EightBytes pixels{};
+      for (int i = 0; i < kAtOnce; ++i) pixels[i] = p[(i + 1) * stride];
+      const auto left = kDark ? pixels >= threshold : pixels < threshold;
+      std::uint64_t mask = 0;
+      std::memcpy(&mask, &left, sizeof(mask));
+      if (mask != 0) return steps + std::countr_zero(mask) / 8;
+    }
+    for (; steps < room; ++steps) {
       p += stride;
       if ((*p < threshold) != kDark) return steps;
     }
@@ -88,100 +129,6 @@ class ChordWalker {
   bool dark_;
   int most_;
 };
-
-/// Where a ray's shade crosses the threshold.
-struct Edge {
-  double at = -1;    ///< distance along the ray; < 0: it does not cross
-  double slope = 0;  ///< grey levels per px
-};
-
-/// @param from, most  of the distance; the ray must not leave the picture before `most`.
-Edge Crossing(const PageView& picture, double x, double y, double dx, double dy,
-              const Levels& levels, double from, double most) {
-  const int twice_threshold = levels.inside + levels.outside;
-  const bool dark = levels.inside < levels.outside;
-  const auto is_outside = [&](double grey) { return (2 * grey < twice_threshold) != dark; };
-  // By nearest pixels, whose places are counted in 65536ths.
-  constexpr double kOne = 65536;
-  auto column = static_cast<std::int64_t>((x + from * dx + 0.5) * kOne);
-  auto row = static_cast<std::int64_t>((y + from * dy + 0.5) * kOne);
-  const auto column_step = static_cast<std::int64_t>(dx * kOne);
-  const auto row_step = static_cast<std::int64_t>(dy * kOne);
-  double at = from;
-  while (at <= most &&
-         ((2 * picture.row(static_cast<int>(row >> 16))[column >> 16] < twice_threshold) == dark)) {
-    column += column_step;
-    row += row_step;
-    at += 1;
-  }
-  if (at == from || at > most) return {};
-  // Between pixels, from a step before.
-  const auto grey_at = [&](double place) {
-    return Between(picture, x + place * dx, y + place * dy);
-  };
-  at -= 1;
-  double previous = grey_at(at);
-  if (is_outside(previous)) {
-    at -= 1;
-    if (at < from) return {};
-    previous = grey_at(at);
-    if (is_outside(previous)) return {};
-  }
-  for (at += 1; at <= most; at += 1) {
-    const double grey = grey_at(at);
-    if (is_outside(grey)) {
-      const double slope = grey - previous;
-      return {at - (grey - 0.5 * twice_threshold) / slope, std::abs(slope)};
-    }
-    previous = grey;
-  }
-  return {};
-}
-
-/// How far a ray goes until it leaves the picture.
-double RoomAlong(const PageView& picture, double x, double y, double dx, double dy) {
-  const auto along = [](double place, double step, int size) {
-    constexpr double kStill = 1e-9;
-    if (std::abs(step) < kStill) return std::numeric_limits<double>::infinity();
-    return (step > 0 ? size - 1 - place : -place) / step;
-  };
-  return std::min(along(x, dx, picture.width), along(y, dy, picture.height));
-}
-
-/// Of the ellipse, from its middle.
-Offset RimAt(const Middle& middle, const Directions& direction) {
-  return {middle.xx * direction.x() + middle.xy * direction.y(),
-          middle.xy * direction.x() + middle.yy * direction.y()};
-}
-
-/// The levels within the middle, and in the gap. The row that found the disc may have crossed it
-/// close to its rim, and the chords may be a pixel too long. Absent close to the picture's border.
-std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle, bool dark) {
-  constexpr int kAround = 12;
-  constexpr double kBeyond = 1.35;  // of the chords: short of the ring even where they are too long
-  std::array<int, kAround> outside{};
-  std::size_t count = 0;
-  Directions direction(0.5 * std::numbers::pi / kAround, 2 * std::numbers::pi / kAround);
-  for (int i = 0; i < kAround; ++i, direction.Next()) {
-    const Offset rim = RimAt(middle, direction);
-    const double x = middle.column_px + kBeyond * rim.x + 0.5;
-    const double y = middle.row_px + kBeyond * rim.y + 0.5;
-    if (!(x >= 0 && y >= 0 && x < picture.width && y < picture.height)) continue;
-    outside[count++] = picture.row(static_cast<int>(y))[static_cast<int>(x)];
-  }
-  if (count < kAround / 2) return std::nullopt;
-  // Blur of disc and ring draws all of them towards the ink: a quarter of the way from the other
-  // end.
-  const auto chosen = outside.begin() + static_cast<int>(dark ? count - 1 - count / 4 : count / 4);
-  std::nth_element(outside.begin(), chosen, outside.begin() + static_cast<int>(count));
-  const auto x = static_cast<int>(middle.column_px + 0.5);
-  const auto y = static_cast<int>(middle.row_px + 0.5);
-  int sum = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) sum += picture.row(y + dy)[x + dx];
-  }
-  return Levels{(sum + 4) / 9, *chosen};
-}
 
 /// Half chords through an ellipse's middle, px.
 struct HalfChords {
@@ -217,10 +164,11 @@ bool EllipseOfChords(const HalfChords& half, Middle& middle) {
   return true;
 }
 
-}  // namespace
-
-std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, double min_radius_px,
-                                   double max_radius_px) {
+/// @param narrow  set where what has the run's shade is too narrow at its middle: with a threshold
+///                closer to that shade it would be, too.
+[[gnu::always_inline]] inline std::optional<Middle> WalkBy(const PageView& picture, const Run& run,
+                                                           int outside, double min_radius_px,
+                                                           double max_radius_px, bool& narrow) {
   const int most = static_cast<int>(2 * max_radius_px) + 2;
   const double least_half = 0.5 * min_radius_px;  // as of a disc tilted by 75 degrees
   // Two rounds are enough for a disc from the front; chords of an ellipse that lies askew halve the
@@ -231,17 +179,18 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
   middle.column_px = 0.5 * (run.first + run.last);
   middle.row_px = run.row;
   HalfChords half;
-  const ChordWalker walker(picture, run, most);
+  const ChordWalker walker(picture, run, outside, most);
   constexpr double kShort_px = 1.5;  // a half of
   if (least_half >= kShort_px && walker.IsShortDown(middle.column_px, middle.row_px)) {
+    narrow = true;
     return std::nullopt;
   }
   double before_px = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    const Chord down = walker.Through(middle.column_px, middle.row_px, 0, 1);
+    const Chord down = walker.Through<0, 1>(middle.column_px, middle.row_px);
     if (down.half < least_half) return std::nullopt;
     middle.row_px = static_cast<int>(middle.row_px + 0.5) + down.shift;
-    const Chord across = walker.Through(middle.column_px, middle.row_px, 1, 0);
+    const Chord across = walker.Through<1, 0>(middle.column_px, middle.row_px);
     if (across.half < least_half) return std::nullopt;
     middle.column_px = static_cast<int>(middle.column_px + 0.5) + across.shift;
     half.down = down.half;
@@ -257,67 +206,51 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
   constexpr double kChordError_px = 0.6;
   const double least = min_radius_px - kChordError_px;
   if (half.across * half.down < least * least) return std::nullopt;
-  for (const int dy : {1, -1}) {
-    const Chord chord = walker.Through(middle.column_px, middle.row_px, 1, dy);
-    if (chord.half < 0 || std::abs(chord.shift) > 0.2 * chord.half + 1.5) return std::nullopt;
-    (dy > 0 ? half.falling : half.rising) = std::numbers::sqrt2 * chord.half;
-  }
+  const auto is_askew = [](const Chord& chord) {
+    return chord.half < 0 || std::abs(chord.shift) > 0.2 * chord.half + 1.5;
+  };
+  const Chord falling = walker.Through<1, 1>(middle.column_px, middle.row_px);
+  if (is_askew(falling)) return std::nullopt;
+  const Chord rising = walker.Through<1, -1>(middle.column_px, middle.row_px);
+  if (is_askew(rising)) return std::nullopt;
+  half.falling = std::numbers::sqrt2 * falling.half;
+  half.rising = std::numbers::sqrt2 * rising.half;
   if (!EllipseOfChords(half, middle)) return std::nullopt;
   return middle;
 }
 
-std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle, bool dark,
-                                   double min_contrast) {
-  const std::optional<Levels> levels = LevelsAbout(picture, middle, dark);
-  if (!levels || (levels->inside < levels->outside) != dark) return std::nullopt;
-  if (std::abs(levels->inside - levels->outside) < min_contrast) return std::nullopt;
-  constexpr double kNearest = 0.7;  // of the way to the rim
-  constexpr double kFarthest = 1.5;
-  constexpr int kHalf = 12;
-  constexpr int kMostMissing = 4;
-  constexpr int kStride = 5;  // rays from all around first: what is no disc shows soon
-  const double x = middle.column_px;
-  const double y = middle.row_px;
-  const double most_x = kFarthest * std::hypot(middle.xx, middle.xy) + 2;
-  const double most_y = kFarthest * std::hypot(middle.xy, middle.yy) + 2;
-  const bool within = x >= most_x && y >= most_y && x + most_x <= picture.width - 1 &&
-                      y + most_y <= picture.height - 1;
-  std::array<Offset, 2 * kHalf> points;
-  std::size_t count = 0;
-  double slopes = 0;
-  std::optional<DiscModel> disc;
-  // Half of the rays tell most of what is no disc.
-  for (const int half : {1, 2}) {
-    constexpr double kStep = 2 * std::numbers::pi / kHalf;
-    Directions direction((half == 1 ? 0.25 : 0.75) * kStep, kStride * kStep);
-    for (int i = 0; i < kHalf; ++i, direction.Next()) {
-      const Offset rim = RimAt(middle, direction);
-      const double reach = std::hypot(rim.x, rim.y);
-      const double dx = rim.x / reach;
-      const double dy = rim.y / reach;
-      const double most = kFarthest * reach + 2;
-      const double end = within ? most : std::min(most, RoomAlong(picture, x, y, dx, dy));
-      const Edge edge = Crossing(picture, x, y, dx, dy, *levels, std::floor(kNearest * reach), end);
-      if (edge.at > 0) points[count++] = {edge.at * dx, edge.at * dy};
-      slopes += edge.slope;
-      const int rays = (half - 1) * kHalf + i + 1;
-      if (static_cast<int>(count) < rays - kMostMissing) return std::nullopt;
-    }
-    const std::span<const Offset> found(points.data(), count);
-    disc = EllipseThrough(found, std::hypot(middle.xx, middle.yy));
-    if (!disc) return std::nullopt;
-    if (DistanceFrom(*disc, found) > 0.25 + 0.03 * MeanRadius(*disc)) {
-      return std::nullopt;
-    }
+/// With the threshold between the shades of disc and surroundings; where a shadow's edge is near,
+/// of the shaded ones.
+[[gnu::always_inline]] inline std::optional<Middle> Walk(const PageView& picture, const Run& run,
+                                                         double min_radius_px,
+                                                         double max_radius_px) {
+  constexpr double kUnlike = 0.8;
+  bool narrow = false;
+  const auto walked = WalkBy(picture, run, run.outside, min_radius_px, max_radius_px, narrow);
+  if (walked || narrow ||
+      std::abs(run.nearer - run.inside) > kUnlike * std::abs(run.outside - run.inside)) {
+    return walked;
   }
-  disc->column_px += x;
-  disc->row_px += y;
-  disc->background = levels->outside;
-  disc->contrast = levels->inside - levels->outside;
-  constexpr double kSteepest = 0.3989;  // of the normal integral
-  const double blur_px = kSteepest * std::abs(disc->contrast) * static_cast<double>(count) / slopes;
-  disc->blur_px = std::clamp(blur_px, 0.4, std::max(0.4, 0.3 * MeanRadius(*disc)));
-  return disc;
+  return WalkBy(picture, run, run.nearer, min_radius_px, max_radius_px, narrow);
+}
+
+#ifdef __x86_64__
+/// The same.
+[[gnu::target("avx2")]] std::optional<Middle> WalkByAvx2(const PageView& picture, const Run& run,
+                                                         double min_radius_px,
+                                                         double max_radius_px) {
+  return Walk(picture, run, min_radius_px, max_radius_px);
+}
+#endif
+
+}  // namespace
+
+std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, double min_radius_px,
+                                   double max_radius_px) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return WalkByAvx2(picture, run, min_radius_px, max_radius_px);
+#endif
+  return Walk(picture, run, min_radius_px, max_radius_px);
 }
 
 }  // namespace trammel::part_alignment

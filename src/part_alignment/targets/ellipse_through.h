@@ -9,6 +9,7 @@
 #include <span>
 
 #include "part_alignment/targets/disc_fit.h"
+#include "part_alignment/targets/four.h"
 #include "part_alignment/targets/two.h"
 
 namespace trammel::part_alignment {
@@ -80,13 +81,26 @@ class Directions {
 };
 
 /// So many of them, all around.
+/// @param stride  from each to the next, in steps; without a divisor of kCount
 template <std::size_t kCount>
-std::array<Two, kCount> AllAround(double first_rad) {
+std::array<Two, kCount> AllAround(double first_rad, int stride = 1) {
   std::array<Two, kCount> all;
-  Directions direction(first_rad, 2 * std::numbers::pi / kCount);
+  Directions direction(first_rad, stride * (2 * std::numbers::pi / kCount));
   for (Two& one : all) {
     one = Two{direction.x(), direction.y()};
     direction.Next();
+  }
+  return all;
+}
+
+/// The same, four at a time.
+template <std::size_t kCount>
+std::array<FourPlaces, kCount / 4> AroundByFour(double first_rad, int stride = 1) {
+  std::array<FourPlaces, kCount / 4> all;
+  const auto directions = AllAround<kCount>(first_rad, stride);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    all[i / 4].x[i % 4] = directions[i][0];
+    all[i / 4].y[i % 4] = directions[i][1];
   }
   return all;
 }

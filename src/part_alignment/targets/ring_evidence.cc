@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "part_alignment/targets/ellipse_through.h"
+#include "part_alignment/targets/in_order.h"
 #include "part_alignment/targets/soft_grey.h"
 
 namespace trammel::part_alignment {
@@ -18,38 +20,49 @@ constexpr double kGap = 1.5;
 constexpr double kRing = 2.5;
 constexpr double kQuiet = 3.45;
 
-const std::array<Two, kAround> kDirections = AllAround<kAround>(0);
+constexpr int kFew = 8;
+const std::array<FourPlaces, kFew / 4> kFewDirections = AroundByFour<kFew>(0);
+const std::array<FourPlaces, kAround / 4> kDirections = AroundByFour<kAround>(0);
 
 /// The picture in a disc's own plane.
 class DiscPlane {
  public:
   DiscPlane(const PageView& picture, const DiscModel& disc)
-      : soft_(picture),
-        middle_{disc.column_px, disc.row_px},
-        along_{disc.wyy, disc.wxx},
-        across_{disc.wxy, disc.wxy},
-        det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {
+      : soft_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {
     constexpr double kRounding_px = 1e-3;
+    const Two middle = {disc.column_px, disc.row_px};
     const Two reach = {kQuiet * std::hypot(disc.wyy, disc.wxy) / det_ + kRounding_px,
                        kQuiet * std::hypot(disc.wxx, disc.wxy) / det_ + kRounding_px};
-    has_all_ = soft_.Has(middle_ - reach) && soft_.Has(middle_ + reach);
+    has_middle_ = soft_.Has(middle);
+    has_all_ = soft_.HasWide(middle - reach) && soft_.HasWide(middle + reach);
   }
-  /// Takes the direction that what follows is about.
-  void LookAlong(Two direction) {
-    to_ = (along_ * direction - across_ * Two{direction[1], direction[0]}) / det_;
+  [[nodiscard]] bool HasMiddle() const { return has_middle_; }
+  [[nodiscard]] bool HasAll() const { return has_all_; }
+  /// Takes the directions that what follows is about.
+  [[gnu::always_inline]] inline void LookAlong(const FourPlaces& to) {
+    to_.x = (disc_.wyy * to.x - disc_.wxy * to.y) / det_;
+    to_.y = (disc_.wxx * to.y - disc_.wxy * to.x) / det_;
   }
-  [[nodiscard]] bool Has(double radius) const {
-    return has_all_ || soft_.Has(middle_ + radius * to_);
+  /// @tparam kAll  whether HasAll().
+  template <bool kAll>
+  [[nodiscard, gnu::always_inline]] inline FourInts Has(double radius) const {
+    return kAll ? FourInts{-1, -1, -1, -1} : soft_.Has(PlacesAt(radius));
   }
-  [[nodiscard]] int At(double radius) const { return soft_.At(middle_ + radius * to_); }
+  template <bool kAll>
+  [[nodiscard, gnu::always_inline]] inline FourInts At(double radius) const {
+    return kAll ? soft_.AtWide(PlacesAt(radius)) : soft_.At(PlacesAt(radius));
+  }
 
  private:
+  [[nodiscard, gnu::always_inline]] inline FourPlaces PlacesAt(double radius) const {
+    return {disc_.column_px + radius * to_.x, disc_.row_px + radius * to_.y};
+  }
+
   SoftPicture soft_;
-  Two middle_;
-  Two along_;
-  Two across_;
+  const DiscModel& disc_;
   double det_;
-  Two to_{};
+  FourPlaces to_{};
+  bool has_middle_ = false;
   bool has_all_ = false;  ///< out to the quiet zone
 };
 
@@ -58,53 +71,101 @@ struct Around {
   std::array<double, kAround> ink{};    ///< 0: the ring is as the gap, 1: as the disc
   std::array<int, kAround> contrast{};  ///< soft grey, between gap and disc
   int told = 0;
-  int against = 0;  ///< directions in which the disc differs the other way
-  int wild = 0;     ///< in which the ring is neither: another light, or another thing
-  int crowded = 0;  ///< in which the quiet zone is not as the gap
   int lightest = 0;
   int darkest = 1 << 30;
 };
 
-/// Absent where they tell too little, or of something else.
-std::optional<Around> LookAround(DiscPlane& plane, int sign, double least) {
+int Sum(FourInts of) { return of[0] + of[1] + of[2] + of[3]; }
+
+/// Whether a few directions leave something to look at: most of what is no disc shows in them.
+/// @param least  contrast, in soft grey.
+template <bool kAll>
+[[gnu::always_inline]] inline bool MayBeDisc(DiscPlane& plane, int sign, int least) {
+  FourInts few{};
+  for (const FourPlaces& directions : kFewDirections) {
+    plane.LookAlong(directions);
+    few -=
+        plane.Has<kAll>(kGap) & (sign * (plane.At<kAll>(kWithin) - plane.At<kAll>(kGap)) >= least);
+  }
+  return Sum(few) >= kFew / 2;
+}
+
+/// Absent where the directions tell too little, or of something else.
+/// @param least  contrast, in soft grey.
+template <bool kAll>
+[[gnu::always_inline]] inline std::optional<Around> LookFor(DiscPlane& plane, int sign,
+                                                            double least) {
   constexpr int kLeastTold = 18;
   constexpr double kWildest = 0.7;  // of ink, below 0 and above 1
   constexpr double kCrowded = 0.6;
+  const int least_contrast = static_cast<int>(std::ceil(least));
+  const int most_against = -static_cast<int>(std::floor(least));
+  if (!MayBeDisc<kAll>(plane, sign, least_contrast)) return std::nullopt;
   Around around;
-  for (int i = 0; i < kAround; ++i) {
+  FourInts against{};  // in which the disc differs the other way
+  FourInts wild{};     // in which the ring is neither: another light, or another thing
+  FourInts crowded{};  // in which the quiet zone is not as the gap
+  FourInts lightest = FourInts{} + around.lightest;
+  FourInts darkest = FourInts{} + around.darkest;
+  int left = kAround;
+  for (const FourPlaces& directions : kDirections) {
+    plane.LookAlong(directions);
+    const FourInts has = plane.Has<kAll>(kRing);
+    const FourInts gap = plane.At<kAll>(kGap);
+    const FourInts contrast = sign * (plane.At<kAll>(kWithin) - gap);
+    against -= has & (contrast < most_against);
+    FourInts tells = has & (contrast >= least_contrast);
+    lightest = (tells & (gap > lightest)) ? gap : lightest;
+    darkest = (tells & (gap < darkest)) ? gap : darkest;
+    const FourDoubles per_contrast = __builtin_convertvector(contrast, FourDoubles);
+    const FourDoubles ink =
+        __builtin_convertvector(sign * (plane.At<kAll>(kRing) - gap), FourDoubles) / per_contrast;
+    const FourDoubles quiet =
+        __builtin_convertvector(sign * (plane.At<kAll>(kQuiet) - gap), FourDoubles) / per_contrast;
+    const FourInts is_wild =
+        __builtin_convertvector((ink < -kWildest) | (ink > 1 + kWildest), FourInts);
+    const FourInts is_crowded =
+        __builtin_convertvector((quiet < -kCrowded) | (quiet > kCrowded), FourInts);
+    wild -= tells & is_wild;
+    tells &= ~is_wild;
+    crowded -= tells & is_crowded & plane.Has<kAll>(kQuiet);
+    for (int k = 0; k < 4; ++k) {
+      around.contrast[around.told] = contrast[k];
+      around.ink[around.told] = ink[k];
+      around.told -= tells[k];
+    }
     // As many as may tell in the end.
-    const int most_told = around.told + kAround - i;
-    if (std::max({kLeastTold, 2 * around.against, around.wild, 2 * around.crowded}) > most_told) {
+    left -= 4;
+    const int most_told = around.told + left;
+    if (std::max({kLeastTold, 2 * Sum(against), Sum(wild), 2 * Sum(crowded)}) > most_told) {
       return std::nullopt;
     }
-    plane.LookAlong(kDirections[i]);
-    if (!plane.Has(kRing)) continue;
-    const int gap = plane.At(kGap);
-    const int contrast = sign * (plane.At(kWithin) - gap);
-    if (contrast < least) {
-      around.against += contrast < -least ? 1 : 0;
-      continue;
-    }
-    around.lightest = std::max(around.lightest, gap);
-    around.darkest = std::min(around.darkest, gap);
-    const auto ink = [&](double radius) {
-      return static_cast<double>(sign * (plane.At(radius) - gap)) / contrast;
-    };
-    const double of_ring = ink(kRing);
-    if (of_ring < -kWildest || of_ring > 1 + kWildest) {
-      ++around.wild;
-      continue;
-    }
-    around.contrast[around.told] = contrast;
-    around.ink[around.told++] = of_ring;
-    around.crowded += plane.Has(kQuiet) && std::abs(ink(kQuiet)) > kCrowded ? 1 : 0;
   }
-  const int told = around.told;
-  if (told < kLeastTold || 2 * around.against > told || around.wild > told ||
-      2 * around.crowded > told) {
-    return std::nullopt;
+  for (int k = 0; k < 4; ++k) {
+    around.lightest = std::max(around.lightest, lightest[k]);
+    around.darkest = std::min(around.darkest, darkest[k]);
   }
   return around;
+}
+
+[[gnu::always_inline]] inline std::optional<Around> LookAround(DiscPlane& plane, int sign,
+                                                               double least) {
+  return plane.HasAll() ? LookFor<true>(plane, sign, least) : LookFor<false>(plane, sign, least);
+}
+
+#ifdef __x86_64__
+/// The same to the bit.
+[[gnu::target("avx2")]] std::optional<Around> LookAroundByAvx2(DiscPlane& plane, int sign,
+                                                               double least) {
+  return LookAround(plane, sign, least);
+}
+#endif
+
+std::optional<Around> WhatIsAround(DiscPlane& plane, int sign, double least) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return LookAroundByAvx2(plane, sign, least);
+#endif
+  return LookAround(plane, sign, least);
 }
 
 /// Directions in which the ring is clearly one of two shades; 0 where it is not in pieces.
@@ -117,20 +178,34 @@ int ClearlyInPieces(const Around& around) {
   constexpr int kMostChanges = 14;
   const int told = around.told;
   const int apart = told / 8;  // from the extremes
-  std::array<double, kAround> sorted = around.ink;
-  const auto end = sorted.begin() + told;
   // What is told from counts needs no order.
-  const auto not_inked =
-      std::count_if(sorted.begin(), end, [](double ink) { return ink < kLeastInked; });
-  const auto not_plain =
-      std::count_if(sorted.begin(), end, [](double ink) { return ink > kMostPlain; });
+  int not_inked = 0;
+  int not_plain = 0;
+  for (int i = 0; i < told; ++i) {
+    not_inked += around.ink[i] < kLeastInked ? 1 : 0;
+    not_plain += around.ink[i] > kMostPlain ? 1 : 0;
+  }
   if (not_inked >= told - apart || not_plain >= told - apart) return 0;
-  const auto low = sorted.begin() + apart;
-  const auto high = end - 1 - apart;
-  std::nth_element(sorted.begin(), low, end);
-  std::nth_element(low + 1, high, end);
-  const double plain = *low;
-  const double inked = *high;
+  // Both extremes in order, without a branch that could not be guessed.
+  constexpr int kKept = kAround / 8 + 1;
+  std::array<double, kKept> least;
+  std::array<double, kKept> most;
+  least.fill(std::numeric_limits<double>::infinity());
+  most.fill(-std::numeric_limits<double>::infinity());
+  for (int i = 0; i < told; ++i) {
+    double low = around.ink[i];
+    double high = low;
+    for (int k = 0; k < kKept; ++k) {
+      const double lower = std::min(least[k], low);
+      low = std::max(least[k], low);
+      least[k] = lower;
+      const double higher = std::max(most[k], high);
+      high = std::min(most[k], high);
+      most[k] = higher;
+    }
+  }
+  const double plain = least[apart];
+  const double inked = most[apart];
   if (inked - plain < kLeastSpan) return 0;
   int clear = 0;
   int ink = 0;
@@ -160,29 +235,19 @@ std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const Disc
   const int sign = disc.contrast > 0 ? 1 : -1;
   DiscPlane plane(picture, disc);
   // Then all that lies between a place in the picture and the middle is in it, too.
-  constexpr double kMiddle = 0;
-  if (!plane.Has(kMiddle)) return std::nullopt;
-  // Most of what is no disc shows in a few directions.
-  constexpr int kFew = 8;
-  static const std::array<Two, kFew> kFewDirections = AllAround<kFew>(0);
-  int few = 0;
-  for (const Two& direction : kFewDirections) {
-    plane.LookAlong(direction);
-    few += plane.Has(kGap) && sign * (plane.At(kWithin) - plane.At(kGap)) >= least ? 1 : 0;
-  }
-  if (few < kFew / 2) return std::nullopt;
-  std::optional<Around> around = LookAround(plane, sign, least);
+  if (!plane.HasMiddle()) return std::nullopt;
+  std::optional<Around> around = WhatIsAround(plane, sign, least);
   if (!around) return std::nullopt;
   RingEvidence ring;
   ring.clear = ClearlyInPieces(*around);
   if (ring.clear == 0) return std::nullopt;
-  const auto median = around->contrast.begin() + around->told / 2;
-  std::nth_element(around->contrast.begin(), median, around->contrast.begin() + around->told);
-  ring.contrast = static_cast<double>(sign * *median) / kSoftUnit;
+  const auto told = static_cast<std::size_t>(around->told);
+  const int median = InOrder(around->contrast, told, told / 2);
+  ring.contrast = static_cast<double>(sign * median) / kSoftUnit;
   constexpr double kUneven = 0.25;
   constexpr double kRange = 6;  // sigmas between the extremes of 40 values, seldom more
   const double by_noise = kSoftUnit * kRange * kSoftNoise * noise;
-  ring.uneven = around->lightest - around->darkest > kUneven * *median + by_noise;
+  ring.uneven = around->lightest - around->darkest > kUneven * median + by_noise;
   return ring;
 }
 

@@ -12,10 +12,12 @@
 #include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/disc_fit.h"
 #include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/noted_middles.h"
 #include "part_alignment/targets/picture_check.h"
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_evidence.h"
 #include "part_alignment/targets/ring_reader.h"
+#include "part_alignment/targets/rough_disc.h"
 #include "part_alignment/targets/row_runs.h"
 #include "part_alignment/targets/seen_cells.h"
 #include "part_alignment/targets/soft_grey.h"
@@ -130,15 +132,20 @@ class Search {
   bool Examine(const part_alignment::Run& run) {
     if (!IsWanted(run.dark)) return true;
     if (seen_.IsDone(0.5 * (run.first + run.last), run.row)) return true;
-    const std::optional<Middle> middle = MiddleOf(run);
+    const std::optional<Middle> middle =
+        WalkToMiddle(quiet_, run, kSmallestSeen_px, options_.max_radius_px);
     if (!middle) return false;
     std::uint8_t& seen = seen_.At(middle->column_px, middle->row_px);
     // A row close to a disc's rim may mislead; what misleads three rows is no disc.
     constexpr int kMostTries = 3;
     if ((seen & kTries) >= kMostTries) return (seen & kRingSeen) != 0;
     ++seen;
+    if (dismissed_.Has(*middle, run.dark)) return (seen & kRingSeen) != 0;
     const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, run.dark, kFaintest);
-    if (!disc) return WeightedObservation(ModelOf(*middle, run.dark), RejectReason::kDamaged);
+    if (!disc) {
+      dismissed_.Note(*middle, run.dark);
+      return WeightedObservation(ModelOf(*middle, run.dark), RejectReason::kDamaged);
+    }
     const double radius = MeanRadius(*disc);
     constexpr double kRoughError_px = 0.2;
     if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return false;
@@ -157,20 +164,6 @@ class Search {
     const std::optional<DiscModel> disc = FindDiscByRays(picture_, run, rules);
     if (disc && !seen_.IsDone(disc->column_px, disc->row_px))
       WeightedObservation(*disc, RejectReason::kHidden);
-  }
-
-  /// With the threshold between the shades of disc and surroundings; where a shadow's edge is near,
-  /// of the shaded ones.
-  [[nodiscard]] std::optional<Middle> MiddleOf(const part_alignment::Run& run) const {
-    const auto walked = WalkToMiddle(quiet_, run, kSmallestSeen_px, options_.max_radius_px);
-    constexpr double kUnlike = 0.8;
-    if (walked ||
-        std::abs(run.nearer - run.inside) > kUnlike * std::abs(run.outside - run.inside)) {
-      return walked;
-    }
-    part_alignment::Run shaded = run;
-    shaded.outside = run.nearer;
-    return WalkToMiddle(quiet_, shaded, kSmallestSeen_px, options_.max_radius_px);
   }
 
   [[nodiscard]] static DiscModel ModelOf(const Middle& middle, bool dark) {
@@ -342,6 +335,7 @@ class Search {
   const FinderOptions& options_;
   FinderWorkspace& workspace_;
   SeenCells seen_;
+  NotedMiddles dismissed_;  ///< of no disc, and judged as what has a ring about it
   std::vector<UnreadTarget> unread_;
   PageView quiet_;  ///< the picture where it is little noisy, else with less noise
   double noise_ = 0;
