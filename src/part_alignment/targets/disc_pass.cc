@@ -224,7 +224,7 @@ class Pass {
   [[gnu::always_inline]] inline void Add(const Constants<Floats>& c, const Floats& grey,
                                          const Floats& dx, float dy,
                                          const Mask<Floats>& asked_for) {
-    constexpr int kParts = sizeof(Floats) / sizeof(Four);
+    constexpr int kParts = static_cast<int>(sizeof(Floats) / sizeof(float)) / 4;
     const Floats u = c.wxx * dx + c.wxy * dy;
     const Floats v = c.wxy * dx + c.wyy * dy;
     const Floats q = Root(u * u + v * v);
