@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "part_alignment/targets/ellipse_through.h"
 #include "part_alignment/targets/soft_grey.h"
@@ -13,6 +15,7 @@ namespace trammel::part_alignment {
 namespace {
 
 constexpr int kRays = 24;
+constexpr int kLeastRays = kRays / 2;          ///< that end somewhere, and that agree
 constexpr int kPlainlyAgreed = kRays * 5 / 6;  ///< rays that leave nothing to look for
 constexpr double kMostRatio = 3.5;             ///< of a disc's chords: tilted by 73 degrees
 
@@ -39,33 +42,50 @@ bool IsWithinBorder(const PageView& picture, int x, int y) {
          y < picture.height - kBorder_px;
 }
 
+/// Pixels of a picture, four at a time.
+struct FourPixelPlaces {
+  FourInts column;
+  FourInts row;
+  [[gnu::always_inline]] inline explicit FourPixelPlaces(const FourPlaces& nearest)
+      : column(__builtin_convertvector(nearest.x + 0.5, FourInts)),
+        row(__builtin_convertvector(nearest.y + 0.5, FourInts)) {}
+  [[nodiscard, gnu::always_inline]] inline FourInts AreWithinBorder(const PageView& picture) const {
+    return (column >= kBorder_px) & (row >= kBorder_px) & (column < picture.width - kBorder_px) &
+           (row < picture.height - kBorder_px);
+  }
+  /// Of those that are within the picture; the first pixel's for the others.
+  [[nodiscard, gnu::always_inline]] inline FourInts Greys(const PageView& picture,
+                                                          FourInts are_within) const {
+    const FourInts offset = (row * static_cast<std::int32_t>(picture.stride) + column) & are_within;
+    return FourInts{picture.data[offset[0]], picture.data[offset[1]], picture.data[offset[2]],
+                    picture.data[offset[3]]};
+  }
+};
+
 /// Whether shade differs between what is within chords and what is beyond: in most of the few
 /// directions in which both are in the picture.
 /// @param least_step  outwards, in soft grey; its sign counts.
-bool IsBounded(const PageView& picture, Two middle, Two chords, int least_step) {
+[[gnu::always_inline]] inline bool IsBounded(const PageView& picture, Two middle, Two chords,
+                                             int least_step) {
   constexpr std::size_t kAround = 8;
   constexpr int kLeastInPicture = 4;
-  constexpr int kMostAlike = 2;    // with another one no two thirds differ
   constexpr double kWithin = 0.6;  // of the chords
   constexpr double kBeyond = 1.5;
-  static const std::array<Two, kAround> kDirections = AllAround<kAround>(0.1);
+  static const auto kDirections = AroundByFour<kAround>(0.1);
   const Two near = kWithin * chords;
   const Two far = kBeyond * chords;
+  const int sign = least_step > 0 ? 1 : -1;
   int differ = 0;
   int alike = 0;
-  for (const Two& direction : kDirections) {
-    const TwoInts within = NearestPixel(middle + near * direction);
-    const TwoInts beyond = NearestPixel(middle + far * direction);
-    if (!IsWithinBorder(picture, within[0], within[1]) ||
-        !IsWithinBorder(picture, beyond[0], beyond[1])) {
-      continue;
-    }
-    const int change =
-        2 * kSoftUnit * (picture.row(beyond[1])[beyond[0]] - picture.row(within[1])[within[0]]);
-    const bool differs = least_step > 0 ? change > least_step : change < least_step;
-    differ += differs ? 1 : 0;
-    alike += differs ? 0 : 1;
-    if (alike > kMostAlike) return false;
+  for (const FourPlaces& to : kDirections) {
+    const FourPixelPlaces within({middle[0] + near[0] * to.x, middle[1] + near[1] * to.y});
+    const FourPixelPlaces beyond({middle[0] + far[0] * to.x, middle[1] + far[1] * to.y});
+    const FourInts are_in = within.AreWithinBorder(picture) & beyond.AreWithinBorder(picture);
+    const FourInts change =
+        2 * kSoftUnit * (beyond.Greys(picture, are_in) - within.Greys(picture, are_in));
+    const FourInts differs = are_in & (sign * change > sign * least_step);
+    differ += std::popcount(BitsOf(differs));
+    alike += std::popcount(BitsOf(are_in & ~differs));
   }
   return differ >= kLeastInPicture && differ >= 2 * alike;
 }
@@ -135,8 +155,8 @@ struct RayRules {
 
 /// Where the rays end, about their start.
 struct Rim {
-  std::array<Offset, kRays> points{};
-  std::array<double, kRays> at{};  ///< px; < 0: none
+  std::array<FourPlaces, kRays / 4> points{};
+  std::array<FourDoubles, kRays / 4> at{};  ///< px; < 0: none
   double farthest_px = 0;
   int count = 0;
 };
@@ -170,6 +190,7 @@ template <bool kAll>
   return place;
 }
 
+/// Stops as soon as less than kLeastRays can end anywhere.
 [[gnu::always_inline]] inline Rim CastAll(const SoftPicture& picture, Two start,
                                           const RayRules& rules) {
   Rim rim;
@@ -181,13 +202,16 @@ template <bool kAll>
     const FourPlaces& along = kAlong[i / 4];
     const FourInts places = has_all ? SteepPlaces<true>(picture, start, along, rules)
                                     : SteepPlaces<false>(picture, start, along, rules);
+    FourDoubles at;
     for (int k = 0; k < 4; ++k) {
-      const double at = places[k] > 0 ? places[k] * rules.pace_px : -1;
-      rim.at[i + k] = at;
-      rim.farthest_px = std::max(rim.farthest_px, at);
+      at[k] = places[k] > 0 ? places[k] * rules.pace_px : -1;
+      rim.farthest_px = std::max(rim.farthest_px, at[k]);
       rim.count += places[k] > 0 ? 1 : 0;
-      rim.points[i + k] = {at * along.x[k], at * along.y[k]};
     }
+    rim.at[i / 4] = at;
+    rim.points[i / 4] = {at * along.x, at * along.y};
+    const int left = kRays - 4 - i;
+    if (rim.count + left < kLeastRays) break;
   }
   return rim;
 }
@@ -208,28 +232,30 @@ Rim CastRays(const SoftPicture& picture, const Start& start, const RayRules& rul
   return CastAll(picture, from, rules);
 }
 
-/// How many points lie on an ellipse.
+/// Which points lie on an ellipse.
 class Agreement {
  public:
   Agreement(const Rim& rim, double tolerance_px) : rim_(rim), tolerance_px_(tolerance_px) {}
 
-  [[nodiscard]] std::array<bool, kRays> With(const DiscModel& disc) const {
+  /// Bit i: whether the i-th does.
+  [[nodiscard, gnu::always_inline]] inline unsigned With(const DiscModel& disc) const {
     constexpr double kOfRadius = 0.06;
     const double tolerance = tolerance_px_ + kOfRadius * MeanRadius(disc);
-    std::array<bool, kRays> agrees{};
-    for (int i = 0; i < kRays; ++i) {
-      if (!(rim_.at[i] > 0)) continue;
-      const double x = rim_.points[i].x - disc.column_px;
-      const double y = rim_.points[i].y - disc.row_px;
-      const double u = disc.wxx * x + disc.wxy * y;
-      const double v = disc.wxy * x + disc.wyy * y;
+    unsigned agree = 0;
+    for (int i = 0; i < kRays / 4; ++i) {
+      const FourDoubles x = rim_.points[i].x - disc.column_px;
+      const FourDoubles y = rim_.points[i].y - disc.row_px;
+      const FourDoubles u = disc.wxx * x + disc.wxy * y;
+      const FourDoubles v = disc.wxy * x + disc.wyy * y;
       // |W d|² - 1, and half its gradient.
-      const double off = u * u + v * v - 1;
-      const double gx = disc.wxx * u + disc.wxy * v;
-      const double gy = disc.wxy * u + disc.wyy * v;
-      agrees[i] = off * off < 4 * tolerance * tolerance * (gx * gx + gy * gy);
+      const FourDoubles off = u * u + v * v - 1;
+      const FourDoubles gx = disc.wxx * u + disc.wxy * v;
+      const FourDoubles gy = disc.wxy * u + disc.wyy * v;
+      const FourLongs lie =
+          (rim_.at[i] > 0) & (off * off < 4 * tolerance * tolerance * (gx * gx + gy * gy));
+      agree |= BitsOf(__builtin_convertvector(lie, FourInts)) << 4 * i;
     }
-    return agrees;
+    return agree;
   }
 
  private:
@@ -239,50 +265,132 @@ class Agreement {
 
 struct Common {
   std::optional<DiscModel> disc;  ///< about the rays' start
+  unsigned agree = 0;             ///< bit i: whether the i-th ray ends there
   int agreed = 0;
+};
+
+[[gnu::always_inline]] inline void KeepBetter(const Agreement& agreement,
+                                              const EllipsesOf<double>& ellipse, Common& best) {
+  if (!ellipse.are) return;
+  const DiscModel disc = ModelOf(ellipse);
+  const unsigned agree = agreement.With(disc);
+  const int agreed = std::popcount(agree);
+  if (agreed > best.agreed) best = {disc, agree, agreed};
+}
+
+/// What a rim's points are counted in, px.
+double UnitOf(const Rim& rim) {
+  double unit = 0;
+  for (int i = 0; i < kRays; ++i) {
+    // Rays end whole paces apart, but for those that are equally long to some rounding.
+    const FourPlaces& four = rim.points[i / 4];
+    if (rim.at[i / 4][i % 4] == rim.farthest_px)
+      unit = std::max(unit, std::hypot(four.x[i % 4], four.y[i % 4]));
+  }
+  return unit;
+}
+
+constexpr int kSpan = 3;  ///< rays side by side
+constexpr int kSpans = kRays / kSpan;
+constexpr int kPick = kSpans / 2;
+
+/// A rim's points in a unit, and the sums of each span of them.
+class RimSums {
+ public:
+  [[gnu::always_inline]] inline RimSums(const Rim& rim, double unit) {
+    for (int i = 0; i < kRays; i += 4) {
+      // What is not there is at (0, 0), and adds nothing.
+      const FourLongs is_there = rim.at[i / 4] > 0;
+      const FourDoubles x = is_there ? rim.points[i / 4].x / unit : FourDoubles{};
+      const FourDoubles y = is_there ? rim.points[i / 4].y / unit : FourDoubles{};
+      std::memcpy(&x_[i], &x, sizeof(x));
+      std::memcpy(&y_[i], &y, sizeof(y));
+    }
+    for (int first = 0; first < kSpans; first += 4) {
+      EllipseSumsOf<FourDoubles> four;
+      for (int i = 0; i < kSpan; ++i) {
+        const int at = first * kSpan + i;
+        four.Add(EverySpan(&x_[at]), EverySpan(&y_[at]));
+      }
+      for (std::size_t k = 0; k < kSums; ++k) {
+        std::memcpy(&spans_[k][first], &four[k], sizeof(four[k]));
+      }
+    }
+    for (auto& spans : spans_) std::copy_n(spans.begin(), kPick, spans.begin() + kSpans);
+  }
+
+  [[nodiscard, gnu::always_inline]] inline EllipseSumsOf<double> OfAll() const {
+    EllipseSumsOf<double> all;
+    for (std::size_t k = 0; k < kSums; ++k) {
+      for (int i = 0; i < kSpans; ++i) all[k] += spans_[k][i];
+    }
+    return all;
+  }
+  /// Of the half of them that begins at a span, and of those that begin at the three after it.
+  [[nodiscard, gnu::always_inline]] inline EllipseSumsOf<FourDoubles> OfHalves(int first) const {
+    EllipseSumsOf<FourDoubles> halves;
+    for (std::size_t k = 0; k < kSums; ++k) {
+      for (int i = 0; i < kPick; ++i) {
+        FourDoubles spans;
+        std::memcpy(&spans, &spans_[k][first + i], sizeof(spans));
+        halves[k] += spans;
+      }
+    }
+    return halves;
+  }
+  /// @param chosen  bit i: whether the i-th point counts.
+  [[nodiscard, gnu::always_inline]] inline EllipseSumsOf<double> Of(unsigned chosen) const {
+    EllipseSumsOf<double> sums;
+    for (; chosen != 0; chosen &= chosen - 1) {
+      const int i = std::countr_zero(chosen);
+      sums.Add(x_[i], y_[i]);
+    }
+    return sums;
+  }
+
+ private:
+  static constexpr std::size_t kSums = EllipseSumsOf<double>::kCount;
+  [[gnu::always_inline]] static inline FourDoubles EverySpan(const double* of) {
+    return FourDoubles{of[0], of[kSpan], of[2 * kSpan], of[3 * kSpan]};
+  }
+
+  std::array<double, kRays> x_;
+  std::array<double, kRays> y_;
+  std::array<std::array<double, kSpans + kPick>, kSums> spans_;  ///< after the last the first again
 };
 
 /// The ellipse that most of the rays end at, of those through all of them, and through half of them
 /// side by side.
-Common CommonEllipse(const Rim& rim, double tolerance_px) {
-  constexpr int kSpan = 3;  // rays
-  constexpr int kSpans = kRays / kSpan;
-  constexpr int kPick = kSpans / 2;
-  double unit = 0;
-  for (int i = 0; i < kRays; ++i) {
-    // Rays end whole paces apart, but for those that are equally long to some rounding.
-    if (rim.at[i] == rim.farthest_px)
-      unit = std::max(unit, std::hypot(rim.points[i].x, rim.points[i].y));
-  }
-  std::array<EllipseSums, kSpans> spans{};
-  EllipseSums all;
-  for (int i = 0; i < kRays; ++i) {
-    if (rim.at[i] > 0) spans[i / kSpan].Add(rim.points[i].x / unit, rim.points[i].y / unit);
-  }
-  for (const EllipseSums& span : spans) all += span;
+[[gnu::always_inline]] inline Common BestEllipse(const Rim& rim, double tolerance_px) {
+  const double unit = UnitOf(rim);
+  const RimSums sums(rim, unit);
   const Agreement agreement(rim, tolerance_px);
+  const int enough = std::min(kPlainlyAgreed, rim.count);
   Common best;
-  const auto judge = [&](const EllipseSums& sums) {
-    const std::optional<DiscModel> disc = sums.Ellipse(unit);
-    if (!disc) return;
-    const auto agrees = agreement.With(*disc);
-    const int agreed = static_cast<int>(std::count(agrees.begin(), agrees.end(), true));
-    if (agreed > best.agreed) best = {disc, agreed};
-  };
-  judge(all);
-  for (int first = 0; first < kSpans && best.agreed < kPlainlyAgreed; ++first) {
-    EllipseSums half;
-    for (int i = 0; i < kPick; ++i) half += spans[(first + i) % kSpans];
-    judge(half);
+  KeepBetter(agreement, sums.OfAll().Ellipses(unit), best);
+  for (int first = 0; first < kSpans && best.agreed < enough; first += 4) {
+    const EllipsesOf<FourDoubles> halves = sums.OfHalves(first).Ellipses(unit);
+    for (int k = 0; k < 4 && best.agreed < enough; ++k) {
+      KeepBetter(agreement, OneOf(halves, k), best);
+    }
   }
-  if (best.agreed < kRays / 2) return {};
-  const auto agrees = agreement.With(*best.disc);
-  EllipseSums agreed;
-  for (int i = 0; i < kRays; ++i) {
-    if (agrees[i]) agreed.Add(rim.points[i].x / unit, rim.points[i].y / unit);
-  }
-  judge(agreed);
+  if (best.agreed < kLeastRays) return {};
+  KeepBetter(agreement, sums.Of(best.agree).Ellipses(unit), best);
   return best;
+}
+
+#ifdef __x86_64__
+/// The same to the bit.
+[[gnu::target("avx2")]] Common BestEllipseByAvx2(const Rim& rim, double tolerance_px) {
+  return BestEllipse(rim, tolerance_px);
+}
+#endif
+
+Common CommonEllipse(const Rim& rim, double tolerance_px) {
+#ifdef __x86_64__
+  if (TakesAvx2()) return BestEllipseByAvx2(rim, tolerance_px);
+#endif
+  return BestEllipse(rim, tolerance_px);
 }
 
 bool IsDisc(const DiscModel& disc, const DiscByRaysRules& rules) {
@@ -318,7 +426,7 @@ std::optional<DiscModel> FindDiscByRays(const PageView& picture, const Run& run,
     const RayRules rays{run.dark ? 1 : -1, least_step, PaceFor(start.radius_px),
                         std::min(2 * rules.max_radius_px, reach_px)};
     const Rim rim = CastRays(soft, start, rays);
-    if (rim.count < kRays / 2) break;
+    if (rim.count < kLeastRays) break;
     Common common = CommonEllipse(rim, 0.3 + 0.6 * rays.pace_px);
     if (!common.disc) break;
     common.disc->column_px += start.column_px;

@@ -10,6 +10,7 @@
 
 #include "part_alignment/targets/disc_fit.h"
 #include "part_alignment/targets/four.h"
+#include "part_alignment/targets/small_cholesky.h"
 #include "part_alignment/targets/two.h"
 
 namespace trammel::part_alignment {
@@ -19,16 +20,92 @@ struct Offset {
   double y = 0;
 };
 
+/// Centres and shapes of ellipses, px. The other members of a model are not theirs.
+/// @tparam Number  a double, or FourDoubles of four ellipses.
+template <typename Number>
+struct EllipsesOf {
+  Number column_px;
+  Number row_px;
+  Number wxx;
+  Number wxy;
+  Number wyy;
+  Mask<Number> are;  ///< whether there is one; anything else where not
+};
+
+/// The k-th of four.
+[[gnu::always_inline]] inline EllipsesOf<double> OneOf(const EllipsesOf<FourDoubles>& of, int k) {
+  return {of.column_px[k], of.row_px[k], of.wxx[k], of.wxy[k], of.wyy[k], of.are[k] != 0};
+}
+
+[[gnu::always_inline]] inline DiscModel ModelOf(const EllipsesOf<double>& ellipse) {
+  DiscModel disc;
+  disc.column_px = ellipse.column_px;
+  disc.row_px = ellipse.row_px;
+  disc.wxx = ellipse.wxx;
+  disc.wxy = ellipse.wxy;
+  disc.wyy = ellipse.wyy;
+  return disc;
+}
+
 /// Sums of products of points' coordinates, up to the fourth degree: what the ellipse nearest to
 /// the points by the conic's algebraic residual follows from.
-class EllipseSums {
+/// @tparam Number  a double, or FourDoubles of four ellipses.
+template <typename Number>
+class EllipseSumsOf {
  public:
+  static constexpr std::size_t kCount = 14;
   /// @param x, y  about (0, 0), in a unit in which they are about 1.
-  void Add(double x, double y);
-  EllipseSums& operator+=(const EllipseSums& other);
-  /// Centre and shape of a model, px. Absent where the points are on no ellipse.
+  [[gnu::always_inline]] inline void Add(Number x, Number y) {
+    const Number xx = x * x;
+    const Number xy = x * y;
+    const Number yy = y * y;
+    sums_[kX] += x;
+    sums_[kY] += y;
+    sums_[kXx] += xx;
+    sums_[kXy] += xy;
+    sums_[kYy] += yy;
+    sums_[kXxx] += x * xx;
+    sums_[kXxy] += x * xy;
+    sums_[kXyy] += x * yy;
+    sums_[kYyy] += y * yy;
+    sums_[kXxxx] += xx * xx;
+    sums_[kXxxy] += xx * xy;
+    sums_[kXxyy] += xx * yy;
+    sums_[kXyyy] += xy * yy;
+    sums_[kYyyy] += yy * yy;
+  }
+  [[nodiscard]] Number& operator[](std::size_t i) { return sums_[i]; }
   /// @param unit_px  of the coordinates.
-  [[nodiscard]] std::optional<DiscModel> Ellipse(double unit_px) const;
+  [[nodiscard, gnu::always_inline]] inline EllipsesOf<Number> Ellipses(double unit_px) const {
+    // a x² + 2 b x y + c y² + d x + e y = 1
+    const auto& s = sums_;
+    SmallMatrix<5, Number> normal{};
+    normal[0] = {s[kXxxx]};
+    normal[1] = {2 * s[kXxxy], 4 * s[kXxyy]};
+    normal[2] = {s[kXxyy], 2 * s[kXyyy], s[kYyyy]};
+    normal[3] = {s[kXxx], 2 * s[kXxy], s[kXyy], s[kXx]};
+    normal[4] = {s[kXxy], 2 * s[kXyy], s[kYyy], s[kXy], s[kYy]};
+    EllipsesOf<Number> ellipses{};
+    ellipses.are = Factor(normal);
+    if (!Any(ellipses.are)) return ellipses;
+    const SmallVector<5, Number> right = {s[kXx], 2 * s[kXy], s[kYy], s[kX], s[kY]};
+    const auto [a, b, c, d, e] = SolveFactored(normal, right);
+    const Number det = a * c - b * b;
+    ellipses.are &= (a > 0) & (det > 0);
+    if (!Any(ellipses.are)) return ellipses;
+    const Number cx = -(c * d - b * e) / (2 * det);
+    const Number cy = -(a * e - b * d) / (2 * det);
+    const Number level = 1 + a * cx * cx + 2 * b * cx * cy + c * cy * cy;
+    // W is the square root of the form: (A + sqrt(det) I) / sqrt(trace + 2 sqrt(det)).
+    const Number root = Root(det);
+    const Number norm = Root((a + c + 2 * root) * level) * unit_px;
+    ellipses.column_px = cx * unit_px;
+    ellipses.row_px = cy * unit_px;
+    ellipses.wxx = (a + root) / norm;
+    ellipses.wxy = b / norm;
+    ellipses.wyy = (c + root) / norm;
+    return ellipses;
+  }
 
  private:
   enum Sum : std::size_t {
@@ -46,9 +123,8 @@ class EllipseSums {
     kXxyy,
     kXyyy,
     kYyyy,
-    kCount
   };
-  std::array<double, kCount> sums_{};
+  std::array<Number, kCount> sums_{};
 };
 
 /// The ellipse nearest to points about (0, 0); `scale`: about how far from (0, 0) they are, px.

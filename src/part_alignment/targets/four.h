@@ -41,7 +41,7 @@ inline bool TakesAvx2() {
 typedef float Eight __attribute__((vector_size(32)));
 typedef std::int32_t EightInts __attribute__((vector_size(32)));
 
-/// What comparisons of such floats give: -1 where true, 0 where not.
+/// What comparisons of such numbers give: -1 where true, 0 where not.
 template <typename Floats>
 struct MaskOf;
 template <>
@@ -51,6 +51,14 @@ struct MaskOf<Four> {
 template <>
 struct MaskOf<Eight> {
   typedef EightInts Type;
+};
+template <>
+struct MaskOf<double> {
+  typedef bool Type;
+};
+template <>
+struct MaskOf<FourDoubles> {
+  typedef FourLongs Type;
 };
 template <typename Floats>
 using Mask = typename MaskOf<Floats>::Type;
@@ -87,6 +95,17 @@ inline bool Any(FourInts mask) {
 #endif
 }
 
+inline bool Any(bool is_true) { return is_true; }
+[[gnu::always_inline]] inline bool Any(FourLongs mask) {
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
+
+[[gnu::always_inline]] inline double Root(double a) { return std::sqrt(a); }
+[[gnu::always_inline]] inline FourDoubles Root(FourDoubles a) {
+  for (int k = 0; k < 4; ++k) a[k] = std::sqrt(a[k]);
+  return a;
+}
+
 /// As good as std::hypot's: what rounding a square root's argument loses is made good (Borges, An
 /// improved algorithm for hypot(a, b), 2019). REQUIRES squares that neither overflow nor vanish.
 [[gnu::always_inline]] inline FourDoubles Lengths(const FourPlaces& of) {
@@ -95,8 +114,7 @@ inline bool Any(FourInts mask) {
   const FourDoubles longer = x > y ? x : y;
   const FourDoubles shorter = x > y ? y : x;
   const FourDoubles square = longer * longer + shorter * shorter;
-  FourDoubles length;
-  for (int k = 0; k < 4; ++k) length[k] = std::sqrt(square[k]);
+  const FourDoubles length = Root(square);
   // length² - longer² - shorter², by what is left of the length beside the one that is nearer to
   // it.
   const FourDoubles over_shorter = length - shorter;
@@ -108,14 +126,17 @@ inline bool Any(FourInts mask) {
   return length - (length <= 2 * shorter ? steep : flat) / (2 * length);
 }
 
-/// The first lane that is true. REQUIRES Any(mask).
-inline int FirstOf(FourInts mask) {
+/// Bit k: whether the k-th lane is true.
+inline unsigned BitsOf(FourInts mask) {
 #ifdef __SSE2__
-  return std::countr_zero(static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask))));
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
 #else
-  return mask[0] != 0 ? 0 : mask[1] != 0 ? 1 : mask[2] != 0 ? 2 : 3;
+  return (mask[0] & 1U) | (mask[1] & 2U) | (mask[2] & 4U) | (mask[3] & 8U);
 #endif
 }
+
+/// The first lane that is true. REQUIRES Any(mask).
+inline int FirstOf(FourInts mask) { return std::countr_zero(BitsOf(mask)); }
 
 [[gnu::always_inline]] inline bool Any(EightInts mask) {
   return Any(FourOf(mask, 0) | FourOf(mask, 1));
