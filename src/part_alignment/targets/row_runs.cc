@@ -140,7 +140,7 @@ std::size_t EdgesOfLine(const std::uint8_t* line, int width, int step, const Row
 
 /// Leaves out edges that both neighbours are much steeper than: dirt, or light that changes within
 /// a disc. Returns how many are left.
-std::size_t LeaveOutSlight(const RowEdges& edges, std::size_t count) {
+[[gnu::always_inline]] inline std::size_t LeaveOutSlight(const RowEdges& edges, std::size_t count) {
   constexpr int kMuch = 4;
   if (count < 3) return count;
   std::size_t kept = 1;
@@ -169,8 +169,8 @@ constexpr std::uint8_t kFalls = 8;   ///< at its first edge the shade becomes da
 /// What the stretches before edge 1, 2 … are, by their length and how far off the edges beside them
 /// are.
 /// @param edges  with one more before and after them, at the ends of the row.
-void JudgeStretches(const RowEdges& edges, std::size_t count, const RunRules& rules,
-                    std::uint8_t* kinds) {
+[[gnu::always_inline]] inline void JudgeStretches(const RowEdges& edges, std::size_t count,
+                                                  const RunRules& rules, std::uint8_t* kinds) {
   constexpr int kLeastApart_px = 6;  // shorter runs lie about everywhere in noise
   const int* columns = edges.columns;
   const int* steps = edges.steps;
@@ -189,8 +189,8 @@ void JudgeStretches(const RowEdges& edges, std::size_t count, const RunRules& ru
 }
 
 /// The stretch between two edges, with the levels beside it and within, of a row of so many pixels.
-Run RunBetween(int first, int last, std::uint8_t kind, const std::uint8_t* p, int width,
-               int min_contrast) {
+[[gnu::always_inline]] inline Run RunBetween(int first, int last, std::uint8_t kind,
+                                             const std::uint8_t* p, int width, int min_contrast) {
   constexpr int kMostUnlike = 4;
   Run run;
   run.first = first;
@@ -216,23 +216,15 @@ Run RunBetween(int first, int last, std::uint8_t kind, const std::uint8_t* p, in
   return run;
 }
 
-}  // namespace
-
-std::span<const Run> RunsOfRow(const PageView& picture, int row, const RunRules& rules,
-                               RowMemory& memory) {
+/// The runs between a row's edges.
+/// @param edges  with room for one more before and after them.
+[[gnu::always_inline]] inline std::span<const Run> RunsBetween(const RowEdges& edges,
+                                                               std::size_t count,
+                                                               const PageView& picture, int row,
+                                                               const RunRules& rules,
+                                                               RowMemory& memory) {
+  count = LeaveOutSlight(edges, count);
   const int width = picture.width;
-  const auto most = static_cast<std::size_t>(width) + 2;
-  if (memory.columns.size() < most) {
-    memory.columns.resize(most);
-    memory.steps.resize(most);
-    memory.kinds.resize(most);
-    memory.chosen.resize(most);
-    memory.runs.resize(2 * most);
-  }
-  const RowEdges edges{memory.columns.data() + 1, memory.steps.data() + 1};
-  const std::size_t count =
-      LeaveOutSlight(edges, EdgesOfLine(LineOf(picture, row, rules.across_rows, memory.line), width,
-                                        rules.edge_step, edges));
   edges.columns[-1] = 0;
   edges.columns[count] = width;
   std::uint8_t* kinds = memory.kinds.data();
@@ -259,6 +251,39 @@ std::span<const Run> RunsOfRow(const PageView& picture, int row, const RunRules&
     }
   }
   return {memory.runs.data(), end};
+}
+
+#ifdef __x86_64__
+/// The same.
+[[gnu::target("avx2")]] std::span<const Run> RunsBetweenByAvx2(const RowEdges& edges,
+                                                               std::size_t count,
+                                                               const PageView& picture, int row,
+                                                               const RunRules& rules,
+                                                               RowMemory& memory) {
+  return RunsBetween(edges, count, picture, row, rules, memory);
+}
+#endif
+
+}  // namespace
+
+std::span<const Run> RunsOfRow(const PageView& picture, int row, const RunRules& rules,
+                               RowMemory& memory) {
+  const int width = picture.width;
+  const auto most = static_cast<std::size_t>(width) + 2;
+  if (memory.columns.size() < most) {
+    memory.columns.resize(most);
+    memory.steps.resize(most);
+    memory.kinds.resize(most);
+    memory.chosen.resize(most);
+    memory.runs.resize(2 * most);
+  }
+  const RowEdges edges{memory.columns.data() + 1, memory.steps.data() + 1};
+  const std::uint8_t* line = LineOf(picture, row, rules.across_rows, memory.line);
+  const std::size_t count = EdgesOfLine(line, width, rules.edge_step, edges);
+#ifdef __x86_64__
+  if (TakesAvx2()) return RunsBetweenByAvx2(edges, count, picture, row, rules, memory);
+#endif
+  return RunsBetween(edges, count, picture, row, rules, memory);
 }
 
 }  // namespace trammel::part_alignment
