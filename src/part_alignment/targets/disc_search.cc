@@ -44,13 +44,9 @@ class ChordWalker {
         std::min({most_ + 1, Room<kDx>(column, picture_.width), Room<kDy>(line, picture_.height)});
     const int room_behind = std::min(
         {most_ + 1, Room<-kDx>(column, picture_.width), Room<-kDy>(line, picture_.height)});
-    const int ahead = kDy == 0 ? InsideRow<1>(p, room_ahead)
-                      : dark_  ? Inside<true>(p, stride, room_ahead)
-                               : Inside<false>(p, stride, room_ahead);
+    const int ahead = kDy == 0 ? InsideRow<1>(p, room_ahead) : Inside(p, stride, room_ahead);
     if (ahead < 0) return {};
-    const int behind = kDy == 0 ? InsideRow<-1>(p, room_behind)
-                       : dark_  ? Inside<true>(p, -stride, room_behind)
-                                : Inside<false>(p, -stride, room_behind);
+    const int behind = kDy == 0 ? InsideRow<-1>(p, room_behind) : Inside(p, -stride, room_behind);
     if (behind < 0) return {};
     return {0.5 * (ahead - behind), 0.5 * (ahead + behind + 1)};
   }
@@ -96,30 +92,31 @@ class ChordWalker {
       }
     }
 #endif
-    const int rest =
-        dark_ ? Inside<true>(p, kStep, room - steps) : Inside<false>(p, kStep, room - steps);
+    const int rest = Inside(p, kStep, room - steps);
     return rest < 0 ? rest : steps + rest;
   }
 
   /// The number of whole steps that stay inside, or -1 where none of `room` leaves it.
-  template <bool kDark>
   [[gnu::always_inline]] inline int Inside(const std::uint8_t* p, std::ptrdiff_t stride,
                                            int room) const {
     const std::uint8_t threshold = threshold_;
     constexpr int kAtOnce = 8;
+    // Which of both shades is left cannot be guessed.
+    const std::uint64_t none_left = dark_ ? 0 : ~std::uint64_t{0};
     typedef std::uint8_t EightBytes __attribute__((vector_size(8)));
     int steps = 0;
     for (; steps + kAtOnce <= room; steps += kAtOnce, p += kAtOnce * stride) {
       EightBytes pixels{};
       for (int i = 0; i < kAtOnce; ++i) pixels[i] = p[(i + 1) * stride];
-      const auto left = kDark ? pixels >= threshold : pixels < threshold;
+      const auto bright = pixels >= threshold;
       std::uint64_t mask = 0;
-      std::memcpy(&mask, &left, sizeof(mask));
+      std::memcpy(&mask, &bright, sizeof(mask));
+      mask ^= none_left;
       if (mask != 0) return steps + std::countr_zero(mask) / 8;
     }
     for (; steps < room; ++steps) {
       p += stride;
-      if ((*p < threshold) != kDark) return steps;
+      if ((*p < threshold) != dark_) return steps;
     }
     return -1;
   }

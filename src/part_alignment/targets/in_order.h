@@ -7,12 +7,11 @@
 namespace trammel::part_alignment {
 
 /// Of the first `count` values the one that `place` others go before, from how many are below each:
-/// where a search would guess wrong half of the time, nothing here depends on a branch. REQUIRES
-/// place < count.
+/// where a search would guess wrong half of the time, only the end of this depends on them.
+/// REQUIRES place < count.
 template <typename Value, std::size_t kMost>
 [[nodiscard]] Value InOrder(const std::array<Value, kMost>& values, std::size_t count,
                             std::size_t place) {
-  Value found{};
   for (std::size_t i = 0; i < count; ++i) {
     const Value value = values[i];
     unsigned below = 0;
@@ -21,9 +20,9 @@ template <typename Value, std::size_t kMost>
       below += values[k] < value ? 1 : 0;
       alike += values[k] == value ? 1 : 0;
     }
-    found = ((below <= place) & (place < below + alike)) ? value : found;
+    if ((below <= place) & (place < below + alike)) return value;
   }
-  return found;
+  return {};
 }
 
 }  // namespace trammel::part_alignment

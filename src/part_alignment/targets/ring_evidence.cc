@@ -31,8 +31,10 @@ class DiscPlane {
       : soft_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {
     constexpr double kRounding_px = 1e-3;
     const Two middle = {disc.column_px, disc.row_px};
-    const Two reach = {kQuiet * std::hypot(disc.wyy, disc.wxy) / det_ + kRounding_px,
-                       kQuiet * std::hypot(disc.wxx, disc.wxy) / det_ + kRounding_px};
+    // Of what the disc's circle at that radius lies within, and somewhat more.
+    const double beside = std::abs(disc.wxy);
+    const Two reach = {kQuiet * (disc.wyy + beside) / det_ + kRounding_px,
+                       kQuiet * (disc.wxx + beside) / det_ + kRounding_px};
     has_middle_ = soft_.Has(middle);
     has_all_ = soft_.HasWide(middle - reach) && soft_.HasWide(middle + reach);
   }
@@ -186,26 +188,21 @@ int ClearlyInPieces(const Around& around) {
     not_plain += around.ink[i] > kMostPlain ? 1 : 0;
   }
   if (not_inked >= told - apart || not_plain >= told - apart) return 0;
-  // Both extremes in order, without a branch that could not be guessed.
-  constexpr int kKept = kAround / 8 + 1;
-  std::array<double, kKept> least;
-  std::array<double, kKept> most;
-  least.fill(std::numeric_limits<double>::infinity());
-  most.fill(-std::numeric_limits<double>::infinity());
+  // Both extremes in order, as the least of the shades and of their opposites, without a branch
+  // that could not be guessed.
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::array<Two, kAround / 8 + 1> least;
+  least.fill(Two{kNone, kNone});
   for (int i = 0; i < told; ++i) {
-    double low = around.ink[i];
-    double high = low;
-    for (int k = 0; k < kKept; ++k) {
-      const double lower = std::min(least[k], low);
-      low = std::max(least[k], low);
-      least[k] = lower;
-      const double higher = std::max(most[k], high);
-      high = std::min(most[k], high);
-      most[k] = higher;
+    Two next = {around.ink[i], -around.ink[i]};
+    for (Two& place : least) {
+      const Two lower = next < place ? next : place;
+      next = next < place ? place : next;
+      place = lower;
     }
   }
-  const double plain = least[apart];
-  const double inked = most[apart];
+  const double plain = least[apart][0];
+  const double inked = -least[apart][1];
   if (inked - plain < kLeastSpan) return 0;
   int clear = 0;
   int ink = 0;
@@ -213,12 +210,11 @@ int ClearlyInPieces(const Around& around) {
   int before = 0;  // 1 ink, -1 paper
   for (int i = 0; i < told; ++i) {
     const double share = (around.ink[i] - plain) / (inked - plain);
-    const int shade = share > 1 - kFrom ? 1 : share < kFrom ? -1 : 0;
-    if (shade == 0) continue;
-    ++clear;
+    const int shade = (share > 1 - kFrom ? 1 : 0) - (share < kFrom ? 1 : 0);
+    clear += shade != 0 ? 1 : 0;
     ink += shade > 0 ? 1 : 0;
-    changes += before != 0 && shade != before ? 1 : 0;
-    before = shade;
+    changes += shade * before < 0 ? 1 : 0;
+    before = shade != 0 ? shade : before;
   }
   const bool in_pieces = changes >= kLeastChanges && changes <= kMostChanges && ink >= told / 8 &&
                          clear - ink >= told / 8;
