@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "part_alignment/targets/four.h"
 
@@ -23,13 +24,14 @@ template <std::size_t kSize, typename Number>
 [[nodiscard, gnu::always_inline]] inline Mask<Number> Factor(
     std::array<std::array<Number, kSize>, kSize>& a) {
   constexpr double kSingular = 1e-12;  // of a pivot, to what it was
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
   Mask<Number> is_definite = Number{} == Number{};
   for (std::size_t i = 0; i < kSize; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       Number sum = a[i][j];
       for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
       if (i == j) {
-        is_definite &= (sum > kSingular * a[i][i]) & (sum - sum == 0);  // finite
+        is_definite &= (sum > kSingular * a[i][i]) & (sum < kInfinite);
         if (!Any(is_definite)) return is_definite;
         a[i][i] = Root(sum);
       } else {
