@@ -55,8 +55,8 @@ class SoftPicture {
   [[nodiscard, gnu::always_inline]] inline FourInts At(const FourPlaces& at) const {
     FourInts column = __builtin_convertvector(at.x + 0.5, FourInts);
     FourInts row = __builtin_convertvector(at.y + 0.5, FourInts);
-    column = Between(column, 1, picture_.width - 2);
-    row = Between(row, 1, picture_.height - 2);
+    column = Least(Most(column, FourInts{} + 1), FourInts{} + (picture_.width - 2));
+    row = Least(Most(row, FourInts{} + 1), FourInts{} + (picture_.height - 2));
     // Four pixels of a line are read, one more than are needed.
     if (Any(column == picture_.width - 2)) {
       FourInts grey{};
@@ -85,13 +85,6 @@ class SoftPicture {
     return (sides & 0xffff) + (sides >> 16) + 2 * own;
   }
 
- private:
-  [[gnu::always_inline]] static inline FourInts Between(FourInts value, int least, int most) {
-    const FourInts all_least = FourInts{} + least;
-    const FourInts all_most = FourInts{} + most;
-    value = value > all_least ? value : all_least;
-    return value < all_most ? value : all_most;
-  }
   /// Four pixels each from four offsets on, the first in the lowest byte.
   [[gnu::always_inline]] static inline FourInts FourLines(const std::uint8_t* p, FourInts offset) {
     FourInts lines;

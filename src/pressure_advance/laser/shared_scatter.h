@@ -7,7 +7,7 @@
 
 namespace trammel::pressure_advance {
 
-/// Draws each area's sigma half way (geometric mean), but by no more than half of it, to the median
+/// Draws each area's sigma half way (geometric mean), by a factor of 1.5 at most, to the median
 /// over the scan's lines of their median sigmas.
 ///
 /// A frame's foretold noise and a line's scatter, told from some thirty differences, are themselves
