@@ -181,8 +181,9 @@ TEST_F(VideoWriterTest, ALimitOnFilesIsNamedWithItsRemedyAndLeavesNothingBehind)
   rlimit open_files{};
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &open_files), 0);
   const rlimit none{0, open_files.rlim_max};
+  const std::string path = At("crowded.avi");  // the sanitizer opens a pipe to check this
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
-  const auto crowded = VideoWriter::Create(At("crowded.avi"));
+  const auto crowded = VideoWriter::Create(path);
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &open_files), 0);
   ASSERT_FALSE(crowded);
   EXPECT_THAT(crowded.error().message, HasSubstr("ulimit -n"));
