@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "support/ready_moonraker.h"
+#include "support/sanitized.h"
 #include "support/scripted_moonraker.h"
 #include "support/temporary_folder.h"
 #include "support/trammel_process.h"
@@ -21,8 +22,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kEnd_s = 100;      // until a command has given up by itself; they wait 60 at most
-constexpr double kMost_mb = 400;    // resident; an analysis of frames needs half of it
+constexpr double kEnd_s = 100;  // until a command has given up by itself; they wait 60 at most
+// Resident; an analysis of frames needs half of it.
+constexpr double kMost_mb = 400 * kSanitizerMemory;
 constexpr int kLevels = 1'000'000;  // of nested JSON: 2 MB with their ends
 constexpr int kSoftwareBug = 70;    // CONVENTIONS.md: the exit code of a bug
 

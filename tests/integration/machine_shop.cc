@@ -11,6 +11,7 @@
 
 #include "sim/camera/scan_recorder.h"
 #include "sim/print/world.h"
+#include "support/sanitized.h"
 
 namespace trammel::test {
 namespace {
@@ -207,7 +208,7 @@ ProcessEnd MachineShop::Run(const std::vector<std::string>& arguments, double ti
 void MachineShop::WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so,
                             const std::string& what, TrammelProcess& process,
                             double time_limit_s) const {
-  const double until_s = sim::MonotonicNow() + time_limit_s;
+  const double until_s = sim::MonotonicNow() + kSanitizerSlowdown * time_limit_s;
   for (bool done = false; !done; std::this_thread::sleep_for(kLook)) {
     const bool running = process.Running();
     With([&](sim::VirtualKlipper& klipper) { done = so(klipper); });
@@ -243,7 +244,7 @@ void MachineShop::WaitUntilSweeping(int sweep, TrammelProcess& process) const {
 }
 
 std::vector<std::string> MachineShop::Faulty(const PrinterLook& before, double patience_s) const {
-  const double until_s = sim::MonotonicNow() + patience_s;
+  const double until_s = sim::MonotonicNow() + kSanitizerSlowdown * patience_s;
   for (;; std::this_thread::sleep_for(kLook)) {
     auto faults = NotAsItWas(before, Look());
     if (faults.empty() || sim::MonotonicNow() > until_s) return faults;

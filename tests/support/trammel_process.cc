@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/sanitized.h"
+
 namespace trammel::test {
 namespace {
 
@@ -188,7 +190,7 @@ std::string TrammelProcess::StandardErrorSoFar() const {
 
 ProcessEnd TrammelProcess::Wait(double time_limit_s) {
   constexpr useconds_t kLook_us = 10'000;
-  const double until_s = Now() + time_limit_s;
+  const double until_s = Now() + kSanitizerSlowdown * time_limit_s;
   while (Running()) {
     if (Now() > until_s && !end_.timed_out) {
       end_.timed_out = true;
