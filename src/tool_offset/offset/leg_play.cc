@@ -115,7 +115,8 @@ PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
   const double widening = widened ? chi_square / freedom : 1;
   const auto answer = [&](Eigen::Index axis) -> std::optional<Quantity> {
     constexpr double kDetermined = 1e-6;
-    if (unknowable.row(axis).norm() > kDetermined) return std::nullopt;
+    const bool determined = rank == columns || unknowable.row(axis).norm() <= kDetermined;
+    if (!determined) return std::nullopt;
     Quantity play;
     play.value = solution[axis];
     play.standard_uncertainty = std::sqrt(widening * inverse(axis, axis)) / scale;
