@@ -2,6 +2,7 @@
 // where a processor has it.
 #pragma once
 
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -31,10 +32,23 @@ struct FourPlaces {
 #ifdef __x86_64__
 /// Whether the processor takes four doubles or eight floats at a time, and whole numbers beside
 /// them. What takes them gives the same to the bit: nothing is multiplied and added at once.
-inline bool TakesAvx2() {
-  static const bool kTakes = __builtin_cpu_supports("avx2") != 0;
-  return kTakes;
+inline std::atomic<bool>& Avx2Taken() {
+  static std::atomic<bool> taken = __builtin_cpu_supports("avx2") != 0;
+  return taken;
 }
+inline bool TakesAvx2() { return Avx2Taken().load(std::memory_order_relaxed); }
+
+/// Leaves AVX2 aside while it lives: what other processors find, for tests.
+class WithoutAvx2 {
+ public:
+  WithoutAvx2() { Avx2Taken() = false; }
+  ~WithoutAvx2() { Avx2Taken() = before_; }
+  WithoutAvx2(const WithoutAvx2&) = delete;
+  WithoutAvx2& operator=(const WithoutAvx2&) = delete;
+
+ private:
+  bool before_ = TakesAvx2();
+};
 #endif
 
 /// Eight floats, where the processor takes as many at a time.
