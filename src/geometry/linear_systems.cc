@@ -14,6 +14,12 @@ SmallVector SolveSmallSymmetric(const SmallMatrix& matrix, const SmallVector& ri
   return matrix.ldlt().solve(right);
 }
 
+Eigen::MatrixXd PropagateCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                                    const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
+  const Eigen::MatrixXd by_quantity = jacobian * covariance;
+  return by_quantity * jacobian.transpose();
+}
+
 double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& error) {
   const Eigen::VectorXd solved = SolveSymmetric(covariance, error);
   return error.dot(solved);

@@ -19,6 +19,12 @@ using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>;
 /// As SolveSymmetric, for one column.
 [[nodiscard]] SmallVector SolveSmallSymmetric(const SmallMatrix& matrix, const SmallVector& right);
 
+/// jacobian · covariance · jacobianᵀ: the covariance of what moves by `jacobian` with quantities
+/// of that covariance. REQUIRES as many columns as the covariance has rows.
+[[nodiscard]] Eigen::MatrixXd PropagateCovariance(
+    const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+    const Eigen::Ref<const Eigen::MatrixXd>& covariance);
+
 /// errorᵀ · covariance⁻¹ · error: chi-square distributed where the covariance is the error's.
 /// REQUIRES a regular covariance.
 [[nodiscard]] double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance,

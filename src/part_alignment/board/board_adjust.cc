@@ -50,9 +50,10 @@ bool AddStop(const BoardNetwork& network, const BoardState& state, std::size_t s
     const Matrix3d mark_mark = weighted * partials.by_mark;
     const Vector3d mark_right = -(weighted * partials.residual);
     const MatrixXd mark_shared = weighted * partials.by_shared;  // 3 × shared
-    shared_shared.noalias() += weight * partials.by_shared.transpose() * partials.by_shared;
-    normal.right.head(shared).noalias() -=
-        weight * (partials.by_shared.transpose() * partials.residual);
+    const Eigen::Matrix<double, Eigen::Dynamic, 2> weighted_shared =
+        weight * partials.by_shared.transpose();
+    shared_shared += weighted_shared.lazyProduct(partials.by_shared);
+    normal.right.head(shared) -= weighted_shared.lazyProduct(partials.residual);
     normal.matrix.block<3, 3>(mark, mark) += mark_mark;
     normal.matrix.block(mark, 0, 3, shared) += mark_shared;
     normal.right.segment<3>(mark) += mark_right;
@@ -332,7 +333,8 @@ BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
     }
     const Matrix3d inverse = stop.block.inverse();
     const MatrixXd back = stop.coupling * inverse;
-    precision.off_covariance[i] = inverse + back.transpose() * of_stop * back;
+    const MatrixXd spread = of_stop * back;
+    precision.off_covariance[i] = inverse + back.transpose().lazyProduct(spread);
     precision.place_square += weight_place * state.off_mm[i].squaredNorm();
     precision.place_redundancy += 3 - weight_place * precision.off_covariance[i].trace();
     rows += 3;

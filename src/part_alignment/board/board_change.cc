@@ -76,12 +76,14 @@ StopScore ScoreOf(const BoardNetwork& network, const BoardState& state,
     by.middleCols<3>(kCameraMotion) = -partials.by_taper;
     by.middleCols<3>(kCameraMotion + 3) = partials.by_taper * Cross(partials.taper_mm - origin);
     by.middleCols<3>(kLensMotion) = partials.by_shared.leftCols<3>();
-    score.square += weight * by.transpose() * by;
-    score.gradient += weight * (by.transpose() * partials.residual);
-    with_place -= weight * by.transpose() * partials.by_mark;
-    score.with_unknowns.topRows(shared) += weight * partials.by_shared.transpose() * by;
+    const Eigen::Matrix<double, kMotions, 2> weighted = weight * by.transpose();
+    score.square += weighted.lazyProduct(by);
+    score.gradient += weighted * partials.residual;
+    with_place -= weighted.lazyProduct(partials.by_mark);
+    score.with_unknowns.topRows(shared) +=
+        partials.by_shared.transpose().lazyProduct(weighted.transpose());
     score.with_unknowns.middleRows<3>(shared + 3 * static_cast<Index>(sight->mark)) +=
-        weight * partials.by_mark.transpose() * by;
+        partials.by_mark.transpose().lazyProduct(weighted.transpose());
   }
   const Matrix3d inverse = stop.block.inverse();
   const MatrixXd place_inverse = with_place * inverse;

@@ -82,9 +82,10 @@ PinHole SolvePinHole(const std::vector<PlanarView>& sights, double bend) {
     const Matrix3d square = rows.transpose() * rows;
     OfMark& mark = marks[sight.mark];
     mark.own += square;
-    mark.with_h += square * by_h;
+    const Matrix39d with_h = square * by_h;
+    mark.with_h += with_h;
     ++mark.count;
-    normal += by_h.transpose() * square * by_h;
+    normal += by_h.transpose().lazyProduct(with_h);
   }
   double count = 0;
   for (const auto& [id, mark] : marks) {

@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/budget/budget_terms.h"
 
 namespace trammel::part_alignment {
@@ -89,7 +90,7 @@ Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) 
       here.at_mm = corner;
       const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(corner);
       here.u_ip_mm =
-          std::sqrt((by_motion * terms->motion_covariance * by_motion.transpose())(axis, axis));
+          std::sqrt(geometry::PropagateCovariance(by_motion, terms->motion_covariance)(axis, axis));
       here.u_it_mm = ExpansionSigma(scene, corner)[axis];
       here.u_out_mm = OutSigma(scene)[axis];
       SumUp(scene, axis, here);
@@ -105,7 +106,7 @@ Result<Vector3d> PointUncertainty(const BudgetScene& scene, const Vector3d& poin
   if (!terms) return tl::unexpected(terms.error());
   const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(point_mm);
   return Vector3d(
-      (by_motion * terms->motion_covariance * by_motion.transpose()).diagonal().cwiseSqrt());
+      geometry::PropagateCovariance(by_motion, terms->motion_covariance).diagonal().cwiseSqrt());
 }
 
 Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, double constant_mm,

@@ -201,9 +201,8 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
       const auto projected = ProjectFromTaper(other, samples[i].taper_mm);
       if (!projected) continue;
       const Vector2d error_px = samples[i].pixel - projected->pixel;
-      const Matrix2d expected =
-          (samples[i].whiten.transpose() * samples[i].whiten).inverse() +
-          projected->by_parameter * covariance * projected->by_parameter.transpose();
+      const Matrix2d expected = (samples[i].whiten.transpose() * samples[i].whiten).inverse() +
+                                geometry::PropagateCovariance(projected->by_parameter, covariance);
       result.distance_mm += AlongAxis(other, samples[i].taper_mm);
       sum_px += error_px.squaredNorm();
       sum_sigma += geometry::SquaredMahalanobisDistance(expected, error_px);

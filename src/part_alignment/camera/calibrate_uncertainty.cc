@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -53,7 +54,7 @@ CameraCovariance CovarianceOfSetUp(const GridMeasurement& grid, const Camera& ca
     by_sigma.col(i) = (pose[1] - pose[0]) / (2 * kStep) * sigma;
   }
   CameraCovariance covariance = CameraCovariance::Zero();
-  covariance.bottomRightCorner<6, 6>() = by_sigma * by_sigma.transpose();
+  covariance.bottomRightCorner<6, 6>() = by_sigma.lazyProduct(by_sigma.transpose());
   return covariance;
 }
 
@@ -74,7 +75,7 @@ SensorUncertainty UncertaintyOverSensor(const Camera& camera, const CameraCovari
         const auto projected = ProjectFromTaper(camera, rotation * camera_mm + pose.translation_mm);
         if (projected) {
           const Matrix2d of_pixel =
-              projected->by_parameter * covariance * projected->by_parameter.transpose();
+              geometry::PropagateCovariance(projected->by_parameter, covariance);
           sigma_px = std::sqrt(std::max(0.0, geometry::SymmetricEigenvalues(of_pixel)[1]));
         }
       }

@@ -84,7 +84,7 @@ LineEnergy EnergyOf(const std::vector<Line>& lines) {
   LineEnergy energy;
   energy.shift = geometry::SolveSymmetric(dd, d);
   energy.shift_by_rotation = geometry::SolveSymmetric(dd, dr);
-  energy.quadratic = rr - dr.transpose() * energy.shift_by_rotation;
+  energy.quadratic = rr - dr.transpose().lazyProduct(energy.shift_by_rotation);
   energy.linear = r - dr.transpose() * energy.shift;
   return energy;
 }
@@ -111,7 +111,8 @@ Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
     }
     const Vector3d down =
         by_turn.transpose() * (energy.linear - energy.quadratic * Entries(rotation));
-    Matrix3d curvature = by_turn.transpose() * energy.quadratic * by_turn;
+    const Matrix93 slope_by_turn = energy.quadratic.lazyProduct(by_turn);
+    Matrix3d curvature = by_turn.transpose().lazyProduct(slope_by_turn);
     curvature.diagonal().array() += damping * (curvature.trace() + 1e-12);
     const Vector3d turn = geometry::SolveSmallSymmetric(curvature, down);
     if (!(turn.norm() > 1e-7)) {

@@ -117,7 +117,8 @@ std::vector<CameraMove> CameraMoves(const PoseProblem& problem, const Theta& the
         rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), observation.part_mm) +
         camera.taper_from_camera.translation_mm;
     const auto projected = ProjectFromTaper(camera, taper_mm);
-    moves.push_back(projected ? CameraMove(projected->by_parameter * root) : CameraMove::Zero());
+    moves.push_back(projected ? CameraMove(projected->by_parameter.lazyProduct(root))
+                              : CameraMove::Zero());
   }
   return moves;
 }

@@ -28,7 +28,7 @@ struct Whitener {
     shrink = (1 - (1 + of.values.array().square()).sqrt().inverse()).matrix();
   }
   /// Whitener · rows, in place.
-  void FromLeft(auto&& rows) const {
+  void FromLeft(Eigen::Ref<MatrixXd> rows) const {
     const MatrixXd lost = shrink.asDiagonal() * (u.transpose() * rows);
     rows -= u * lost;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/linear_systems.h"
 #include "part_alignment/survey/survey_discs.h"
 
 namespace trammel::part_alignment {
@@ -71,7 +72,7 @@ PlainView::PlainView(const SurveyPicture& picture, const Station& station, const
       by.leftCols<3>() = -SlopeByPoint(*slope, range) * station.rotation;
       by.middleCols<3>(3) = SlopeByTurn(*slope);
       by.rightCols<kLensParameters>() = slope_by_pixel * projection->by_lens;
-      sight.covariance += by * precision->covariance * by.transpose();
+      sight.covariance += geometry::PropagateCovariance(by, precision->covariance);
     }
     sights_.push_back(sight);
   }
