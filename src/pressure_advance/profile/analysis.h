@@ -32,8 +32,28 @@ struct TransitionResult {
   std::vector<double> fitted_s;  ///< the fitted response at each line's pressure advance
 };
 
+/// The law of the extruder's lag that the shapes of whole lines showed, and how it was weighed with
+/// the changes of speed.
+struct LearntLaw {
+  Quantity pressure_advance_s;  ///< by the law alone; other laws than those learnt are counted
+  Quantity crossings_s;         ///< by the changes of speed, as they were weighed with it
+  double correction_s = 0;      ///< of that, taken off as lines of the law err by it
+  double weight = 0;            ///< of the law in the answer, the crossings have the rest; 0 … 1
+  /// What a small change of speed lags by, at the slow speed and at the fast one; as far as lines
+  /// are of the law.
+  Quantity slow_lag_s, fast_lag_s;
+  Quantity slip;             ///< share of the flow lost at the fast speed, 0 … 1; likewise
+  double lag_scatter_s = 0;  ///< 1 sigma, from line to line
+  int lines = 0;             ///< that the law was learnt of
+  Interval learnt_from_mm;   ///< positions along the lines
+  /// Per line and sample, in order and unit of the profiles: the area that the law lays, as the eye
+  /// reads it; 0 where the eye sees none.
+  std::vector<std::vector<double>> laid_area;
+};
+
 struct ResponseResult {
   Measured pressure_advance;             ///< s
+  std::optional<LearntLaw> law;          ///< of short lines that are read to scale
   std::optional<Interval> print_next_s;  ///< range to print where it may lie beyond the tested one
   TransitionResult acceleration;
   TransitionResult deceleration;

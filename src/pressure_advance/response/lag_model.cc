@@ -66,6 +66,8 @@ double StoredLaw::Piece::Stored(double flow) const {
   return stored + lag_s * anchor / n * (std::pow(flow / anchor, n) - at_anchor);
 }
 
+double StoredLaw::Piece::LagAt(double flow) const { return lag_s * std::pow(flow / anchor, n - 1); }
+
 StoredLaw::Flow StoredLaw::Piece::At(double level) const {
   const double power = at_anchor + (level - stored) * n / (lag_s * anchor);
   const double ratio = std::pow(power, 1 / n);
@@ -97,11 +99,15 @@ StoredLaw::StoredLaw(const HeadMotion& motion, const std::array<double, 4>& expo
   }
 }
 
-double StoredLaw::Stored(double flow_mm_s) const {
+const StoredLaw::Piece& StoredLaw::PieceOf(double flow_mm_s) const {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && flow_mm_s < pieces_[k].begin) --k;
-  return pieces_[k].Stored(flow_mm_s);
+  return pieces_[k];
 }
+
+double StoredLaw::Stored(double flow_mm_s) const { return PieceOf(flow_mm_s).Stored(flow_mm_s); }
+
+double StoredLaw::LagAt(double flow_mm_s) const { return PieceOf(flow_mm_s).LagAt(flow_mm_s); }
 
 StoredLaw::Flow StoredLaw::Exact(double stored_mm) const {
   std::size_t k = pieces_.size() - 1;
@@ -209,6 +215,10 @@ double LagModel::RightPressureAdvance() const {
       lag_.second * (delivered_mm_s - slow_mm_s);
   // What advance supplies passes the slipping drive as well: a third of the slip on the average.
   return lag_.lag_s * stored_s / (fast_mm_s - slow_mm_s) / (1 - lag_.slip / 3);
+}
+
+double LagModel::LagAt(double flow_mm_s) const {
+  return lag_.lag_s * ((1 - lag_.second) * law_->LagAt(flow_mm_s) + lag_.second);
 }
 
 }  // namespace trammel::pressure_advance

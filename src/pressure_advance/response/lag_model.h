@@ -34,6 +34,8 @@ class StoredLaw {
   /// @param flow_mm_s  of filament along the line, >= 0
   /// @returns mm
   [[nodiscard]] double Stored(double flow_mm_s) const;
+  /// Its derivative over flow, s. @param flow_mm_s  > 0
+  [[nodiscard]] double LagAt(double flow_mm_s) const;
   struct Flow {
     double mm_s = 0;
     double per_s = 0;  ///< its derivative over what is stored
@@ -49,9 +51,11 @@ class StoredLaw {
     double at_anchor = 0;  // 1 where the stretch begins at its anchor, 0 where it begins at rest
 
     [[nodiscard]] double Stored(double flow) const;
+    [[nodiscard]] double LagAt(double flow) const;
     [[nodiscard]] Flow At(double level) const;
   };
   [[nodiscard]] Flow Exact(double stored_mm) const;
+  [[nodiscard]] const Piece& PieceOf(double flow_mm_s) const;
 
   std::array<Piece, 4> pieces_;
   double cells_per_mm_ = 0;
@@ -78,6 +82,10 @@ class LagModel {
   [[nodiscard]] std::vector<std::vector<double>> Lay(std::span<const Line> lines) const;
   /// The pressure advance that supplies what the change of speed stores, slip counted.
   [[nodiscard]] double RightPressureAdvance() const;
+  /// Of the filament stored at an even flow, what a little more flow adds to it, s: what a small
+  /// change of speed there lags by.
+  /// @param flow_mm_s  > 0
+  [[nodiscard]] double LagAt(double flow_mm_s) const;
 
  private:
   LagModel() = default;

@@ -56,6 +56,24 @@ TEST(StoredLaw, HasNoJumpWhereItsExponentChanges) {
       return (law.Stored(b) - law.Stored(a)) / (b - a);
     };
     EXPECT_NEAR(lag_s(at * 0.999, at) / lag_s(at, at * 1.001), 1, 0.01);
+    EXPECT_NEAR(lag_s(at * 0.999, at * 1.001) / law.LagAt(at), 1, 0.01);
+  }
+}
+
+TEST(LagModel, LagsAtAFlowByWhatItStoresMoreForIt) {
+  const HeadMotion head(MotionOf({}));
+  Lag lag;
+  lag.lag_s = 0.03;
+  for (const double flow : {5.0, 60.0, 150.0}) {
+    EXPECT_NEAR(LagModel(head, lag).LagAt(flow), 0.03, 1e-12);
+  }
+  // 0.03 (150 - 5) / (sqrt 150 - sqrt 5) / (2 sqrt q), and its second stage stays linear.
+  lag.exponent.fill(0.5);
+  lag.second = 0.25;
+  const double thinning_s = 0.03 * 145 / (std::sqrt(150) - std::sqrt(5)) / 2;
+  for (const double flow : {5.0, 60.0, 150.0}) {
+    EXPECT_NEAR(LagModel(head, lag).LagAt(flow), 0.75 * thinning_s / std::sqrt(flow) + 0.25 * 0.03,
+                1e-9);
   }
 }
 

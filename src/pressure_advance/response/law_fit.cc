@@ -166,18 +166,35 @@ LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines
   return best;
 }
 
+// What a law is asked for: the right pressure advance, the lag at the slow and at the fast speed,
+// slip.
+constexpr int kAsked = 4;
+Eigen::Matrix<double, kAsked, 1> Answers(const HeadMotion& head, const LagModel& model) {
+  return {model.RightPressureAdvance(), model.LagAt(head.slow_mm_s()),
+          model.LagAt(head.fast_mm_s()), model.lag().slip};
+}
+
 LawFit Report(const Pattern& pattern, const LawState& state, const LawMatrix& information) {
   LawFit fit;
   fit.lag = LagOf(state.theta);
   const LagModel model = pattern.model.With(fit.lag);
-  fit.pressure_advance_s = model.RightPressureAdvance();
-  LawVector truth = LawVector::Zero();
+  const Eigen::Matrix<double, kAsked, 1> answers = Answers(pattern.head, model);
+  Eigen::Matrix<double, kUnknowns, kAsked> slope;
+  slope.setZero();
   for (int k = 0; k < kLagUnknowns; ++k) {
     double step = 0;
-    const double moved_s = model.With(Moved(fit.lag, k, step)).RightPressureAdvance();
-    truth(kOfLag + k) = (moved_s - fit.pressure_advance_s) / step;
+    const LagModel moved = model.With(Moved(fit.lag, k, step));
+    slope.row(kOfLag + k) = (Answers(pattern.head, moved) - answers).transpose() / step;
   }
-  fit.sigma_s = std::sqrt(truth.dot(geometry::SolveSymmetric(information, truth).col(0)));
+  const Eigen::MatrixXd solved = geometry::SolveSymmetric(information, slope);
+  const auto fitted = [&](int k) -> Fitted {
+    return {answers(k), std::sqrt(slope.col(k).dot(solved.col(k)))};
+  };
+  fit.pressure_advance_s = fitted(0).value;
+  fit.sigma_s = fitted(0).sigma;
+  fit.slow_lag_s = fitted(1);
+  fit.fast_lag_s = fitted(2);
+  fit.slip = fitted(3);
   fit.level = state.theta(kLevel);
   fit.drift = state.theta(kDrift);
   fit.tilt = state.theta(kTilt);

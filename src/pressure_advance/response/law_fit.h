@@ -12,9 +12,18 @@
 
 namespace trammel::pressure_advance {
 
+/// A value that a fit gives, with what its own model leaves open.
+struct Fitted {
+  double value = 0;
+  double sigma = 0;  ///< 1 sigma
+};
+
 struct LawFit {
   double pressure_advance_s = 0;  ///< right for the mean line
   double sigma_s = 0;             ///< 1 sigma, of lines of the model
+  Fitted slow_lag_s;              ///< of a small change at the slow speed (LagModel::LagAt) …
+  Fitted fast_lag_s;              ///< … and at the fast one
+  Fitted slip;                    ///< share of the drive lost at the fast flow
   Lag lag;
   double level = 0;          ///< area of an even bead, in the profiles' unit
   double tilt = 0;           ///< relative change of that over a line

@@ -26,11 +26,14 @@ struct World {
   double scatter = 0.02;  // of a line's lag, relative
   double power = 1;       // of the area that is read
   double moved_mm = 0;    // lines alternately, to and fro
+  double slip = 0;        // share of the flow that is lost at the fast speed
   int count = 10;
 };
 
 std::vector<LineProfile> Measure(const World& world, Random& random) {
   std::vector<LineProfile> profiles;
+  LagLine printed = kLine;
+  printed.flow_loss_when_fast = world.slip;
   for (int k = 0; k < world.count; ++k) {
     LineProfile profile;
     profile.pressure_advance_s = 0.06 * k / (world.count - 1);
@@ -38,7 +41,7 @@ std::vector<LineProfile> Measure(const World& world, Random& random) {
     const double lag = 1 + world.scatter * random.Normal();
     law.linear_s *= lag;
     law.power *= lag;
-    const std::vector<double> areas = PrintLagLine(kLine, law, profile.pressure_advance_s);
+    const std::vector<double> areas = PrintLagLine(printed, law, profile.pressure_advance_s);
     for (std::size_t i = 0; i < areas.size(); i += 2) {
       ProfileSample sample;
       sample.position =
@@ -69,6 +72,41 @@ TEST(LawFit, LearnsALinearLagAndAThinningOne) {
     EXPECT_NEAR(fit->lag.exponent[2], exponent, 0.25);
     EXPECT_NEAR(fit->level, world.level_mm2, 0.03 * world.level_mm2);
     EXPECT_EQ(fit->lines, 10);
+  }
+}
+
+TEST(LawFit, KnowsTheLagAtTheSlowAndAtTheFastSpeed) {
+  for (const double exponent : {1.0, 0.5}) {
+    World world;
+    world.law.linear_s = exponent == 1 ? 0.033 : 0;
+    world.law.exponent = exponent;
+    world.law.power =
+        exponent == 1 ? 0 : 0.033 * 145 / (std::pow(150, exponent) - std::pow(5, exponent));
+    const double slow_s = exponent == 1 ? 0.033 : world.law.power * 0.5 / std::sqrt(5);
+    const double fast_s = exponent == 1 ? 0.033 : world.law.power * 0.5 / std::sqrt(150);
+    for (int seed = 40; seed < 46; ++seed) {
+      Random random(static_cast<std::uint64_t>(seed));
+      const auto fit = FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
+      ASSERT_TRUE(fit.has_value());
+      EXPECT_NEAR(fit->slow_lag_s.value, slow_s, 3 * fit->slow_lag_s.sigma) << exponent;
+      EXPECT_NEAR(fit->fast_lag_s.value, fast_s, 3 * fit->fast_lag_s.sigma) << exponent;
+      // Enough to tell a law that thins from one that does not.
+      EXPECT_LT(fit->slow_lag_s.sigma, 0.2 * slow_s);
+      EXPECT_LT(fit->fast_lag_s.sigma, 0.05 * fast_s);
+    }
+  }
+}
+
+TEST(LawFit, KnowsHowMuchSlips) {
+  World world;
+  world.law.linear_s = 0.033;
+  for (const double slip : {0.0, 0.04}) {
+    world.slip = slip;
+    Random random(47);
+    const auto fit = FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_NEAR(fit->slip.value, slip, 3 * fit->slip.sigma);
+    EXPECT_LT(fit->slip.sigma, 0.01);
   }
 }
 
@@ -106,15 +144,19 @@ TEST(LawFit, LearnsHowFarAlongTheBedLinesAreReadBesideTheirPlace) {
 }
 
 TEST(LawFit, SeesHowMuchLinesScatter) {
-  const auto sigma_s = [](double scatter) {
+  const auto fit_of = [](double scatter) {
     World world;
     world.law.linear_s = 0.033;
     world.scatter = scatter;
     world.count = 20;
     Random random(24);
-    return FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm)->sigma_s;
+    return *FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
   };
-  EXPECT_GT(sigma_s(0.12), 1.7 * sigma_s(0.03));
+  const LawFit even = fit_of(0.03), wild = fit_of(0.12);
+  EXPECT_GT(wild.sigma_s, 1.7 * even.sigma_s);
+  // A scatter of twenty lines is known to a sixth.
+  EXPECT_NEAR(wild.lag_scatter_s / (0.12 * 0.033), 1, 0.35);
+  EXPECT_NEAR(even.lag_scatter_s / (0.03 * 0.033), 1, 0.35);
 }
 
 TEST(LawFit, LetsAReadingThatDoesNotFitItsNeighboursCountLess) {

@@ -162,32 +162,33 @@ double ScatterAbout(const TransitionSeries& laid, const TransitionSeries& seen,
 
 // What the profiles' shapes tell beyond their crossings: only where lines are short, whole and to
 // scale.
-void LearnLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion,
-              const Prepared& prepared, const TransitionCrossings& seen,
-              const ResponseOptions& options, CombinedTransitions& combined) {
+std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
+                                  const LineMotion& motion, const Prepared& prepared,
+                                  const TransitionCrossings& seen, const ResponseOptions& options,
+                                  CombinedTransitions& combined) {
   if (!options.law || !combined.whole || !(prepared.transitions.ramp_s > 0) ||
       profiles.front().position_unit != PositionUnit::kMillimetre) {
-    return;
+    return std::nullopt;
   }
   const std::vector<Interval>& reference = prepared.plan.reference;
+  const Interval span_mm{reference.front().lo, reference.back().hi};
   const std::optional<LawFit> law =
-      FitLaw(profiles, motion, combined.whole->value_s, {reference.front().lo, reference.back().hi},
-             *options.law);
-  if (!law) return;
+      FitLaw(profiles, motion, combined.whole->value_s, span_mm, *options.law);
+  if (!law) return std::nullopt;
   std::vector<LineResult> lines(profiles.size());
-  const Prepared laid =
-      Prepare(LayLines(*law, profiles, motion), motion, Reading::kArea, prepared.plan, lines);
-  if (laid.line != prepared.line) return;
+  const std::vector<LineProfile> of_law = LayLines(*law, profiles, motion);
+  const Prepared laid = Prepare(of_law, motion, Reading::kArea, prepared.plan, lines);
+  if (laid.line != prepared.line) return std::nullopt;
   const Transitions twin = Mirrored(prepared.transitions, laid.transitions);
   // Whether the seen lines answer clearly was looked at.
   ResponseOptions any = options;
   any.least_significance = 0;
   any.most_beyond = std::numeric_limits<double>::infinity();
   const std::optional<TransitionCrossings> crossings = FitTransitions(twin, any);
-  if (!crossings) return;
+  if (!crossings) return std::nullopt;
   const CombinedTransitions of_twin =
       CombineTransitions(twin, *crossings, prepared.slope_has_scale, any);
-  if (!of_twin.whole) return;
+  if (!of_twin.whole) return std::nullopt;
   // The law explains what the half-lines leave over.
   const auto narrow = [](double variance, BudgetedValue& value) {
     value.budget.lines = std::min(value.budget.lines, variance);
@@ -198,7 +199,13 @@ void LearnLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion
   narrow(ScatterAbout(laid.transitions.deceleration, prepared.transitions.deceleration,
                       seen.deceleration),
          *combined.second);
-  WeighWithLaw(*law, of_twin, *options.law, combined);
+  LearntLaw learnt = WeighWithLaw(*law, of_twin, *options.law, combined);
+  learnt.learnt_from_mm = span_mm;
+  for (const LineProfile& line : of_law) {
+    std::vector<double>& areas = learnt.laid_area.emplace_back();
+    for (const ProfileSample& sample : line.samples) areas.push_back(sample.area.value);
+  }
+  return learnt;
 }
 
 }  // namespace
@@ -257,7 +264,7 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
   CombinedTransitions combined =
       CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
-  LearnLaw(profiles, motion, prepared, *crossings, options, combined);
+  fit.result.law = LearnLaw(profiles, motion, prepared, *crossings, options, combined);
   Describe(prepared, transitions.acceleration, crossings->acceleration,
            combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
            fit.result.acceleration);

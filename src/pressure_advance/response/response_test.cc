@@ -7,6 +7,7 @@
 #include <map>
 
 #include "base/random.h"
+#include "base/square.h"
 #include "base/statistics.h"
 #include "pressure_advance/response/lag_line_test_support.h"
 
@@ -209,6 +210,33 @@ TEST(Response, OneBadLineMovesTheAnswerByLessThan1Millisecond) {
     ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
     EXPECT_NEAR(fit.result.pressure_advance.quantity().value, answer, 0.001) << "line " << bad;
   }
+}
+
+TEST(Response, KeepsTheLawThatShortLinesToScaleShow) {
+  World world = PaperWorld(0.033);
+  world.noise = 0.03;
+  Random random(31);
+  const std::vector<LineProfile> profiles = Measure(world, random);
+  const ResponseFit fit = FitResponse(profiles, MotionOf(world.line));
+  ASSERT_TRUE(fit.result.law.has_value());
+  const LearntLaw& law = *fit.result.law;
+  const double answer_s = fit.result.pressure_advance.quantity().value;
+  EXPECT_NEAR(law.weight * law.pressure_advance_s.value + (1 - law.weight) * law.crossings_s.value,
+              answer_s, 1e-9);
+  ASSERT_EQ(law.laid_area.size(), profiles.size());
+  double off = 0, noise = 0;
+  for (std::size_t k = 0; k < profiles.size(); ++k) {
+    ASSERT_EQ(law.laid_area[k].size(), profiles[k].samples.size());
+    for (std::size_t i = 0; i < profiles[k].samples.size(); ++i) {
+      const ProfileSample& sample = profiles[k].samples[i];
+      off += Square(sample.area.value - law.laid_area[k][i]);
+      noise += Square(sample.area.sigma);
+    }
+  }
+  EXPECT_LT(std::sqrt(off / noise), 2);
+  // No length, no law.
+  EXPECT_FALSE(FitResponse(AsPhoto(profiles, world.line.length_mm), MotionOf(world.line))
+                   .result.law.has_value());
 }
 
 TEST(Response, PoisonInUnseenSamplesChangesNothing) {

@@ -36,16 +36,19 @@ const char* Blame(const UncertaintyBudget& budget) {
 
 }  // namespace
 
+double HalfWidth95(const UncertaintyBudget& budget, double freedom) {
+  const double ratio = budget.lines > 0 ? budget.total() / budget.lines : 1e6;
+  return StudentT95(freedom * ratio * ratio) * std::sqrt(budget.total());
+}
+
 RangedAnswer JudgeByBudget(double value_s, const UncertaintyBudget& budget, double freedom,
                            const Interval& tested_s, double widest) {
-  const double u = std::sqrt(budget.total());
-  const double ratio = budget.lines > 0 ? u * u / budget.lines : 1e6;
-  const double half = StudentT95(freedom * ratio * ratio) * u;
+  const double half = HalfWidth95(budget, freedom);
   const std::string too_wide = fmt::format(
       "the 95 % interval would reach {:.2g} s to either side on a tested range of "
       "{:.2g} s: {}",
       half, tested_s.hi - tested_s.lo, Blame(budget));
-  return JudgeInRange(value_s, u, half, tested_s, widest, too_wide);
+  return JudgeInRange(value_s, std::sqrt(budget.total()), half, tested_s, widest, too_wide);
 }
 
 }  // namespace trammel::pressure_advance

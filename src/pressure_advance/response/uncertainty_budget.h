@@ -21,9 +21,13 @@ struct UncertaintyBudget {
   }
 };
 
-/// Judges a value by its budget and the tested range (JudgeInRange), with Student's t for the part
-/// that the lines contribute (Welch and Satterthwaite). Where the interval is too wide, the reason
-/// names the largest contribution and what makes it smaller.
+/// Half of the 95 % interval, with Student's t for the part that the lines contribute (Welch and
+/// Satterthwaite).
+/// @param freedom  degrees of freedom of budget.lines, > 0
+[[nodiscard]] double HalfWidth95(const UncertaintyBudget& budget, double freedom);
+
+/// Judges a value by its budget and the tested range (JudgeInRange). Where the interval is too
+/// wide, the reason names the largest contribution and what makes it smaller.
 /// @param freedom  degrees of freedom of budget.lines, > 0
 /// @param widest   largest half width, as a part of the tested range; > 0
 [[nodiscard]] RangedAnswer JudgeByBudget(double value_s, const UncertaintyBudget& budget,

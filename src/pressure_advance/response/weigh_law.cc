@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "base/square.h"
@@ -32,10 +33,37 @@ std::optional<double> Widen(double differ_s, double variance, UncertaintyBudget&
   return std::abs(differ_s) / std::sqrt(variance);
 }
 
+Quantity Budgeted(const BudgetedValue& answer, double freedom) {
+  const double half_s = HalfWidth95(answer.budget, freedom);
+  return {answer.value_s,
+          std::sqrt(answer.budget.total()),
+          {std::max(0.0, answer.value_s - half_s), answer.value_s + half_s}};
+}
+
+// A share of the law's that is not below 0, nor above the most that it can be.
+Quantity OfTheFit(const Fitted& fitted, double most) {
+  constexpr double kNormal95 = 1.959964;
+  return {fitted.value,
+          fitted.sigma,
+          {std::max(0.0, fitted.value - kNormal95 * fitted.sigma),
+           std::min(most, fitted.value + kNormal95 * fitted.sigma)}};
+}
+
+LearntLaw Learnt(const LawFit& law) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  LearntLaw learnt;
+  learnt.slow_lag_s = OfTheFit(law.slow_lag_s, kAny);
+  learnt.fast_lag_s = OfTheFit(law.fast_lag_s, kAny);
+  learnt.slip = OfTheFit(law.slip, 1);
+  learnt.lag_scatter_s = law.lag_scatter_s;
+  learnt.lines = law.lines;
+  return learnt;
+}
+
 }  // namespace
 
-void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawOptions& options,
-                  CombinedTransitions& crossings) {
+LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
+                       const LawOptions& options, CombinedTransitions& crossings) {
   const auto judged = [&](const BudgetedValue& answer) {
     return JudgeByBudget(answer.value_s, answer.budget, crossings.freedom, crossings.tested,
                          crossings.widest);
@@ -58,6 +86,14 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
   const double apart = own + law_variance - 2 * shared;
   const double w = std::clamp((own - shared) / apart, 0.0, options.most_weight);
   const double differ_s = law.pressure_advance_s - whole.value_s;
+  LearntLaw learnt = Learnt(law);
+  BudgetedValue of_law{law.pressure_advance_s, {}};
+  of_law.budget.lines = Square(law.sigma_s);
+  of_law.budget.form = law_variance - Square(law.sigma_s);
+  learnt.pressure_advance_s = Budgeted(of_law, crossings.freedom);
+  learnt.crossings_s = Budgeted(whole, crossings.freedom);
+  learnt.correction_s = crossings.whole->value_s - whole.value_s;
+  learnt.weight = w;
   const double form =
       w * w * (law_variance - Square(law.sigma_s)) + (1 - w) * (1 - w) * whole.budget.form;
   whole.value_s += w * differ_s;
@@ -82,6 +118,7 @@ void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawO
   }
   crossings.whole = whole;
   crossings.both = judged(whole);
+  return learnt;
 }
 
 }  // namespace trammel::pressure_advance

@@ -1,6 +1,7 @@
 // The crossings of lines and the law that their profiles show, weighed against each other.
 #pragma once
 
+#include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/response/combine_transitions.h"
 #include "pressure_advance/response/law_fit.h"
 
@@ -10,10 +11,11 @@ namespace trammel::pressure_advance {
 /// weighs the result with the law's own value by their variances; the law's own error is in both.
 /// Where the two, or the transitions after that, differ by more than twice what is known of them
 /// explains, the rest enters as a rectangular distribution, with a notice.
+/// @returns what each of the two says and by how much it counts; without lines
 /// @param twin  of the mirrored lines: their scatter, and what the law does to the
 ///   fit, are the same
 /// REQUIRES whole, first and second in both.
-void WeighWithLaw(const LawFit& law, const CombinedTransitions& twin, const LawOptions& options,
-                  CombinedTransitions& crossings);
+LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
+                       const LawOptions& options, CombinedTransitions& crossings);
 
 }  // namespace trammel::pressure_advance

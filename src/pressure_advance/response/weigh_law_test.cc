@@ -28,6 +28,7 @@ LawFit Law(double value_s, double sigma_s) {
   law.sigma_s = sigma_s;
   law.lag_scatter_s = 0.0005;
   law.lines = 10;
+  law.slip = {0.002, 0.005};
   return law;
 }
 
@@ -51,6 +52,30 @@ TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
   };
   EXPECT_NEAR(answer(0.003, 0.0003), 0.0335 - LawOptions{}.most_weight * 0.0005, 2e-5);
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
+}
+
+TEST(WeighLaw, SaysWhatEachOfTheTwoSaysAndHowItCounts) {
+  CombinedTransitions crossings = Crossings(0.0345, 0.0008);
+  const LearntLaw learnt =
+      WeighWithLaw(Law(0.033, 0.0004), Crossings(0.0335, 0.0008), {}, crossings);
+  const LawOptions options;
+  EXPECT_EQ(learnt.pressure_advance_s.value, 0.033);
+  EXPECT_NEAR(learnt.pressure_advance_s.standard_uncertainty,
+              std::hypot(0.0004, options.form_sigma * 0.033), 1e-9);
+  // Crossings and their mirror image stand 1 ms above the law.
+  EXPECT_NEAR(learnt.correction_s, 0.001, 1e-9);
+  EXPECT_NEAR(learnt.crossings_s.value, 0.0335, 1e-9);
+  EXPECT_GT(learnt.crossings_s.standard_uncertainty, 0.0008);
+  EXPECT_LT(learnt.crossings_s.interval95.lo, 0.0335 - 1.96 * 0.0008);
+  EXPECT_GT(learnt.weight, 0.5);
+  EXPECT_NEAR(crossings.both.pressure_advance.quantity().value,
+              learnt.weight * learnt.pressure_advance_s.value +
+                  (1 - learnt.weight) * learnt.crossings_s.value,
+              1e-12);
+  EXPECT_EQ(learnt.lag_scatter_s, 0.0005);
+  EXPECT_EQ(learnt.lines, 10);
+  EXPECT_EQ(learnt.slip.interval95.lo, 0);
+  EXPECT_NEAR(learnt.slip.interval95.hi, 0.002 + 1.96 * 0.005, 1e-6);
 }
 
 TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
