@@ -49,6 +49,8 @@ struct IntervalStyle {
 
 inline const IntervalStyle kPerMille{.unit = "mm/m", .scale = 1000};
 inline const IntervalStyle kSeconds{.unit = "s"};
+inline const IntervalStyle kMilliseconds{.unit = "ms", .scale = 1000, .least_decimals = 1};
+inline const IntervalStyle kPercent{.unit = "%", .scale = 100, .least_decimals = 1};
 inline const IntervalStyle kMillimetres{.unit = "mm"};
 inline const IntervalStyle kOffsetMillimetres{.unit = "mm", .signs = true};
 

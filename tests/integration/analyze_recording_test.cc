@@ -1,4 +1,5 @@
 // trammel pa analyze on recorded laser scans, from the shell to the answer.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,6 +86,28 @@ TEST_F(AnalyzeRecording, AnswersWithEveryNumberInAgreement) {
   const json& excess = answer.at("acceleration").at("excess_s");
   EXPECT_GT(excess.front(), 0);
   EXPECT_LT(excess.back(), 0);
+}
+
+TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
+  const LagRecording recording;
+  WriteRecording(recording, rec());
+  const json answer = Analyze("");
+  const json& law = answer.at("law");
+  // A linear lag is the same at all speeds.
+  for (const char* key : {"slow_lag_s", "fast_lag_s"}) {
+    EXPECT_GT(recording.law.linear_s, law.at(key).at("interval95")[0].get<double>()) << key;
+    EXPECT_LT(recording.law.linear_s, law.at(key).at("interval95")[1].get<double>()) << key;
+  }
+  const double weight = law.at("weight");
+  EXPECT_NEAR(weight * law.at("pressure_advance_s").get<double>() +
+                  (1 - weight) * law.at("crossings").at("pressure_advance_s").get<double>(),
+              answer.at("pressure_advance_s").get<double>(), 1e-9);
+  const std::string words = test::RunTrammel("pa analyze rec", folder()).standard_output;
+  EXPECT_THAT(words, HasSubstr(fmt::format("  shape of lines  {:.5f}",
+                                           law.at("pressure_advance_s").get<double>())));
+  EXPECT_THAT(words, HasSubstr(fmt::format("counts {:.0f} %\n", 100 * weight)));
+  EXPECT_THAT(words, HasSubstr("at 150 mm/s; "));
+  EXPECT_THAT(words, HasSubstr("\n  slip            "));
 }
 
 TEST_F(AnalyzeRecording, ChoosesByDeviationWhenAsked) {

@@ -172,6 +172,13 @@ double TruePressureAdvance(const ExtruderWorld& world) {
   return (first + second) / (world.fast_mm_s - world.slow_mm_s) / (1 - world.slip / 3);
 }
 
+double TrueLag(const ExtruderWorld& world, double flow_mm_s) {
+  const double step = 1e-4 * flow_mm_s;
+  const double slope = (world.law(flow_mm_s + step) - world.law(flow_mm_s - step)) / (2 * step);
+  return (1 - world.second_share) * Scale(world, world.k_star_s) * slope +
+         world.second_share * world.k_star_s;
+}
+
 ExtruderWorld WorldOf(pa::PatternPreset preset) {
   constexpr double kFrames_per_s = 30;
   pa::PatternConfig pattern;

@@ -49,6 +49,9 @@ struct ExtruderWorld {
 /// The pressure advance that supplies just what the mean line's speed change stores, slip counted.
 [[nodiscard]] double TruePressureAdvance(const ExtruderWorld& world);
 
+/// What a small change of speed lags by at a flow, of the mean line, s.
+[[nodiscard]] double TrueLag(const ExtruderWorld& world, double flow_mm_s);
+
 /// The lines and the scan of a preset.
 [[nodiscard]] ExtruderWorld WorldOf(pressure_advance::PatternPreset preset);
 

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <thread>
@@ -51,6 +52,7 @@ struct Outcome {
   bool failed = false;
   std::string text;  // error or reason
   std::optional<Value> value, acceleration, deceleration;
+  std::optional<Value> slow_lag, fast_lag, slip;  // of the learnt law; slip is no time
   double bound_s = 0;
   double mean_bound_s = 0;
   std::optional<double> bead_error_s;  // of the same fit on the beads themselves
@@ -58,14 +60,18 @@ struct Outcome {
   std::optional<double> cubic_error_s;
 };
 
+Value Judge(const Quantity& q, double truth) {
+  return {q.value - truth, (q.value - truth) / q.standard_uncertainty, q.standard_uncertainty,
+          q.interval95.lo <= truth && truth <= q.interval95.hi};
+}
+
 std::optional<Value> Judge(const Measured& measured, double truth_s) {
   if (!measured.good()) return std::nullopt;
-  const Quantity& q = measured.quantity();
-  return Value{q.value - truth_s, (q.value - truth_s) / q.standard_uncertainty,
-               q.standard_uncertainty, q.interval95.lo <= truth_s && truth_s <= q.interval95.hi};
+  return Judge(measured.quantity(), truth_s);
 }
 
 struct World {
+  double fast_flow_mm3_s = 0;
   std::string gcode;
   sim::Plan plan;
   settings::ScanSettings scan;
@@ -89,6 +95,7 @@ World DefaultWorld() {
   config.material = "abs";
   const auto layout = pressure_advance::LayOut(config);
   const auto plan = pressure_advance::MakePlan(layout, config, "pattern.gcode");
+  world.fast_flow_mm3_s = Summarise(layout, config).peak_flow_mm3_s;
   world.gcode = pressure_advance::WriteGcode(layout, config);
   world.plan = sim::ParsePlan(files::FormatPlan(plan)).value();
   return world;
@@ -135,6 +142,25 @@ std::vector<pressure_advance::LineProfile> BeadsOf(
   return profiles;
 }
 
+// What the learnt law says of the extruder, beside what it is.
+void JudgeLaw(const pressure_advance::Analysis& analysis, const World& world,
+              const sim::PrinterTraits& traits, Outcome& outcome) {
+  if (!analysis.response.law || !analysis.pressure_advance.good()) return;
+  constexpr double kSlipAt_mm3_s = 15;
+  const auto& segments = analysis.motion.segments;
+  const double per_mm2 = 4 / (std::numbers::pi * Square(traits.filament_diameter_mm));
+  const double fast_mm_s = world.fast_flow_mm3_s * per_mm2;
+  const double slow_mm_s = fast_mm_s * segments[0].speed_mm_s / segments[1].speed_mm_s;
+  const sim::StorageLaw law = sim::ScaledTo(traits.law, traits.k_star_s, slow_mm_s, fast_mm_s);
+  const auto lag_s = [&](double flow_mm_s) {
+    return 1 / sim::FlowFromStored(law, sim::Stored(law, flow_mm_s)).slope_per_s;
+  };
+  outcome.slow_lag = Judge(analysis.response.law->slow_lag_s, lag_s(slow_mm_s));
+  outcome.fast_lag = Judge(analysis.response.law->fast_lag_s, lag_s(fast_mm_s));
+  outcome.slip = Judge(analysis.response.law->slip,
+                       traits.slip * Square(world.fast_flow_mm3_s / kSlipAt_mm3_s));
+}
+
 Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& condition,
                const fs::path& scratch) {
   Outcome outcome;
@@ -178,6 +204,7 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   outcome.value = Judge(analysis.pressure_advance, truth);
   outcome.acceleration = Judge(analysis.response.acceleration.pressure_advance, truth);
   outcome.deceleration = Judge(analysis.response.deceleration.pressure_advance, truth);
+  JudgeLaw(analysis, world, traits, outcome);
   return outcome;
 }
 
@@ -213,7 +240,7 @@ struct Intervals {
 
 struct Tally {
   int runs = 0;
-  Intervals value, acceleration, deceleration;
+  Intervals value, acceleration, deceleration, slow_lag, fast_lag, slip;
   std::vector<double> bound_ms, mean_bound_ms, bead_ms, best_ms, cubic_ms;
 
   void Add(const Outcome& outcome) {
@@ -223,6 +250,9 @@ struct Tally {
     value.Add(outcome.value);
     acceleration.Add(outcome.acceleration);
     deceleration.Add(outcome.deceleration);
+    slow_lag.Add(outcome.slow_lag);
+    fast_lag.Add(outcome.fast_lag);
+    slip.Add(outcome.slip);
     if (outcome.bead_error_s) bead_ms.push_back(1e3 * *outcome.bead_error_s);
     if (!outcome.value) return;
     bound_ms.push_back(1e3 * outcome.bound_s);
@@ -243,6 +273,14 @@ void PrintRow(const std::string& name, const Tally& t) {
       t.value.share(), t.acceleration.share(), t.deceleration.share(),
       StandardDeviation(t.value.pull), best, RootMeanSquare(t.cubic_ms), best > 0 ? rms / best : 0,
       Near(t.value.error_ms), Near(t.best_ms), Near(t.cubic_ms), RootMeanSquare(t.value.u_ms));
+}
+
+void PrintLaw(const char* name, const Intervals& told) {
+  fmt::print(
+      "{:<28} {:>4} learnt, {:>5.1f} % hold the truth; mean and rms error {:>5.2f}, {:.2f}, "
+      "standard uncertainty {:.2f}, sd of error/u {:.2f}\n",
+      name, told.good(), told.share(), MeanOrZero(told.error_ms), RootMeanSquare(told.error_ms),
+      RootMeanSquare(told.u_ms), StandardDeviation(told.pull));
 }
 
 int FromEnvironment(const char* name, int fallback) {
@@ -302,6 +340,12 @@ TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelve
     PrintRow(sim::ToString(conditions[c]), tally[c]);
   }
   PrintRow("all", all);
+  PrintLaw("lag at the slow speed, ms", all.slow_lag);
+  PrintLaw("lag at the fast speed, ms", all.fast_lag);
+  PrintLaw("slip at the fast speed, 0.1 %", all.slip);
+  for (const Intervals* told : {&all.slow_lag, &all.fast_lag, &all.slip}) {
+    EXPECT_GE(told->covered, 0.9 * told->good());
+  }
   EXPECT_GE(Near(all.value.error_ms), 0.95 * all.value.good());
   EXPECT_GE(all.value.covered, 0.93 * all.value.good());
   EXPECT_LE(RootMeanSquare(all.value.error_ms), 0.3 * RootMeanSquare(all.best_ms));

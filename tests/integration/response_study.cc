@@ -241,6 +241,58 @@ TEST(ResponseStudy, HoldsTheTruthUnderLawsThatItWasNotBuiltOn) {
   for (const auto& [reason, count] : reasons) fmt::print("{:>4} {}\n", count, reason);
 }
 
+struct Held {
+  int runs = 0, held = 0;
+  std::vector<double> error, u;
+
+  void Add(const Quantity& quantity, double truth) {
+    ++runs;
+    held += quantity.interval95.lo <= truth && truth <= quantity.interval95.hi;
+    error.push_back(quantity.value - truth);
+    u.push_back(quantity.standard_uncertainty);
+  }
+  [[nodiscard]] std::string Text(double scale) const {
+    if (runs < 2) return "";
+    return fmt::format("{:>3}/{:<3} {:>6.2f} {:>6.2f} {:>6.2f}", held, runs, scale * Mean(error),
+                       scale * RootMeanSquare(error), scale * Mean(u));
+  }
+};
+
+TEST(ResponseStudy, HoldsTheLagAtBothSpeedsAndSlip) {
+  const int patterns = Patterns(100);
+  fmt::print(
+      "\neach: truth in the 95 % interval, mean and rms error, mean standard uncertainty\n"
+      "{:<22} | {:<28} | {:<28} | {:<28}\n",
+      "", "lag at the slow speed, ms", "lag at the fast speed, ms", "slip, %");
+  Held all_slow, all_fast, all_slip;
+  for (const Row& row : Rows()) {
+    Held slow, fast, slip;
+    for (int i = 0; i < patterns; ++i) {
+      Random random = SeedOf(i);
+      ExtruderWorld world = row.world;
+      world.pressure_advance_s = Values(row.lo_s, row.hi_s, row.lines);
+      world.k_star_s = row.lo_s + (row.hi_s - row.lo_s) * random.Uniform(0.25, 0.75);
+      const pa::ResponseFit fit = PrintAndFit(world, false, random);
+      if (!fit.result.law) continue;
+      for (Held* held : {&slow, &all_slow}) {
+        held->Add(fit.result.law->slow_lag_s, test::TrueLag(world, world.slow_mm_s));
+      }
+      for (Held* held : {&fast, &all_fast}) {
+        held->Add(fit.result.law->fast_lag_s, test::TrueLag(world, world.fast_mm_s));
+      }
+      for (Held* held : {&slip, &all_slip}) held->Add(fit.result.law->slip, world.slip);
+    }
+    fmt::print("{:<22} | {} | {} | {}\n", row.name, slow.Text(1e3), fast.Text(1e3), slip.Text(100));
+    std::fflush(stdout);
+  }
+  fmt::print("{:<22} | {} | {} | {}\n", "all rows", all_slow.Text(1e3), all_fast.Text(1e3),
+             all_slip.Text(100));
+  for (const Held* held : {&all_slow, &all_fast, &all_slip}) {
+    EXPECT_GT(held->runs, 0);
+    EXPECT_GE(held->held, 0.92 * held->runs);
+  }
+}
+
 // Why intervals hold more than 95 % where nothing is odd: what they allow for is not there then.
 TEST(ResponseStudy, AllowsForADriftThatMostPrintersDoNotHave) {
   const int patterns = Patterns(200);

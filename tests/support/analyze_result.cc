@@ -35,12 +35,35 @@ void ExpectKeys(const json& object, const std::vector<std::string>& keys,
   EXPECT_EQ(object.size(), keys.size()) << where << object.dump();
 }
 
+// A value with its uncertainty that is there whenever its owner is.
+void ExpectTold(const json& value, const std::string& key, const std::string& where) {
+  const double told = value.at(key);
+  const std::string suffix = key == "value" ? "" : "_s";
+  EXPECT_GT(value.at("standard_uncertainty" + suffix).get<double>(), 0) << where;
+  EXPECT_LE(value.at("interval95" + suffix)[0].get<double>(), told) << where;
+  EXPECT_GT(value.at("interval95" + suffix)[1].get<double>(), told) << where;
+}
+
+void ExpectLaw(const json& law) {
+  ExpectKeys(law,
+             {"pressure_advance_s", "standard_uncertainty_s", "interval95_s", "weight", "crossings",
+              "slow_lag_s", "fast_lag_s", "slip", "lag_scatter_s", "lines", "learnt_from_mm"},
+             "law.");
+  ExpectTold(law, "pressure_advance_s", "law.");
+  ExpectTold(law.at("crossings"), "pressure_advance_s", "law.crossings.");
+  for (const char* key : {"slow_lag_s", "fast_lag_s", "slip"}) {
+    ExpectTold(law.at(key), "value", std::string("law.") + key + ".");
+  }
+  EXPECT_GE(law.at("weight").get<double>(), 0);
+  EXPECT_LE(law.at("weight").get<double>(), 1);
+}
+
 // docs/formats.md, key by key.
 void ExpectFormat(const json& answer) {
   ExpectKeys(answer,
              {"format", "method", "verdict", "reason", "pressure_advance_s",
               "standard_uncertainty_s", "interval95_s", "print_next_s", "acceleration",
-              "deceleration", "lines", "deviation", "notices", "report"},
+              "deceleration", "law", "lines", "deviation", "notices", "report"},
              "");
   EXPECT_EQ(answer.at("format"), 1);
   ExpectMeasured(answer, "");
@@ -54,6 +77,7 @@ void ExpectFormat(const json& answer) {
     ExpectMeasured(part, where);
     EXPECT_EQ(part.at("excess_s").size(), answer.at("lines").size()) << where;
   }
+  if (!answer.at("law").is_null()) ExpectLaw(answer.at("law"));
   for (const json& line : answer.at("lines")) {
     ExpectKeys(line, {"pressure_advance_s", "used", "reason", "deviation_px"}, "lines[].");
     EXPECT_EQ(line.at("reason").get<std::string>().empty(), line.at("used").get<bool>()) << line;

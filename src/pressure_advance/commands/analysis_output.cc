@@ -108,6 +108,26 @@ std::string Words(const Measured& measured) {
   return report::WithInterval(measured.quantity(), report::kSeconds);
 }
 
+// What whole lines told, where they did.
+void SayLaw(const Analysis& analysis) {
+  const auto& response = analysis.response;
+  if (!response.law || !response.pressure_advance.good()) return;
+  const pressure_advance::LearntLaw& law = *response.law;
+  fmt::print("  shape of lines  {}, counts {:.0f} %\n",
+             report::WithInterval(law.pressure_advance_s, report::kSeconds), 100 * law.weight);
+  fmt::print("  speed changes   {}, count {:.0f} %\n",
+             report::WithInterval(law.crossings_s, report::kSeconds), 100 * (1 - law.weight));
+  const auto& segments = analysis.motion.segments;
+  if (segments.size() != 3) return;
+  fmt::print("  lag, slow       {} at {:.4g} mm/s\n",
+             report::WithInterval(law.slow_lag_s, report::kMilliseconds), segments[0].speed_mm_s);
+  fmt::print("  lag, fast       {} at {:.4g} mm/s; {:.1f} ms (1 sigma) from line to line\n",
+             report::WithInterval(law.fast_lag_s, report::kMilliseconds), segments[1].speed_mm_s,
+             1000 * law.lag_scatter_s);
+  fmt::print("  slip            {} of the flow at {:.4g} mm/s\n",
+             report::WithInterval(law.slip, report::kPercent), segments[1].speed_mm_s);
+}
+
 }  // namespace
 
 void SayAnswer(const Analysis& analysis) {
@@ -117,6 +137,7 @@ void SayAnswer(const Analysis& analysis) {
     fmt::print("  acceleration    {}\n  deceleration    {}\n",
                Words(analysis.response.acceleration.pressure_advance),
                Words(analysis.response.deceleration.pressure_advance));
+    SayLaw(analysis);
     if (analysis.deviation.best_s) {
       fmt::print("  deviation       best line {:.4f} s", *analysis.deviation.best_s);
       if (analysis.deviation.cubic_minimum_s) {

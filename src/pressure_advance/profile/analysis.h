@@ -39,13 +39,12 @@ struct LearntLaw {
   Quantity crossings_s;         ///< by the changes of speed, as they were weighed with it
   double correction_s = 0;      ///< of that, taken off as lines of the law err by it
   double weight = 0;            ///< of the law in the answer, the crossings have the rest; 0 … 1
-  /// What a small change of speed lags by, at the slow speed and at the fast one; as far as lines
-  /// are of the law.
-  Quantity slow_lag_s, fast_lag_s;
-  Quantity slip;             ///< share of the flow lost at the fast speed, 0 … 1; likewise
-  double lag_scatter_s = 0;  ///< 1 sigma, from line to line
-  int lines = 0;             ///< that the law was learnt of
-  Interval learnt_from_mm;   ///< positions along the lines
+  Quantity slow_lag_s;          ///< what a small change of speed lags by, at the slow speed …
+  Quantity fast_lag_s;          ///< … and at the fast one
+  Quantity slip;                ///< share of the flow lost at the fast speed, 0 … 1
+  double lag_scatter_s = 0;     ///< 1 sigma, from line to line
+  int lines = 0;                ///< that the law was learnt of
+  Interval learnt_from_mm;      ///< positions along the lines
   /// Per line and sample, in order and unit of the profiles: the area that the law lays, as the eye
   /// reads it; 0 where the eye sees none.
   std::vector<std::vector<double>> laid_area;

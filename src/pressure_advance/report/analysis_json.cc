@@ -13,6 +13,13 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
+/// The three keys that a value in seconds has.
+void AddSeconds(const Quantity& quantity, Json& object) {
+  object["pressure_advance_s"] = Number(quantity.value);
+  object["standard_uncertainty_s"] = Number(quantity.standard_uncertainty);
+  object["interval95_s"] = {Number(quantity.interval95.lo), Number(quantity.interval95.hi)};
+}
+
 /// Adds the five keys that every measured value has.
 void AddMeasured(const Measured& measured, Json& object) {
   object["verdict"] = ToString(measured.verdict());
@@ -23,10 +30,7 @@ void AddMeasured(const Measured& measured, Json& object) {
   if (!measured.good()) {
     return;
   }
-  const Quantity& quantity = measured.quantity();
-  object["pressure_advance_s"] = Number(quantity.value);
-  object["standard_uncertainty_s"] = Number(quantity.standard_uncertainty);
-  object["interval95_s"] = {Number(quantity.interval95.lo), Number(quantity.interval95.hi)};
+  AddSeconds(measured.quantity(), object);
 }
 
 Json Transition(const pa::TransitionResult& transition, std::size_t lines) {
@@ -39,6 +43,31 @@ Json Transition(const pa::TransitionResult& transition, std::size_t lines) {
     excess.push_back(used ? Number(transition.excess_s[i]) : Json(nullptr));
   }
   object["excess_s"] = std::move(excess);
+  return object;
+}
+
+Json ValueOf(const Quantity& quantity) {
+  return {{"value", Number(quantity.value)},
+          {"standard_uncertainty", Number(quantity.standard_uncertainty)},
+          {"interval95", {Number(quantity.interval95.lo), Number(quantity.interval95.hi)}}};
+}
+
+/// What whole lines told, and how it counts beside the changes of speed.
+Json Law(const pa::ResponseResult& response) {
+  if (!response.law || !response.pressure_advance.good()) return nullptr;
+  const pa::LearntLaw& law = *response.law;
+  Json object = Json::object();
+  AddSeconds(law.pressure_advance_s, object);
+  object["weight"] = Number(law.weight);
+  Json& crossings = object["crossings"] = Json::object();
+  AddSeconds(law.crossings_s, crossings);
+  crossings["correction_s"] = Number(law.correction_s);
+  object["slow_lag_s"] = ValueOf(law.slow_lag_s);
+  object["fast_lag_s"] = ValueOf(law.fast_lag_s);
+  object["slip"] = ValueOf(law.slip);
+  object["lag_scatter_s"] = Number(law.lag_scatter_s);
+  object["lines"] = law.lines;
+  object["learnt_from_mm"] = {Number(law.learnt_from_mm.lo), Number(law.learnt_from_mm.hi)};
   return object;
 }
 
@@ -83,6 +112,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
                                                : Json(nullptr);
   root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
   root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
+  root["law"] = Law(analysis.response);
   root["lines"] = Lines(analysis);
   root["deviation"] = Deviation(analysis.deviation);
   root["notices"] = analysis.notices;

@@ -33,13 +33,24 @@ const std::set<std::string> kMeasuredKeys = {"verdict", "reason", "pressure_adva
 TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
   const json root = JsonOf(Good());
   std::set<std::string> expected = kMeasuredKeys;
-  expected.insert({"format", "method", "print_next_s", "acceleration", "deceleration", "lines",
-                   "deviation", "notices", "report"});
+  expected.insert({"format", "method", "print_next_s", "acceleration", "deceleration", "law",
+                   "lines", "deviation", "notices", "report"});
   EXPECT_EQ(Keys(root), expected);
   std::set<std::string> transition = kMeasuredKeys;
   transition.insert("excess_s");
   EXPECT_EQ(Keys(root["acceleration"]), transition);
   EXPECT_EQ(Keys(root["deceleration"]), transition);
+  EXPECT_EQ(Keys(root["law"]),
+            (std::set<std::string>{"pressure_advance_s", "standard_uncertainty_s", "interval95_s",
+                                   "weight", "crossings", "slow_lag_s", "fast_lag_s", "slip",
+                                   "lag_scatter_s", "lines", "learnt_from_mm"}));
+  EXPECT_EQ(Keys(root["law"]["crossings"]),
+            (std::set<std::string>{"pressure_advance_s", "standard_uncertainty_s", "interval95_s",
+                                   "correction_s"}));
+  for (const char* told : {"slow_lag_s", "fast_lag_s", "slip"}) {
+    EXPECT_EQ(Keys(root["law"][told]),
+              (std::set<std::string>{"value", "standard_uncertainty", "interval95"}));
+  }
   EXPECT_EQ(Keys(root["lines"][0]),
             (std::set<std::string>{"pressure_advance_s", "used", "reason", "deviation_px"}));
   EXPECT_EQ(Keys(root["deviation"]),
@@ -78,6 +89,26 @@ TEST(AnalysisJson, ValueUncertaintyAndIntervalAreNullUnlessGood) {
       EXPECT_TRUE((*object)["interval95_s"].is_null());
     }
   }
+}
+
+TEST(AnalysisJson, GivesWhatWasLearntOfTheLawWhereTheResponseIsGood) {
+  auto analysis = Good();
+  const json law = JsonOf(analysis)["law"];
+  const pressure_advance::LearntLaw& learnt = *analysis.response.law;
+  EXPECT_EQ(law["pressure_advance_s"].get<double>(), learnt.pressure_advance_s.value);
+  EXPECT_EQ(law["weight"].get<double>(), learnt.weight);
+  EXPECT_EQ(law["crossings"]["pressure_advance_s"].get<double>(), learnt.crossings_s.value);
+  EXPECT_EQ(law["crossings"]["correction_s"].get<double>(), learnt.correction_s);
+  EXPECT_EQ(law["slow_lag_s"]["value"].get<double>(), learnt.slow_lag_s.value);
+  EXPECT_EQ(law["fast_lag_s"]["interval95"][1].get<double>(), learnt.fast_lag_s.interval95.hi);
+  EXPECT_EQ(law["slip"]["standard_uncertainty"].get<double>(), learnt.slip.standard_uncertainty);
+  EXPECT_EQ(law["lag_scatter_s"].get<double>(), learnt.lag_scatter_s);
+  EXPECT_EQ(law["lines"], learnt.lines);
+  analysis.response.pressure_advance = Measured::CannotTell("too wide");
+  EXPECT_TRUE(JsonOf(analysis)["law"].is_null());
+  analysis = Good();
+  analysis.response.law.reset();
+  EXPECT_TRUE(JsonOf(analysis)["law"].is_null());
 }
 
 TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {

@@ -90,6 +90,34 @@ pa::TransitionResult MakeTransition(const MadeUp& made_up, double zero_s, double
   return transition;
 }
 
+/// The law whose lines are those of MakeProfile, without their noise.
+pa::LearntLaw MakeLaw(const MadeUp& made_up, const std::vector<pa::LineProfile>& profiles) {
+  const auto around = [](double value, double u) -> Quantity {
+    return {value, u, {value - 2 * u, value + 2 * u}};
+  };
+  pa::LearntLaw law;
+  law.pressure_advance_s = around(made_up.truth_s - 0.0003, 0.0009);
+  law.crossings_s = around(made_up.truth_s + 0.0009, 0.0012);
+  law.correction_s = 0.0004;
+  law.weight = 0.75;
+  law.slow_lag_s = around(0.061, 0.004);
+  law.fast_lag_s = around(0.0275, 0.0015);
+  law.slip = around(0.012, 0.004);
+  law.lag_scatter_s = 0.0014;
+  law.lines = static_cast<int>(made_up.lines);
+  law.learnt_from_mm = {6, 25};
+  for (const pa::LineProfile& profile : profiles) {
+    std::vector<double>& areas = law.laid_area.emplace_back();
+    for (const pa::ProfileSample& sample : profile.samples) {
+      areas.push_back(
+          sample.area.seen()
+              ? kArea * RelativeArea(sample.position, made_up.truth_s - profile.pressure_advance_s)
+              : 0);
+    }
+  }
+  return law;
+}
+
 pa::DeviationResult MakeDeviation(const MadeUp& made_up, Random& random) {
   pa::DeviationResult deviation;
   deviation.cubic = {96.0, -3142.0, 34119.0, 119000.0};
@@ -170,6 +198,7 @@ pa::Analysis MakeAnalysis(const MadeUp& made_up, Random random) {
       MakeTransition(made_up, made_up.truth_s + 0.0006, 6.0, 15.0, random);
   analysis.response.deceleration =
       MakeTransition(made_up, made_up.truth_s + 0.0031, 17.5, 25.5, random);
+  if (!made_up.photo) analysis.response.law = MakeLaw(made_up, analysis.profiles);
   if (made_up.lines > 4) {
     analysis.lines[2].used = false;
     analysis.lines[2].reason =

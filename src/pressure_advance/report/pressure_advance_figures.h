@@ -48,6 +48,10 @@ struct ReportInput {
 /// "profiles": cross-section along every line, stacked by pressure advance.
 [[nodiscard]] std::optional<Figure> ProfilesFigure(const ReportInput& input);
 
+/// "law": three lines with the learnt law through their readings, and what it says beside the
+/// changes of speed.
+[[nodiscard]] std::optional<Figure> LawFigure(const ReportInput& input);
+
 /// "height_maps": every line from above (figures 7 to 9).
 [[nodiscard]] std::optional<Figure> HeightMapsFigure(const ReportInput& input);
 

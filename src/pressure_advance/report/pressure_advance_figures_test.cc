@@ -60,7 +60,7 @@ TEST(PressureAdvanceFigures, AScanGivesEveryFigureButThePhoto) {
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const auto figures = PressureAdvanceFigures({&analysis, &scan, nullptr});
   EXPECT_EQ(Names(figures),
-            (std::vector<std::string>{"response", "profiles", "height_maps", "line_and_map",
+            (std::vector<std::string>{"response", "profiles", "law", "height_maps", "line_and_map",
                                       "surfaces", "frame_steps", "deviation"}));
   ExpectSound(figures);
 }
@@ -176,6 +176,8 @@ TEST(PressureAdvanceFigures, SurviveValuesThatAreNotFinite) {
   analysis.profiles[2].samples[9].width.value = kNan;
   analysis.profiles[2].samples[8].position = kNan;
   analysis.motion.length_mm = kNan;
+  analysis.response.law->laid_area[0][5] = kNan;
+  analysis.response.law->crossings_s.interval95.hi = kNan;
   scan.heights[0].height_px[17] = std::numeric_limits<float>::quiet_NaN();
   scan.heights[0].position_mm[3] = kNan;
   scan.steps->centre_px[4] = std::numeric_limits<float>::quiet_NaN();
@@ -188,6 +190,8 @@ TEST(PressureAdvanceFigures, SurviveCountsThatDoNotFitTogether) {
   analysis.profiles.resize(3);
   analysis.deviation.score_px.resize(2);
   analysis.response.acceleration.sigma_s.resize(1);
+  analysis.response.law->laid_area.resize(2);
+  analysis.response.law->laid_area[0].resize(5);
   scan.heights[0].height_px.pop_back();
   scan.heights[1].frames = 1;
   scan.heights[2].position_mm.clear();
@@ -223,6 +227,50 @@ TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
             ResponseFigure({&other, nullptr, nullptr})->canvas.ToSvg());
   EXPECT_EQ(DeviationFigure({&refused, nullptr, nullptr})->canvas.ToSvg(),
             DeviationFigure({&other, nullptr, nullptr})->canvas.ToSvg());
+}
+
+TEST(LawFigure, SaysWhatEachOfTheTwoSaysAndOfEachLineHowFarOffItIs) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  for (const bool good : {true, false}) {
+    if (!good) analysis.pressure_advance = Measured::CannotTell("x");
+    const auto figure = LawFigure({&analysis, nullptr, nullptr});
+    ASSERT_TRUE(figure);
+    for (const Canvas* canvas : {&figure->canvas, &*figure->narrow}) {
+      const std::string svg = canvas->ToSvg();
+      for (const char* said : {"Answer: 0.0362 s", "Shape of the lines, counts 75 %: 0.0359 s",
+                               "Changes of speed, count 25 %: 0.0371 s",
+                               "PA 0.000 s: 36.2 ms too little", "PA 0.060 s: 23.8 ms too much"}) {
+        EXPECT_EQ(svg.find(said) != std::string::npos, good) << said;
+      }
+      EXPECT_NE(svg.find(">PA 0.060 s"), std::string::npos);
+      EXPECT_NE(svg.find(">slows down<"), std::string::npos);
+      EXPECT_NE(svg.find(">area (mm²)<"), std::string::npos);
+    }
+    EXPECT_EQ(figure->seen.find("0.0371") != std::string::npos, good);
+  }
+  analysis.response.law.reset();
+  EXPECT_FALSE(LawFigure({&analysis, nullptr, nullptr}));
+}
+
+TEST(LawFigure, DrawsTheLawThroughTheReadings) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  // Where the first line's curve begins, px downwards.
+  const auto begin = [&analysis] {
+    const std::string svg = LawFigure({&analysis, nullptr, nullptr})->canvas.ToSvg();
+    const std::size_t line = svg.find(">PA 0.000 s");
+    std::size_t path = svg.find("<path d=\"M", line);
+    for (; path != std::string::npos; path = svg.find("<path d=\"M", path + 1)) {
+      const std::string drawn = svg.substr(path, svg.find("/>", path) - path);
+      if (drawn.find("stroke=\"#d9631e\" stroke-width=\"2\"") == std::string::npos) continue;
+      return std::stod(drawn.substr(drawn.find(' ', drawn.find('M'))));
+    }
+    return kNan;
+  };
+  const double full = begin();
+  for (auto& areas : analysis.response.law->laid_area) {
+    for (double& area : areas) area /= 2;
+  }
+  EXPECT_GT(begin(), full + 10);
 }
 
 TEST(LinesByPressureAdvance, SortsAndPicksEvenlyWithBothEnds) {

@@ -128,6 +128,45 @@ std::string Parts(const pa::Analysis& analysis) {
   return Card("Each speed change alone", body);
 }
 
+void AddTold(Table& table, const std::string& name, const Quantity& quantity,
+             const IntervalStyle& style, const std::string& words) {
+  table.Row({name, ValueText(quantity.value, quantity.interval95, style),
+             IntervalText(quantity.interval95, style), words});
+}
+
+/// What whole lines told of the extruder.
+std::string LawCard(const pa::Analysis& analysis) {
+  const pa::ResponseResult& response = analysis.response;
+  if (!analysis.pressure_advance.good() || !response.pressure_advance.good() || !response.law) {
+    return "";
+  }
+  const pa::LearntLaw& law = *response.law;
+  const auto counts = [](double share) { return fmt::format("counts {:.0f} %", 100 * share); };
+  Table told({{""}, {"value"}, {"interval"}, {"", true}});
+  AddTold(told, "PA by the shape of the lines", law.pressure_advance_s, kSeconds,
+          counts(law.weight));
+  AddTold(told, "PA by the changes of speed", law.crossings_s, kSeconds, counts(1 - law.weight));
+  const auto& segments = analysis.motion.segments;
+  if (segments.size() == 3) {
+    AddTold(told, fmt::format("lag at {:.4g} mm/s", segments[0].speed_mm_s), law.slow_lag_s,
+            kMilliseconds, "of a small change of speed");
+    AddTold(told, fmt::format("lag at {:.4g} mm/s", segments[1].speed_mm_s), law.fast_lag_s,
+            kMilliseconds, "of a small change of speed");
+    AddTold(told, fmt::format("slip at {:.4g} mm/s", segments[1].speed_mm_s), law.slip, kPercent,
+            "of the flow");
+  }
+  told.Row({"scatter of the lag", fmt::format("{:.1f} ms", law.lag_scatter_s * kMsPerS), "1 σ",
+            fmt::format("from line to line, of {} lines", law.lines)});
+  return Card(
+      "What the shape of the lines tells",
+      told.Html() +
+          fmt::format("<p class=\"quiet\">An extruder that stores filament by a law was fitted to "
+                      "all readings of all lines: its lag, how that changes with the flow, and "
+                      "slip. On lines of that law the changes of speed are read {:.1f} ms too {}, "
+                      "which was taken off.</p>\n",
+                      std::abs(law.correction_s) * kMsPerS, law.correction_s < 0 ? "low" : "high"));
+}
+
 std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
   if (line >= result.excess_s.size() || line >= result.sigma_s.size() ||
       !(result.sigma_s[line] > 0) || !std::isfinite(result.excess_s[line]) ||
@@ -178,6 +217,7 @@ std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
   page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
   for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));
+  page += LawCard(analysis);
   page += Lines(analysis);
   return page + PageEnd();
 }

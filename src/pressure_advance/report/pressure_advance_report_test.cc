@@ -56,6 +56,10 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
   EXPECT_TRUE(Has(text, ">0.0368 s<"));  // the acceleration alone
   EXPECT_TRUE(Has(text, ">0.0393 s<"));  // the deceleration alone
   EXPECT_TRUE(Has(text, "Both together are known"));
+  EXPECT_TRUE(Has(text, ">0.0359 s<"));  // the shape of the lines alone
+  EXPECT_TRUE(Has(text, ">counts 75 %<"));
+  EXPECT_TRUE(Has(text, ">0.0371 s<"));  // the changes of speed, weighed with it
+  EXPECT_TRUE(Has(text, ">counts 25 %<"));
   EXPECT_TRUE(Has(text, analysis.lines[2].reason));
   EXPECT_TRUE(Has(text, analysis.notices[0]));
   EXPECT_TRUE(Has(text, "printer: Voron"));
@@ -73,11 +77,33 @@ TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
     const std::string text = Text(PressureAdvanceReport({&analysis, &scan, nullptr}));
     EXPECT_TRUE(Has(text, bad.reason()));
     EXPECT_TRUE(Has(text, "No value"));
-    for (const char* number : {"0.0362", "0.0368", "0.0393", "0.0123", "0.0380",
-                               "SET_PRESSURE_ADVANCE", "M900", "M572", "printer.cfg"}) {
+    for (const char* number :
+         {"0.0362", "0.0368", "0.0393", "0.0359", "0.0371", "61.0 ms", "0.0123", "0.0380",
+          "SET_PRESSURE_ADVANCE", "M900", "M572", "printer.cfg"}) {
       EXPECT_FALSE(Has(text, number)) << number;
     }
   }
+}
+
+TEST(PressureAdvanceReport, SaysWhatTheShapeOfTheLinesTells) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const std::string text = Text(PressureAdvanceReport({&analysis, nullptr, nullptr}));
+  const auto row = [&text](const std::string& name, const std::string& value,
+                           const std::string& interval) {
+    const std::size_t at = text.find(name);
+    ASSERT_NE(at, std::string::npos) << name;
+    const std::string cells = text.substr(at, text.find("</tr>", at) - at);
+    EXPECT_TRUE(Has(cells, value)) << cells;
+    EXPECT_TRUE(Has(cells, interval)) << cells;
+  };
+  row("lag at 5 mm/s", "61.0 ms", "95 %: 53.0 to 69.0 ms");
+  row("lag at 150 mm/s", "27.5 ms", "95 %: 24.5 to 30.5 ms");
+  row("slip at 150 mm/s", "1.20 %", "95 %: 0.40 to 2.00 %");
+  row("scatter of the lag", "1.4 ms", "of 10 lines");
+  EXPECT_TRUE(Has(text, "read 0.4 ms too high"));
+  analysis.response.law.reset();
+  EXPECT_FALSE(
+      Has(Text(PressureAdvanceReport({&analysis, nullptr, nullptr})), "shape of the lines"));
 }
 
 TEST(PressureAdvanceReport, HostileTextStaysText) {

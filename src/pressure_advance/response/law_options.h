@@ -7,7 +7,9 @@ struct LawOptions {
   double error_sigma = 0.3;   ///< of what the crossings err by on lines of the learnt law, 1 sigma
   double form_sigma = 0.01;   ///< of what other laws than those learnt leave open, over the answer
   double most_weight = 0.85;  ///< of the law's own value
-  double lag_scatter = 0.04;  ///< from line to line, relative, before it is seen
+  double lag_form_sigma = 0.05;  ///< of what they leave open of the lag at one speed, over that lag
+  double slip_form_sigma = 0.01;  ///< and of slip
+  double lag_scatter = 0.04;      ///< from line to line, relative, before it is seen
   double flow_scatter = 0.015;
   double flow_noise = 0.01;
   double flow_noise_length_mm = 1.5;

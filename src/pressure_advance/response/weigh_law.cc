@@ -40,21 +40,25 @@ Quantity Budgeted(const BudgetedValue& answer, double freedom) {
           {std::max(0.0, answer.value_s - half_s), answer.value_s + half_s}};
 }
 
-// A share of the law's that is not below 0, nor above the most that it can be.
-Quantity OfTheFit(const Fitted& fitted, double most) {
+// What the fit says, with what other laws leave open; at least 0.
+Quantity OfTheFit(const Fitted& fitted, double form, double most) {
   constexpr double kNormal95 = 1.959964;
-  return {fitted.value,
-          fitted.sigma,
-          {std::max(0.0, fitted.value - kNormal95 * fitted.sigma),
-           std::min(most, fitted.value + kNormal95 * fitted.sigma)}};
+  const double u = std::hypot(fitted.sigma, form);
+  return {
+      fitted.value,
+      u,
+      {std::max(0.0, fitted.value - kNormal95 * u), std::min(most, fitted.value + kNormal95 * u)}};
 }
 
-LearntLaw Learnt(const LawFit& law) {
+LearntLaw Learnt(const LawFit& law, const LawOptions& options) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
+  const auto lag = [&](const Fitted& fitted) {
+    return OfTheFit(fitted, options.lag_form_sigma * fitted.value, kAny);
+  };
   LearntLaw learnt;
-  learnt.slow_lag_s = OfTheFit(law.slow_lag_s, kAny);
-  learnt.fast_lag_s = OfTheFit(law.fast_lag_s, kAny);
-  learnt.slip = OfTheFit(law.slip, 1);
+  learnt.slow_lag_s = lag(law.slow_lag_s);
+  learnt.fast_lag_s = lag(law.fast_lag_s);
+  learnt.slip = OfTheFit(law.slip, options.slip_form_sigma, 1);
   learnt.lag_scatter_s = law.lag_scatter_s;
   learnt.lines = law.lines;
   return learnt;
@@ -86,7 +90,7 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   const double apart = own + law_variance - 2 * shared;
   const double w = std::clamp((own - shared) / apart, 0.0, options.most_weight);
   const double differ_s = law.pressure_advance_s - whole.value_s;
-  LearntLaw learnt = Learnt(law);
+  LearntLaw learnt = Learnt(law, options);
   BudgetedValue of_law{law.pressure_advance_s, {}};
   of_law.budget.lines = Square(law.sigma_s);
   of_law.budget.form = law_variance - Square(law.sigma_s);

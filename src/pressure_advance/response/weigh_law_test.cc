@@ -29,6 +29,7 @@ LawFit Law(double value_s, double sigma_s) {
   law.lag_scatter_s = 0.0005;
   law.lines = 10;
   law.slip = {0.002, 0.005};
+  law.fast_lag_s = {0.02, 0.0006};
   return law;
 }
 
@@ -75,7 +76,10 @@ TEST(WeighLaw, SaysWhatEachOfTheTwoSaysAndHowItCounts) {
   EXPECT_EQ(learnt.lag_scatter_s, 0.0005);
   EXPECT_EQ(learnt.lines, 10);
   EXPECT_EQ(learnt.slip.interval95.lo, 0);
-  EXPECT_NEAR(learnt.slip.interval95.hi, 0.002 + 1.96 * 0.005, 1e-6);
+  EXPECT_NEAR(learnt.slip.standard_uncertainty, std::hypot(0.005, options.slip_form_sigma), 1e-9);
+  EXPECT_NEAR(learnt.slip.interval95.hi, 0.002 + 1.96 * learnt.slip.standard_uncertainty, 1e-6);
+  EXPECT_NEAR(learnt.fast_lag_s.standard_uncertainty,
+              std::hypot(0.0006, options.lag_form_sigma * 0.02), 1e-9);
 }
 
 TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
