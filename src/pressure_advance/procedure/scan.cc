@@ -221,23 +221,21 @@ Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
               failed.error().kind);
 }
 
-// Of all sweeps, without travels and what commands take.
-double SweepTime_s(const SweepPlan& sweeps) {
-  double time_s = 0;
-  for (const SweepRun& run : sweeps.runs) {
-    const PathLeg last = PathOf(sweeps.Of(run)).back();
-    const PathLeg first = PathOf(sweeps.Of(run)).front();
-    time_s +=
-        2 * sweeps.settle_s + (last.begin_mm + last.length_mm - first.begin_mm) / sweeps.speed_mm_s;
-  }
-  return time_s;
+// From the first sweep's start on, where the head is by now; without what commands take.
+double SweepTime_s(const SweepPlan& sweeps, const ScanRequest& request) {
+  settings::PrinterSettings printer;
+  printer.travel_speed_mm_s = request.travel_speed_mm_s;
+  const Sweep& first = sweeps.sweeps.front();
+  return TimeOf(sweeps, printer, request.plan.acceleration_mm_s2,
+                {first.start_x_mm, first.start_y_mm, sweeps.z_mm})
+      .total_s();
 }
 
 Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanRecording& recording) {
   const std::size_t lines = sweeps.sweeps.size();
   std::size_t repeats_left = 1 + sweeps.runs.size() / 2;
   const double begin_s = machine::HostNow();
-  double each_s = SweepTime_s(sweeps) / static_cast<double>(lines);
+  double each_s = SweepTime_s(sweeps, sweeping.request) / static_cast<double>(lines);
   for (const SweepRun& run : sweeps.runs) {
     const std::size_t i = run.first;
     // Travels and waits are known once there was a run.
