@@ -28,6 +28,13 @@ struct DeadRun {
   RunJournal journal;
 };
 
+// Of a run that is over: whether it died, or ended alive.
+std::string WhatBecameOf(const RunJournal& journal) {
+  if (journal.ended.empty()) return fmt::format("the run of {} died here", journal.started);
+  return fmt::format("the run of {} could not bring back what it had changed, as {}",
+                     journal.started, journal.ended);
+}
+
 Result<void> Remove(const fs::path& path) {
   std::error_code error;
   fs::remove(path, error);
@@ -70,8 +77,7 @@ Result<bool> BringBack(const Session& session, const settings::ScanSettings& set
   if (!journal.without_laser) lines = {settings.laser_off_gcode, settings.lights_on_gcode};
   for (std::string& line : SettingLines(journal)) lines.push_back(std::move(line));
   if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
-  session.Say(fmt::format("the run of {} died here: brought back {}", journal.started,
-                          DescribeSettings(journal)));
+  session.Say(fmt::format("{}: brought back {}", WhatBecameOf(journal), DescribeSettings(journal)));
   if (auto off = HeatersOff(session, "it"); !off) return tl::unexpected(off.error());
   return true;
 }
@@ -81,14 +87,12 @@ Result<void> Finish(const Session& session, const settings::ScanSettings& settin
   const RunJournal& journal = dead.journal;
   const auto brought = BringBack(session, settings, journal);
   if (!brought) {
-    return Fail(fmt::format("what the run of {}, which died, left on the printer could not be "
-                            "brought back: {}",
-                            journal.started, brought.error().message),
+    return Fail(fmt::format("{}, and what it left on the printer could not be brought back now: {}",
+                            WhatBecameOf(journal), brought.error().message),
                 brought.error().kind);
   }
   if (!*brought) {
-    session.Say(fmt::format("the run of {} died here, and nothing of it is left on the printer",
-                            journal.started));
+    session.Say(fmt::format("{}, and nothing of it is left on the printer", WhatBecameOf(journal)));
   }
   // A print that had ended by itself leaves its file; there may be none.
   if (!journal.upload.empty()) {
@@ -235,8 +239,7 @@ Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
   Session dead = session;
   dead.own_file = (*journal)->upload;
   if (now->print_file != dead.own_file || OthersJob(*now, "").empty()) return {};
-  session.Say(fmt::format("the run of {} died here, and its print is still under way",
-                          (*journal)->started));
+  session.Say(fmt::format("{}, and its print is still under way", WhatBecameOf(**journal)));
   const EndedPrint ended = EndOwnPrint(dead, *now, park);
   for (const std::string& left : ended.lost) session.Say(left);
   if (ended.failed.empty()) return {};
@@ -256,8 +259,8 @@ std::string DescribeDeadRun(const Session& session, const fs::path& state_folder
   if (*journal) {
     const auto state = session.printer.LastState();
     const std::string on = HeatersOn(state);
-    return fmt::format("the run of {} died here: the next run brings back {}{}",
-                       (*journal)->started, DescribeSettings(**journal),
+    return fmt::format("{}: the next run brings back {}{}", WhatBecameOf(**journal),
+                       DescribeSettings(**journal),
                        on.empty() ? "" : " and switches off what is on: " + on);
   }
   return owner && !owner->empty() ? Taken(*owner).message : "";

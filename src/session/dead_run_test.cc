@@ -61,6 +61,41 @@ TEST_F(DeadRunTest, OfADeadRunBeforeARestartNothingIsBroughtBack) {
   EXPECT_THAT(said_, Contains(HasSubstr("nothing of it is left")));
 }
 
+TEST_F(DeadRunTest, ARunWhosePrinterWasStoppedIsNotSaidToHaveDied) {
+  {
+    PrinterStateGuard stopped = Begun();
+    printer_.state.readiness = machine::PrinterReadiness::kShutdown;
+    printer_.state.message = "Shutdown due to webhooks request\nOnce the underlying issue …";
+    printer_.refused["LASER_OFF"] = "Shutdown due to webhooks request";
+    EXPECT_THAT(stopped.Restore(), ::testing::SizeIs(1));
+  }
+  // Its owner restarts it.
+  printer_.state.readiness = machine::PrinterReadiness::kReady;
+  printer_.state.message.clear();
+  printer_.refused.clear();
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  EXPECT_THAT(DescribeDeadRun(session_, folder_.path(), PlainAddress(address_)),
+              HasSubstr("the printer was shut down (Shutdown due to webhooks request): the next"));
+  said_.clear();
+  ASSERT_TRUE(Take("run-2"));
+  EXPECT_THAT(said_, Contains(HasSubstr("as the printer was shut down (Shutdown due to webhooks "
+                                        "request), and nothing of it is left on the printer")));
+  EXPECT_THAT(said_, Not(Contains(HasSubstr("died"))));
+}
+
+TEST_F(DeadRunTest, ARunWhosePrinterRefusedIsSaidToHaveEnded) {
+  {
+    PrinterStateGuard refused = Begun();
+    printer_.refused["SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"] = "not now";
+    EXPECT_THAT(refused.Restore(), ::testing::SizeIs(1));
+  }
+  printer_.refused.clear();
+  said_.clear();
+  ASSERT_TRUE(Take("run-2"));
+  EXPECT_THAT(said_, Contains(HasSubstr("as SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04 "
+                                        "failed: brought back pressure advance 0.031 s")));
+}
+
 TEST_F(DeadRunTest, AnotherPrintersJournalIsLeftAlone) {
   Die();
   const auto guard =

@@ -13,6 +13,7 @@
 
 #include "base/bug_note.h"
 #include "base/check.h"
+#include "base/utf8.h"
 #include "session/dead_run.h"
 #include "session/laser_off.h"
 #include "session/printer_settings.h"
@@ -378,6 +379,19 @@ void PrinterStateGuard::BringBack() {
   Release();
 }
 
+// Without the note the next run would take this one for dead.
+void PrinterStateGuard::NoteEnd() {
+  constexpr std::size_t kMostBytes = 300;
+  const auto now = printer_->State({kAsk_s});
+  const bool stopped = now && now->readiness == machine::PrinterReadiness::kShutdown;
+  const std::string& why = stopped ? now->message : failed_.front();
+  // A message of Klipper's goes on with what to do, in further lines; so does one of ours.
+  const std::size_t end = stopped ? why.find('\n') : why.find(": ");
+  const std::string first = Utf8OrReplaced(why.substr(0, end), kMostBytes);
+  journal_.ended = stopped ? fmt::format("the printer was shut down ({})", first) : first;
+  (void)files::WriteJournal(journal_path_, journal_);
+}
+
 std::vector<std::string> PrinterStateGuard::Restore() {
   if (printer_ == nullptr) return {};
   const auto until = Clock::now() + std::chrono::duration<double>(kReturn_s);
@@ -400,6 +414,7 @@ std::vector<std::string> PrinterStateGuard::Restore() {
     if (!away) break;
     std::this_thread::sleep_for(kAgain);  // it may be there, and tell nothing of itself
   }
+  if (!failed_.empty()) NoteEnd();
   printer_ = nullptr;
   std::vector<std::string> all = failed_;
   all.insert(all.end(), lost_.begin(), lost_.end());

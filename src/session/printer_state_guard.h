@@ -35,7 +35,7 @@ struct RunIdentity {
 /// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
 /// is changed, and brings them back: on purpose by Restore(), or by the destructor where something
 /// went wrong before. The laser goes off first. The note stays until all has come back, so that the
-/// next run does it where this one dies.
+/// next run does it where this one dies or cannot; in the latter case the note says why.
 class PrinterStateGuard {
  public:
   /// Takes the printer for this run: on this computer by a lock, at the printer by its name
@@ -87,6 +87,7 @@ class PrinterStateGuard {
   [[nodiscard]] std::string HeatersOff();
   void BringBackSettings();
   void BringBackHeaters(bool in_doubt);
+  void NoteEnd();
   void DeleteUpload();
   [[nodiscard]] Session AsSession() const;
   [[nodiscard]] std::string AnotherOwner() const;

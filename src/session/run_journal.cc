@@ -112,6 +112,7 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   Put(json, "smooth_time_s", journal.smooth_time_s);
   if (!journal.extruder.empty()) json["extruder"] = journal.extruder;
   if (journal.without_laser) json["without_laser"] = true;
+  if (!journal.ended.empty()) json["ended"] = journal.ended;
   json["heaters"] = Json::array();
   for (const auto& [name, target_c] : journal.targets_c) {
     json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
@@ -152,6 +153,7 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   if (!journal.extruder.empty() && !IsWordLike(journal.extruder, "_-", 100)) {
     object.Fault("extruder", "is no extruder's name");
   }
+  if (object.has("ended")) journal.ended = object.Text("ended");
   for (const auto& entry : object.List("heaters", 0, kMostHeaters)) {
     JsonObject heater = object.Inner(entry, "heaters");
     const std::string name = heater.Text("name");

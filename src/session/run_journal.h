@@ -30,6 +30,9 @@ struct RunJournal {
   std::string extruder = {};
   /// Its printer may have no laser, nor lights to switch: none of both was touched.
   bool without_laser = false;
+  /// Why the run ended without bringing everything back, as part of a sentence: "the printer was
+  /// shut down (…)". Empty: it has not ended, or died.
+  std::string ended = {};
 };
 
 /// Whether a text can name a run.
