@@ -56,8 +56,13 @@ constexpr auto kFields = std::to_array<ScanField>({
     {kCamera, "px_per_mm", &S::px_per_mm, "1/mm", 1, 10000,
      "Pixels per mm on the plate. Left out: cross-sections stay in pixels, which is enough for "
      "pressure advance."},
+    {kCamera, "px_per_mm_sigma", &S::px_per_mm_sigma, "1/mm", 1e-6, 1000,
+     "Standard uncertainty of px_per_mm. Left out: what heights and areas are known to is not "
+     "said."},
     {kCamera, "laser_angle", &S::laser_angle_deg, "°", 5, 85,
      "Between the laser's sheet of light and the camera's axis."},
+    {kCamera, "laser_angle_sigma", &S::laser_angle_sigma_deg, "°", 1e-6, 10,
+     "Standard uncertainty of laser_angle, likewise."},
     {kCamera, "height_direction", &S::height_direction, "", 0, 0,
      "Direction in the picture in which the laser line moves where the surface rises: +x, -x, +y "
      "or -y."},

@@ -35,7 +35,9 @@ struct ScanSettings {
       17.86;                    ///< nozzle's z at which that holds and the picture is sharp; paper
   std::vector<double> crop_px;  ///< x, y, width, height; empty: found from the frames
   std::optional<double> px_per_mm;
+  std::optional<double> px_per_mm_sigma;
   double laser_angle_deg = 45;
+  std::optional<double> laser_angle_sigma_deg;
   AxisDirection height_direction = AxisDirection::kMinusX;
 
   // [scan]

@@ -56,6 +56,8 @@ struct Outcome {
   double bound_s = 0;
   double mean_bound_s = 0;
   std::optional<double> bead_error_s;  // of the same fit on the beads themselves
+  std::vector<double> read_areas;      // of each line, over the beads' own
+  std::vector<double> read_heights;    // over the layer's
   std::optional<double> best_error_s;
   std::optional<double> cubic_error_s;
 };
@@ -72,6 +74,7 @@ std::optional<Value> Judge(const Measured& measured, double truth_s) {
 
 struct World {
   double fast_flow_mm3_s = 0;
+  double layer_height_mm = 0;
   std::string gcode;
   sim::Plan plan;
   settings::ScanSettings scan;
@@ -95,6 +98,7 @@ World DefaultWorld() {
   config.material = "abs";
   const auto layout = pressure_advance::LayOut(config);
   const auto plan = pressure_advance::MakePlan(layout, config, "pattern.gcode");
+  world.layer_height_mm = config.layer_height_mm;
   world.fast_flow_mm3_s = Summarise(layout, config).peak_flow_mm3_s;
   world.gcode = pressure_advance::WriteGcode(layout, config);
   world.plan = sim::ParsePlan(files::FormatPlan(plan)).value();
@@ -140,6 +144,24 @@ std::vector<pressure_advance::LineProfile> BeadsOf(
     }
   }
   return profiles;
+}
+
+void CompareReadings(const std::vector<pressure_advance::LineProfile>& seen,
+                     const std::vector<pressure_advance::LineProfile>& exact,
+                     double layer_height_mm, Outcome& outcome) {
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    std::vector<double> areas_mm2, there_mm2, heights_mm;
+    for (std::size_t k = 0; k < exact[i].samples.size(); ++k) {
+      const pressure_advance::ProfileSample& sample = seen[i].samples[k];
+      if (!sample.area.seen() || !sample.height.seen()) continue;
+      areas_mm2.push_back(sample.area.value);
+      there_mm2.push_back(exact[i].samples[k].area.value);
+      heights_mm.push_back(sample.height.value);
+    }
+    if (areas_mm2.empty()) continue;
+    outcome.read_areas.push_back(Median(areas_mm2) / Median(there_mm2));
+    outcome.read_heights.push_back(Median(heights_mm) / layer_height_mm);
+  }
 }
 
 // What the learnt law says of the extruder, beside what it is.
@@ -195,8 +217,9 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   }
   outcome.bound_s = test::BoundOf(traits);
   outcome.mean_bound_s = test::MeanBoundOf(traits);
-  const auto beads = pressure_advance::FitResponse(BeadsOf(*print, world.plan, analysis.profiles),
-                                                   analysis.motion);
+  const auto exact = BeadsOf(*print, world.plan, analysis.profiles);
+  CompareReadings(analysis.profiles, exact, world.layer_height_mm, outcome);
+  const auto beads = pressure_advance::FitResponse(exact, analysis.motion);
   if (beads.result.pressure_advance.good()) {
     outcome.bead_error_s = beads.result.pressure_advance.quantity().value - truth;
   }
@@ -242,11 +265,15 @@ struct Tally {
   int runs = 0;
   Intervals value, acceleration, deceleration, slow_lag, fast_lag, slip;
   std::vector<double> bound_ms, mean_bound_ms, bead_ms, best_ms, cubic_ms;
+  std::vector<double> read_areas, read_heights;
 
   void Add(const Outcome& outcome) {
     ++runs;
     if (outcome.best_error_s) best_ms.push_back(1e3 * *outcome.best_error_s);
     if (outcome.cubic_error_s) cubic_ms.push_back(1e3 * *outcome.cubic_error_s);
+    read_areas.insert(read_areas.end(), outcome.read_areas.begin(), outcome.read_areas.end());
+    read_heights.insert(read_heights.end(), outcome.read_heights.begin(),
+                        outcome.read_heights.end());
     value.Add(outcome.value);
     acceleration.Add(outcome.acceleration);
     deceleration.Add(outcome.deceleration);
@@ -281,6 +308,18 @@ void PrintLaw(const char* name, const Intervals& told) {
       "standard uncertainty {:.2f}, sd of error/u {:.2f}\n",
       name, told.good(), told.share(), MeanOrZero(told.error_ms), RootMeanSquare(told.error_ms),
       RootMeanSquare(told.u_ms), StandardDeviation(told.pull));
+}
+
+// @param share  standard uncertainty that the answer states of it
+void PrintReading(const char* name, const std::vector<double>& read, double share) {
+  double squares = 0;
+  for (const double value : read) squares += Square(value - 1);
+  const double rms = std::sqrt(squares / static_cast<double>(read.size()));
+  fmt::print(
+      "{} as read over what is there: {:.2f} on average, 95 % in {:.2f} to {:.2f}; rms error "
+      "{:.3f}, stated {:.2f}\n",
+      name, Mean(read), Quantile(read, 0.025), Quantile(read, 0.975), rms, share);
+  EXPECT_LE(rms, 1.1 * share) << name;
 }
 
 int FromEnvironment(const char* name, int fallback) {
@@ -340,6 +379,8 @@ TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelve
     PrintRow(sim::ToString(conditions[c]), tally[c]);
   }
   PrintRow("all", all);
+  PrintReading("heights", all.read_heights, pressure_advance::kHeightReadingShare);
+  PrintReading("areas", all.read_areas, pressure_advance::kAreaReadingShare);
   PrintLaw("lag at the slow speed, ms", all.slow_lag);
   PrintLaw("lag at the fast speed, ms", all.fast_lag);
   PrintLaw("slip at the fast speed, 0.1 %", all.slip);

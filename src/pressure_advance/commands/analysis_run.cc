@@ -43,6 +43,7 @@ Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method
                                            std::move(measured->deviation), method);
   run.analysis.notices.insert(run.analysis.notices.begin(), measured->notices.begin(),
                               measured->notices.end());
+  run.analysis.scale = HeightScaleOf(measured->scan);
   run.scan = std::move(measured->view);
   return run;
 }

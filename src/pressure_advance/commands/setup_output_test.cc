@@ -47,10 +47,12 @@ TEST_F(WriteCamera, KeepsEverythingElseAndTheFileAsItWas) {
   const auto backup = WriteCameraTarget(*target, Measurement(), kFocus_mm);
   ASSERT_TRUE(backup) << backup.error().message;
   EXPECT_EQ(ReadWhole(*backup), before);
-  EXPECT_THAT(ReadWhole(path()),
-              AllOf(HasSubstr("# mine\n[filament]\nmaterial = \"pla\"\n"), HasSubstr("fps = 60"),
-                    HasSubstr("\noffset_x = 28.123\n"), HasSubstr("\nfocus_height = 17.5\n"),
-                    HasSubstr("# before pa setup: offset_x = 27")));
+  EXPECT_THAT(
+      ReadWhole(path()),
+      AllOf(HasSubstr("# mine\n[filament]\nmaterial = \"pla\"\n"), HasSubstr("fps = 60"),
+            HasSubstr("\noffset_x = 28.123\n"), HasSubstr("\nfocus_height = 17.5\n"),
+            HasSubstr("\npx_per_mm_sigma = 0.01\n"), HasSubstr("\nlaser_angle_sigma = 0.573\n"),
+            HasSubstr("# before pa setup: offset_x = 27")));
 }
 
 TEST_F(WriteCamera, MakesAFileThatIsNotThere) {

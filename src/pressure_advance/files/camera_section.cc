@@ -20,6 +20,12 @@ std::string Crop(const PixelRect& crop) {
   return fmt::format("[{}, {}, {}, {}]", crop.x, crop.y, crop.width, crop.height);
 }
 
+// Above 0, which no uncertainty is.
+std::string Sigma(double standard_uncertainty) {
+  constexpr double kLeast = 1e-4;
+  return FormatNumber(std::max(kLeast, standard_uncertainty), 4);
+}
+
 // "95 %: 27.95 to 28.03"
 std::string Between(const Measured& measured, double unit, int decimals) {
   const Interval& interval = measured.quantity().interval95;
@@ -67,9 +73,12 @@ CameraKeys CameraKeysOf(const SetupResult& result, double focus_height_mm) {
   keys.emplace_back("offset_y", FormatNumber(result.offset.y_mm.quantity().value, 3));
   keys.emplace_back("focus_height", FormatNumber(focus_height_mm, 2));
   if (result.crop) keys.emplace_back("crop", Crop(*result.crop));
-  keys.emplace_back("px_per_mm", FormatNumber(result.scale.px_per_mm.quantity().value, 3));
-  keys.emplace_back("laser_angle",
-                    FormatNumber(result.scan_angle_rad.quantity().value / kDegree, 2));
+  const Quantity& scale = result.scale.px_per_mm.quantity();
+  const Quantity& angle_rad = result.scan_angle_rad.quantity();
+  keys.emplace_back("px_per_mm", FormatNumber(scale.value, 3));
+  keys.emplace_back("px_per_mm_sigma", Sigma(scale.standard_uncertainty));
+  keys.emplace_back("laser_angle", FormatNumber(angle_rad.value / kDegree, 2));
+  keys.emplace_back("laser_angle_sigma", Sigma(angle_rad.standard_uncertainty / kDegree));
   keys.emplace_back("height_direction", fmt::format("\"{}\"", ToString(result.height_direction)));
   return keys;
 }

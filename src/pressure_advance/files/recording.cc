@@ -104,7 +104,11 @@ Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
   scan.frames_per_s = object.Number("frames_per_s", {}, 30);
   scan.scan_speed_mm_s = object.Number("scan_speed_mm_s");
   scan.px_per_mm = object.OptionalNumber("px_per_mm");
+  scan.px_per_mm_sigma = object.OptionalNumber("px_per_mm_sigma");
   scan.laser_angle_rad = object.Number("laser_angle_deg", {}, 45) * std::numbers::pi / 180;
+  if (const auto sigma_deg = object.OptionalNumber("laser_angle_sigma_deg")) {
+    scan.laser_angle_sigma_rad = *sigma_deg * std::numbers::pi / 180;
+  }
   scan.height_direction = Direction(object, "height_direction").value_or(AxisDirection::kMinusX);
   parts.crop = object.Find("crop_px");
   parts.found = object.Find("found_crop_px");
@@ -171,7 +175,11 @@ ordered_json FormatHead(const Scan& scan) {
                     {"frames_per_s", scan.frames_per_s},
                     {"scan_speed_mm_s", scan.scan_speed_mm_s}};
   if (scan.px_per_mm) head["px_per_mm"] = *scan.px_per_mm;
+  if (scan.px_per_mm_sigma) head["px_per_mm_sigma"] = *scan.px_per_mm_sigma;
   head["laser_angle_deg"] = Degrees(scan.laser_angle_rad);
+  if (scan.laser_angle_sigma_rad) {
+    head["laser_angle_sigma_deg"] = Degrees(*scan.laser_angle_sigma_rad);
+  }
   head["height_direction"] = ToString(scan.height_direction);
   if (scan.crop) head["crop_px"] = FormatCrop(*scan.crop);
   if (scan.found_crop) head["found_crop_px"] = FormatCrop(*scan.found_crop);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -141,7 +142,9 @@ TEST(ReadScan, NamesThePathTheValueAndTheBound) {
       {"/frames_per_s", 0, "frames_per_s", "1"},
       {"/scan_speed_mm_s", 0, "scan_speed_mm_s", "1000"},
       {"/px_per_mm", 0.5, "px_per_mm", "10000"},
+      {"/px_per_mm_sigma", 0, "px_per_mm_sigma", "1000"},
       {"/laser_angle_deg", 90, "laser_angle_deg", "85"},
+      {"/laser_angle_sigma_deg", 11, "laser_angle_sigma_deg", "10"},
       {"/height_direction", "-z", "height_direction", "-z"},
       {"/crop_px/x", -1, "crop_px.x", "-1"},
       {"/found_crop_px",
@@ -215,6 +218,8 @@ pressure_advance::Scan FullScan() {
   scan.frames_per_s = 29.97;
   scan.scan_speed_mm_s = 20.0 / 3;
   scan.px_per_mm = 44.1;
+  scan.px_per_mm_sigma = 0.07;
+  scan.laser_angle_sigma_rad = 0.2 * std::numbers::pi / 180;
   scan.laser_angle_rad = 40 * std::numbers::pi / 180;
   scan.height_direction = AxisDirection::kPlusY;
   scan.crop = PixelRect{837, 341, 45, 60};
@@ -238,6 +243,9 @@ void ExpectSame(const pressure_advance::Scan& a, const pressure_advance::Scan& b
   EXPECT_EQ(a.frames_per_s, b.frames_per_s);
   EXPECT_EQ(a.scan_speed_mm_s, b.scan_speed_mm_s);
   EXPECT_EQ(a.px_per_mm, b.px_per_mm);
+  EXPECT_EQ(a.px_per_mm_sigma, b.px_per_mm_sigma);
+  ASSERT_EQ(a.laser_angle_sigma_rad.has_value(), b.laser_angle_sigma_rad.has_value());
+  EXPECT_NEAR(a.laser_angle_sigma_rad.value_or(0), b.laser_angle_sigma_rad.value_or(0), 1e-10);
   EXPECT_NEAR(a.laser_angle_rad, b.laser_angle_rad, 1e-10);
   EXPECT_EQ(a.height_direction, b.height_direction);
   for (const auto& [one, other] :
@@ -326,6 +334,27 @@ TEST(ReadScan, SaysWhatAFolderLacks) {
   EXPECT_THAT(nowhere.error().message, HasSubstr("none"));
   std::ofstream(folder.path() / "scan.json") << Valid().dump();
   EXPECT_TRUE(ReadScan(folder.path()).has_value());
+}
+
+TEST(HeightScale, CarriesWhatScaleAndAngleLeaveOpen) {
+  pressure_advance::Scan scan = FullScan();
+  const auto known = HeightScaleOf(scan);
+  ASSERT_TRUE(known && known->height_share && known->area_share);
+  // As heights and areas move with scale and angle.
+  const auto height = [](double px_per_mm, double angle_rad) {
+    return 1 / (px_per_mm * std::tan(angle_rad));
+  };
+  const double scale = *scan.px_per_mm, angle = scan.laser_angle_rad;
+  const double by_scale = height(scale - *scan.px_per_mm_sigma, angle) / height(scale, angle) - 1;
+  const double by_angle =
+      height(scale, angle - *scan.laser_angle_sigma_rad) / height(scale, angle) - 1;
+  EXPECT_NEAR(known->height_mm_per_px, height(scale, angle), 1e-12);
+  EXPECT_NEAR(*known->height_share, std::hypot(by_scale, by_angle), 1e-4);
+  EXPECT_NEAR(*known->area_share, std::hypot(2 * by_scale, by_angle), 1e-4);
+  scan.laser_angle_sigma_rad.reset();
+  EXPECT_FALSE(HeightScaleOf(scan)->height_share);
+  scan.px_per_mm.reset();
+  EXPECT_FALSE(HeightScaleOf(scan));
 }
 
 }  // namespace

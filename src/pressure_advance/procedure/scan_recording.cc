@@ -36,6 +36,10 @@ Scan DescribeScan(const ScanRequest& request) {
   scan.scan_speed_mm_s = settings.scan_speed_mm_s;
   scan.px_per_mm = settings.px_per_mm;
   scan.laser_angle_rad = settings.laser_angle_deg * std::numbers::pi / 180;
+  scan.px_per_mm_sigma = settings.px_per_mm_sigma;
+  if (settings.laser_angle_sigma_deg) {
+    scan.laser_angle_sigma_rad = *settings.laser_angle_sigma_deg * std::numbers::pi / 180;
+  }
   scan.height_direction = settings.height_direction;
   if (settings.crop_px.size() == 4) {
     const auto whole = [&](std::size_t i) { return static_cast<int>(settings.crop_px[i]); };

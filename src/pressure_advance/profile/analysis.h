@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "pressure_advance/profile/height_scale.h"
 #include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 
@@ -76,6 +77,7 @@ struct Analysis {
   std::vector<LineResult> lines;
   LineMotion motion;
   std::vector<LineProfile> profiles;  ///< same order as lines
+  std::optional<HeightScale> scale;   ///< of a laser scan whose pixels are known in mm
   ResponseResult response;
   DeviationResult deviation;
   std::vector<std::string> notices;  ///< what a user should know although the verdict stands

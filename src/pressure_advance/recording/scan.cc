@@ -130,6 +130,20 @@ void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
 
 }  // namespace
 
+std::optional<HeightScale> HeightScaleOf(const Scan& scan) {
+  if (!scan.px_per_mm) return std::nullopt;
+  HeightScale scale;
+  scale.px_per_mm = *scan.px_per_mm;
+  scale.height_mm_per_px = 1 / (*scan.px_per_mm * std::tan(scan.laser_angle_rad));
+  if (scan.px_per_mm_sigma && scan.laser_angle_sigma_rad) {
+    const double by_scale = *scan.px_per_mm_sigma / *scan.px_per_mm;
+    const double by_angle = 2 * *scan.laser_angle_sigma_rad / std::sin(2 * scan.laser_angle_rad);
+    scale.height_share = std::hypot(by_scale, by_angle);
+    scale.area_share = std::hypot(2 * by_scale, by_angle);
+  }
+  return scale;
+}
+
 Result<void> Validate(const Scan& scan) {
   Checker check;
   if (scan.lines.empty() || scan.lines.size() > 1000) {
@@ -140,8 +154,13 @@ Result<void> Validate(const Scan& scan) {
   if (scan.px_per_mm) {
     check.Number("px_per_mm", *scan.px_per_mm, {1, 10000});
   }
+  if (scan.px_per_mm_sigma) check.Number("px_per_mm_sigma", *scan.px_per_mm_sigma, {0, 1000, true});
   // The bounds are in degrees; a rounding step of the conversion must not put 85 outside.
-  check.Number("laser_angle_deg", std::round(scan.laser_angle_rad / kDegree * 1e9) / 1e9, {5, 85});
+  const auto degrees = [](double angle_rad) { return std::round(angle_rad / kDegree * 1e9) / 1e9; };
+  check.Number("laser_angle_deg", degrees(scan.laser_angle_rad), {5, 85});
+  if (scan.laser_angle_sigma_rad) {
+    check.Number("laser_angle_sigma_deg", degrees(*scan.laser_angle_sigma_rad), {0, 10, true});
+  }
   CheckCrop("crop_px", scan.crop, check);
   CheckCrop("found_crop_px", scan.found_crop, check);
   CheckMotion(scan.motion, check);

@@ -8,6 +8,7 @@
 #include "base/axis_direction.h"
 #include "base/frame.h"
 #include "base/result.h"
+#include "pressure_advance/profile/height_scale.h"
 #include "pressure_advance/profile/line_motion.h"
 
 namespace trammel::pressure_advance {
@@ -29,8 +30,10 @@ struct ScanLine {
 struct Scan {
   std::vector<ScanLine> lines;
   double frames_per_s = 30;
-  double scan_speed_mm_s = 0;       ///< speed of the sweep along the line
-  std::optional<double> px_per_mm;  ///< on the plate; absent: results stay in pixels
+  double scan_speed_mm_s = 0;                   ///< speed of the sweep along the line
+  std::optional<double> px_per_mm;              ///< on the plate; absent: results stay in pixels
+  std::optional<double> px_per_mm_sigma;        ///< 1 sigma, as set up
+  std::optional<double> laser_angle_sigma_rad;  ///< 1 sigma, as set up
   double laser_angle_rad =
       0.785398163397448;  ///< between sheet and camera axis: shift = height tan
   AxisDirection height_direction = AxisDirection::kMinusX;  ///< image direction of a rising surface
@@ -39,6 +42,9 @@ struct Scan {
   double line_start_mm = 0;             ///< laser in the first scored frame, from the printed start
   LineMotion motion;                    ///< length and acceleration are present in a scan
 };
+
+/// What heights and areas have to do with pixels. Absent without px_per_mm.
+[[nodiscard]] std::optional<HeightScale> HeightScaleOf(const Scan& scan);
 
 /// Names the key, the value and the bound of the first thing that cannot be.
 [[nodiscard]] Result<void> Validate(const Scan& scan);

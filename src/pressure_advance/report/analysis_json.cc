@@ -1,8 +1,10 @@
 #include "pressure_advance/report/analysis_json.h"
 
+#include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
+#include "base/statistics.h"
 #include "document/json_number.h"
 
 namespace trammel::report {
@@ -71,6 +73,36 @@ Json Law(const pa::ResponseResult& response) {
   return object;
 }
 
+/// The median of what was read along a line, with what noise, scale, angle and the eye leave open.
+Json Median(const pa::LineProfile& profile, pa::Seen pa::ProfileSample::*quantity,
+            const std::optional<double>& share, double reading_share) {
+  std::vector<double> values, sigmas;
+  for (const pa::ProfileSample& sample : profile.samples) {
+    const pa::Seen& seen = sample.*quantity;
+    if (sample.gap || !seen.seen() || !std::isfinite(seen.value)) continue;
+    values.push_back(seen.value);
+    sigmas.push_back(seen.sigma);
+  }
+  if (values.empty()) return nullptr;
+  constexpr double kOfAMedian = 1.2533;  // standard deviation over a mean's, of many values
+  const double median = trammel::Median(values);
+  const double noise =
+      kOfAMedian * trammel::Median(sigmas) / std::sqrt(static_cast<double>(values.size()));
+  return {{"value", Number(median)},
+          {"standard_uncertainty",
+           share ? Number(std::hypot(noise, median * *share, median * reading_share)) : nullptr}};
+}
+
+/// What pixels are in mm.
+Json Scale(const std::optional<pa::HeightScale>& scale) {
+  if (!scale) return nullptr;
+  return {
+      {"px_per_mm", Number(scale->px_per_mm)},
+      {"height_mm_per_px", Number(scale->height_mm_per_px)},
+      {"height_standard_uncertainty", scale->height_share ? Number(*scale->height_share) : nullptr},
+      {"area_standard_uncertainty", scale->area_share ? Number(*scale->area_share) : nullptr}};
+}
+
 Json Lines(const pa::Analysis& analysis) {
   Json lines = Json::array();
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
@@ -82,6 +114,13 @@ Json Lines(const pa::Analysis& analysis) {
     object["deviation_px"] = i < analysis.deviation.score_px.size()
                                  ? Number(analysis.deviation.score_px[i])
                                  : Json(nullptr);
+    const bool in_mm = analysis.scale && i < analysis.profiles.size();
+    object["height_mm"] = in_mm ? Median(analysis.profiles[i], &pa::ProfileSample::height,
+                                         analysis.scale->height_share, pa::kHeightReadingShare)
+                                : Json(nullptr);
+    object["area_mm2"] = in_mm ? Median(analysis.profiles[i], &pa::ProfileSample::area,
+                                        analysis.scale->area_share, pa::kAreaReadingShare)
+                               : Json(nullptr);
     lines.push_back(std::move(object));
   }
   return lines;
@@ -113,6 +152,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
   root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
   root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
   root["law"] = Law(analysis.response);
+  root["scale"] = Scale(analysis.scale);
   root["lines"] = Lines(analysis);
   root["deviation"] = Deviation(analysis.deviation);
   root["notices"] = analysis.notices;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -34,7 +35,7 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
   const json root = JsonOf(Good());
   std::set<std::string> expected = kMeasuredKeys;
   expected.insert({"format", "method", "print_next_s", "acceleration", "deceleration", "law",
-                   "lines", "deviation", "notices", "report"});
+                   "scale", "lines", "deviation", "notices", "report"});
   EXPECT_EQ(Keys(root), expected);
   std::set<std::string> transition = kMeasuredKeys;
   transition.insert("excess_s");
@@ -52,7 +53,11 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
               (std::set<std::string>{"value", "standard_uncertainty", "interval95"}));
   }
   EXPECT_EQ(Keys(root["lines"][0]),
-            (std::set<std::string>{"pressure_advance_s", "used", "reason", "deviation_px"}));
+            (std::set<std::string>{"pressure_advance_s", "used", "reason", "deviation_px",
+                                   "height_mm", "area_mm2"}));
+  EXPECT_EQ(Keys(root["scale"]),
+            (std::set<std::string>{"px_per_mm", "height_mm_per_px", "height_standard_uncertainty",
+                                   "area_standard_uncertainty"}));
   EXPECT_EQ(Keys(root["deviation"]),
             (std::set<std::string>{"best_s", "cubic_minimum_s", "r_squared", "cubic"}));
 }
@@ -109,6 +114,31 @@ TEST(AnalysisJson, GivesWhatWasLearntOfTheLawWhereTheResponseIsGood) {
   analysis = Good();
   analysis.response.law.reset();
   EXPECT_TRUE(JsonOf(analysis)["law"].is_null());
+}
+
+TEST(AnalysisJson, GivesHeightsAndAreasInMillimetresAsWellAsScaleAndAngleAreKnown) {
+  auto analysis = Good();
+  // By noise alone: a hundred readings of 0.008 mm and 0.004 mm^2.
+  constexpr double kHeightNoise_mm = 1.2533 * 0.008 / 10, kAreaNoise_mm2 = 1.2533 * 0.004 / 10;
+  const auto line = [&] { return JsonOf(analysis)["lines"][5]; };
+  const double height_mm = line()["height_mm"]["value"], area_mm2 = line()["area_mm2"]["value"];
+  EXPECT_NEAR(height_mm, 0.25, 0.01);
+  EXPECT_NEAR(area_mm2, 0.11, 0.01);
+  EXPECT_NEAR(line()["height_mm"]["standard_uncertainty"].get<double>(),
+              std::hypot(kHeightNoise_mm, 0.01 * height_mm,
+                         pressure_advance::kHeightReadingShare * height_mm),
+              1e-6);
+  EXPECT_NEAR(
+      line()["area_mm2"]["standard_uncertainty"].get<double>(),
+      std::hypot(kAreaNoise_mm2, 0.015 * area_mm2, pressure_advance::kAreaReadingShare * area_mm2),
+      1e-6);
+  EXPECT_EQ(JsonOf(analysis)["scale"]["area_standard_uncertainty"].get<double>(), 0.015);
+  analysis.scale->height_share.reset();
+  EXPECT_TRUE(line()["height_mm"]["standard_uncertainty"].is_null());
+  EXPECT_TRUE(line()["height_mm"]["value"].is_number());
+  analysis.scale.reset();
+  EXPECT_TRUE(line()["height_mm"].is_null());
+  EXPECT_TRUE(JsonOf(analysis)["scale"].is_null());
 }
 
 TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {

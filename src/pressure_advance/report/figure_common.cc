@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/statistics.h"
+#include "document/interval_text.h"
 
 namespace trammel::report {
 
@@ -82,6 +83,28 @@ Grid HeightGrid(const pa::HeightMap& map) {
     }
   }
   return grid;
+}
+
+HeightUnit HeightUnitOf(const ReportInput& input) {
+  const auto& scale = input.analysis->scale;
+  // What the paper's method shows instead does not begin at the plate.
+  if (!scale || input.scan == nullptr || input.scan->heights.empty()) return {};
+  return {scale->height_mm_per_px, "height (mm)", 1 / scale->px_per_mm, "across (mm)"};
+}
+
+std::string ScaleWords(const pa::Analysis& analysis) {
+  const auto& scale = analysis.scale;
+  if (!scale) return "";
+  if (!scale->height_share || !scale->area_share) {
+    return " How well scale and laser angle are known was not said: trammel pa setup measures "
+           "both.";
+  }
+  return fmt::format(
+      " Scale and laser angle leave {:.2g} % of all heights and {:.2g} % of all areas open alike "
+      "(half of the 95 % interval); beads may be higher and larger than they are read, by a "
+      "quarter "
+      "where light enters the filament. Neither moves a pressure advance.",
+      100 * kNormal95 * *scale->height_share, 100 * kNormal95 * *scale->area_share);
 }
 
 Range HeightRange(const std::vector<pa::HeightMap>& maps) {

@@ -31,6 +31,19 @@ namespace trammel::report {
 /// the map's sizes do not fit its values.
 [[nodiscard]] Grid HeightGrid(const pressure_advance::HeightMap& map);
 
+/// How heights are written: in mm where the scan's scale is known.
+struct HeightUnit {
+  double per_px = 1;
+  const char* label = "height (px)";
+  double across_per_px = 1;
+  const char* across = "across (px)";
+};
+[[nodiscard]] HeightUnit HeightUnitOf(const ReportInput& input);
+
+/// How well heights and areas are known in mm, as a sentence with a blank before it; empty where
+/// they are in pixels.
+[[nodiscard]] std::string ScaleWords(const pressure_advance::Analysis& analysis);
+
 /// From the 1st to the 99th percentile of all maps, so that single outliers do not take the scale.
 [[nodiscard]] Range HeightRange(const std::vector<pressure_advance::HeightMap>& maps);
 

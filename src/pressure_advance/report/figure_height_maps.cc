@@ -28,6 +28,10 @@ void DrawMap(Canvas& canvas, const RectPx& inner, const pa::HeightMap& map, cons
   canvas.StrokeRect(inner, {.color = kMuted, .width_px = 1});
 }
 
+Range InUnit(const Range& heights_px, const HeightUnit& unit) {
+  return {heights_px.lo * unit.per_px, heights_px.hi * unit.per_px};
+}
+
 std::string MapTitle(const pa::Analysis& analysis, std::size_t line) {
   std::string title = "PA " + PressureAdvanceText(analysis.lines[line].pressure_advance_s) + " s";
   const auto& scores = analysis.deviation.score_px;
@@ -100,7 +104,7 @@ double WidestHalf(const pa::Analysis& analysis, const std::vector<std::size_t>& 
 
 /// In two columns, or in one where there is no room.
 Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
-                const std::vector<std::size_t>& lines, double width_px) {
+                const std::vector<std::size_t>& lines, const HeightUnit& unit, double width_px) {
   constexpr double kPitchPx = 96;
   constexpr double kTitlePx = 24;
   const std::size_t columns = width_px < kFigureWidthPx ? 1 : 2;
@@ -120,13 +124,14 @@ Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& 
   DrawColorBar(
       canvas,
       {width_px - kBarRoomPx + 4, 26, 14, std::min(220.0, canvas.height_px() - kAxisPx - 30)},
-      heights, "height (px)");
+      InUnit(heights, unit), unit.label);
   return canvas;
 }
 
 /// Each line's outline over its map.
 Canvas DrawOutlines(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
-                    const std::vector<std::size_t>& lines, double width_px) {
+                    const std::vector<std::size_t>& lines, const HeightUnit& unit,
+                    double width_px) {
   constexpr double kOutlinePx = 62;
   constexpr double kMapPx = 86;
   constexpr double kTitlePx = 26;
@@ -145,8 +150,8 @@ Canvas DrawOutlines(const pa::Analysis& analysis, const std::vector<pa::HeightMa
     DrawOutline(canvas, outline, analysis.profiles[lines[i]]);
     DrawMap(canvas, {10, top + kOutlinePx, width, kMapPx}, map, heights, true, "");
   }
-  DrawColorBar(canvas, {width_px - kBarRoomPx + 10, kTitlePx, 14, kOutlinePx + kMapPx}, heights,
-               "height (px)");
+  DrawColorBar(canvas, {width_px - kBarRoomPx + 10, kTitlePx, 14, kOutlinePx + kMapPx},
+               InUnit(heights, unit), unit.label);
   return canvas;
 }
 
@@ -162,15 +167,17 @@ std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
   if (lines.empty()) {
     return std::nullopt;
   }
+  const HeightUnit unit = HeightUnitOf(input);
   return Figure{"height_maps",
                 "Every line from above, as the laser saw it: bright is high. Look for an even "
                 "ridge. A ridge that thins or breaks after the speed-up and swells at the "
                 "slow-down was printed with too little pressure advance; the other way round, with "
-                "too much. Grey: no laser line found.",
-                DrawMaps(analysis, *maps, lines, kFigureWidthPx),
+                "too much. Grey: no laser line found." +
+                    ScaleWords(analysis),
+                DrawMaps(analysis, *maps, lines, unit, kFigureWidthPx),
                 2,
                 "Height maps of " + Titles(analysis, lines) + ".",
-                DrawMaps(analysis, *maps, lines, kNarrowWidthPx)};
+                DrawMaps(analysis, *maps, lines, unit, kNarrowWidthPx)};
 }
 
 std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
@@ -186,16 +193,17 @@ std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
   if (lines.empty()) {
     return std::nullopt;
   }
+  const HeightUnit unit = HeightUnitOf(input);
   return Figure{
       "line_and_map",
       "Three lines, each as its outline from above (the bead's width as measured) over "
       "its height map: the lowest tested pressure advance, the line nearest to the answer "
       "(or in the middle, without one) and the highest. Outline and map come from the "
       "same sweep and should swell and thin together.",
-      DrawOutlines(analysis, *maps, lines, kFigureWidthPx),
+      DrawOutlines(analysis, *maps, lines, unit, kFigureWidthPx),
       2,
       "Outline and height map of " + Titles(analysis, lines) + ".",
-      DrawOutlines(analysis, *maps, lines, kNarrowWidthPx)};
+      DrawOutlines(analysis, *maps, lines, unit, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

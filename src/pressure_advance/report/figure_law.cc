@@ -262,7 +262,7 @@ std::string Seen(const Content& content) {
   return text + ".";
 }
 
-const char* Caption(bool answer) {
+std::string Caption(bool answer) {
   return answer ? "Two ways to the same value, each with its 95 % interval, and what they come to: "
                   "how whole lines swell and thin, and how much filament the changes of speed move "
                   "in all. Below, three lines with what an extruder that lags as was learnt lays: "
@@ -294,7 +294,8 @@ std::optional<Figure> LawFigure(const ReportInput& input) {
   content.unit = in_mm ? "mm²" : "px²";
   SetRanges(content);
   content.changes = ChangesOf(analysis.motion);
-  Figure figure{"law", Caption(!content.voices.empty()), Draw(content, kFigureWidthPx)};
+  Figure figure{"law", Caption(!content.voices.empty()) + ScaleWords(analysis),
+                Draw(content, kFigureWidthPx)};
   figure.seen = Seen(content);
   figure.narrow = Draw(content, kNarrowWidthPx);
   return figure;

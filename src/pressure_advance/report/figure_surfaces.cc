@@ -15,7 +15,7 @@ constexpr std::size_t kMostRows = 30;
 
 /// One relief below the other; on a phone of fewer cells, which are no smaller there.
 Canvas Draw(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
-            const std::vector<std::size_t>& lines, double width_px) {
+            const std::vector<std::size_t>& lines, const HeightUnit& unit, double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
   const Range heights = HeightRange(maps);
   Canvas canvas(width_px, kPanelPx * static_cast<double>(lines.size()));
@@ -23,16 +23,20 @@ Canvas Draw(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps
     const pa::HeightMap& map = maps[lines[i]];
     const MapExtent extent = ExtentOf(map);
     const double top = kPanelPx * static_cast<double>(i);
-    DrawSurface(
-        canvas, {0, top + 8, width_px - (broad ? 96 : 60), kPanelPx - 8},
-        Smoothed(HeightGrid(map), broad ? kMostColumns : kMostColumns / 2,
-                 broad ? kMostRows : kMostRows / 2),
-        {extent.label, "across (px)", extent.range, {0, static_cast<double>(map.rows)}, heights});
+    DrawSurface(canvas, {0, top + 8, width_px - (broad ? 96 : 60), kPanelPx - 8},
+                Smoothed(HeightGrid(map), broad ? kMostColumns : kMostColumns / 2,
+                         broad ? kMostRows : kMostRows / 2),
+                {extent.label,
+                 unit.across,
+                 extent.range,
+                 {0, static_cast<double>(map.rows) * unit.across_per_px},
+                 heights});
     canvas.Text({12, top + 22},
                 "PA " + PressureAdvanceText(analysis.lines[lines[i]].pressure_advance_s) + " s",
                 {.size_px = kTitleTextPx, .bold = true});
   }
-  DrawColorBar(canvas, {width_px - 74, 24, 14, 120}, heights, "height (px)");
+  DrawColorBar(canvas, {width_px - 74, 24, 14, 120},
+               {heights.lo * unit.per_px, heights.hi * unit.per_px}, unit.label);
   return canvas;
 }
 
@@ -59,10 +63,10 @@ std::optional<Figure> SurfacesFigure(const ReportInput& input) {
       "The same three lines as relief, lowest pressure advance on top. Heights are "
       "exaggerated and lightly smoothed (a median over neighbours). A good line is a "
       "ridge of one height from end to end.",
-      Draw(analysis, *maps, lines, kFigureWidthPx),
+      Draw(analysis, *maps, lines, HeightUnitOf(input), kFigureWidthPx),
       2,
       fmt::format("Relief of {} printed lines: ridges of height along each.", lines.size()),
-      Draw(analysis, *maps, lines, kNarrowWidthPx)};
+      Draw(analysis, *maps, lines, HeightUnitOf(input), kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

@@ -187,6 +187,7 @@ pa::Analysis MakeAnalysis(const MadeUp& made_up, Random random) {
     analysis.motion.length_mm = kLengthMm;
     analysis.motion.acceleration_mm_s2 = 3000;
     analysis.deviation = MakeDeviation(made_up, random);
+    analysis.scale = pa::HeightScale{kPxPerMm, 1 / kPxPerMm, 0.01, 0.015};
   }
   for (std::size_t i = 0; i < made_up.lines; ++i) {
     const double p = PressureAdvance(made_up, i);

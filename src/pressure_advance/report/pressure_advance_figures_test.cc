@@ -229,6 +229,26 @@ TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
             DeviationFigure({&other, nullptr, nullptr})->canvas.ToSvg());
 }
 
+TEST(HeightMapsFigure, IsInMillimetresWithWhatScaleAndAngleLeaveOpen) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
+  const ReportInput input{&analysis, &scan, nullptr};
+  const auto says = [&](const char* words) {
+    for (const auto& make : {HeightMapsFigure, LineAndMapFigure, SurfacesFigure}) {
+      if (make(input)->canvas.ToSvg().find(words) == std::string::npos) return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(says(">height (mm)<"));
+  EXPECT_NE(HeightMapsFigure(input)->caption.find("2 % of all heights and 2.9 % of all areas"),
+            std::string::npos);
+  analysis.scale->area_share.reset();
+  EXPECT_NE(HeightMapsFigure(input)->caption.find("was not said"), std::string::npos);
+  analysis.scale.reset();
+  EXPECT_TRUE(says(">height (px)<"));
+  EXPECT_EQ(HeightMapsFigure(input)->caption.find("cale and laser"), std::string::npos);
+}
+
 TEST(LawFigure, SaysWhatEachOfTheTwoSaysAndOfEachLineHowFarOffItIs) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   for (const bool good : {true, false}) {
