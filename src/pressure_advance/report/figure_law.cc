@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/square.h"
+#include "base/statistics.h"
 #include "document/interval_text.h"
 #include "pressure_advance/report/figure_common.h"
 
@@ -113,7 +114,8 @@ void SetRanges(Content& content) {
   }
   content.x = RangeOf(positions);
   content.area = {0, RangeOf(areas).hi * 1.05};
-  const double most = 1.1 * std::max(RangeOf(off).hi, 0.05 * content.area.hi);
+  // One blob must not hide what the others leave over.
+  const double most = 1.3 * std::max(Quantile(off, 0.95), 0.05 * content.area.hi);
   content.off = {-most, most};
 }
 
@@ -173,14 +175,28 @@ void DrawChanges(Canvas& canvas, Plot& plot, const Content& content, bool named)
   }
 }
 
-/// The readings, or what they have more than the law; what was not learnt from is hollow.
-void DrawReadings(Plot& plot, const Line& line, bool less_law) {
+/// What readings have more than the law; a diamond at an edge lies beyond it.
+void DrawRest(Plot& plot, const Content& content, const Line& line) {
+  constexpr double kRadiusPx = 2.5, kDiamondPx = 4, kInside = 0.9;
+  for (const Reading& reading : line.readings) {
+    if (!reading.learnt_from) continue;
+    const double rest = reading.area - reading.laid;
+    const double shown = std::clamp(rest, content.off.lo, content.off.hi);
+    if (rest == shown) {
+      plot.Dot({reading.position_mm, rest}, kRadiusPx, kInk);
+    } else {
+      plot.Diamond({reading.position_mm, kInside * shown}, kDiamondPx, kInk);
+    }
+  }
+}
+
+/// What was not learnt from is hollow.
+void DrawReadings(Plot& plot, const Line& line) {
   const double radius_px = line.readings.size() > 60 ? 1.6 : 2.5;
   for (const bool learnt_from : {true, false}) {
-    if (less_law && !learnt_from) continue;
     for (const Reading& reading : line.readings) {
       if (reading.learnt_from != learnt_from) continue;
-      const DataPoint at{reading.position_mm, reading.area - (less_law ? reading.laid : 0)};
+      const DataPoint at{reading.position_mm, reading.area};
       if (learnt_from) {
         plot.Dot(at, radius_px, kInk);
       } else {
@@ -207,7 +223,7 @@ void DrawLine(Canvas& canvas, const RectPx& area, double off_px, const Content& 
   Plot plot = Plot::Around(canvas, area, {.label = "", .range = content.x, .shown = false},
                            {"area (" + content.unit + ")", content.area, 4}, line.title);
   DrawChanges(canvas, plot, content, first);
-  DrawReadings(plot, line, false);
+  DrawReadings(plot, line);
   DrawLaw(plot, line);
   const RectPx below{area.x, area.bottom() + kGapPx, area.width, off_px};
   canvas.Text({area.x + 3, below.y - 4}, "read less law (" + content.unit + ")",
@@ -220,7 +236,7 @@ void DrawLine(Canvas& canvas, const RectPx& area, double off_px, const Content& 
   DrawNoise(off, line);
   DrawChanges(canvas, off, content, false);
   off.HorizontalLine(0, {.color = kVermilion, .width_px = 1.5});
-  DrawReadings(off, line, true);
+  DrawRest(off, content, line);
 }
 
 Canvas Draw(const Content& content, double width_px) {
@@ -263,16 +279,18 @@ std::string Seen(const Content& content) {
 }
 
 std::string Caption(bool answer) {
-  return answer ? "Two ways to the same value, each with its 95 % interval, and what they come to: "
-                  "how whole lines swell and thin, and how much filament the changes of speed move "
-                  "in all. Below, three lines with what an extruder that lags as was learnt lays: "
-                  "too little pressure advance starves a line where it speeds up and lets it swell "
-                  "where it slows down; too much, the other way round. Under each line, what is "
-                  "read less the law: about 0 where the law holds. Each line's own lag and flow "
-                  "are in it; waves that all lines have alike would speak against the law."
-                : "Three lines with what an extruder that lags as was learnt lays. Under each "
-                  "line, what is read less the law: about 0 where the law holds. Each line's own "
-                  "lag and flow are in it; waves that all lines have alike speak against the law.";
+  const std::string rest =
+      " Under each line, what is read less the law (a diamond at an edge lies beyond it): about 0 "
+      "where the law holds. Each line's own lag and flow are in it; waves that all lines have "
+      "alike would speak against the law.";
+  if (!answer) return "Three lines with what an extruder that lags as was learnt lays." + rest;
+  return "Two ways to the same value, each with its 95 % interval, and what they come to: how "
+         "whole "
+         "lines swell and thin, and how much filament the changes of speed move in all. Below, "
+         "three lines with what an extruder that lags as was learnt lays: too little pressure "
+         "advance starves a line where it speeds up and lets it swell where it slows down; too "
+         "much, the other way round." +
+         rest;
 }
 
 }  // namespace

@@ -272,6 +272,23 @@ TEST(LawFigure, SaysWhatEachOfTheTwoSaysAndOfEachLineHowFarOffItIs) {
   EXPECT_FALSE(LawFigure({&analysis, nullptr, nullptr}));
 }
 
+TEST(LawFigure, KeepsAReadingFarFromTheLawInSight) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto svg = [&analysis] { return LawFigure({&analysis, nullptr, nullptr})->canvas.ToSvg(); };
+  const auto zero_to_tick = [](const std::string& drawn) {
+    return drawn.substr(drawn.find("read less law"), 4000);
+  };
+  const std::string before = svg();
+  analysis.profiles[0].samples[20].area.value += 0.05;
+  const std::string after = svg();
+  // It takes a mark of its own, and no scale from the others.
+  EXPECT_NE(zero_to_tick(before), zero_to_tick(after));
+  for (const char* tick : {">0.01<", ">-0.01<", ">0.02<", ">-0.02<"}) {
+    EXPECT_EQ(before.find(tick) == std::string::npos, after.find(tick) == std::string::npos)
+        << tick;
+  }
+}
+
 TEST(LawFigure, DrawsTheLawThroughTheReadings) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   // Where the first line's curve begins, px downwards.
