@@ -21,7 +21,8 @@ struct StripeModel {
 };
 
 struct LaserLineOptions {
-  double max_sigma_px = 8;  ///< >= 1; a stripe wider than 19 px at half its height is no line
+  double max_sigma_px = 6;  ///< >= 1; a wider Gaussian is steadier in speckle, but takes more of
+                            ///< what lies beside a bead
   double detection = 1.5;   ///< a row's stripe must exceed the noise of its surroundings so often
   double slope_cost = 0.1;  ///< price of one pixel sideways from row to row, where a row fully on
                             ///< the stripe is worth 1

@@ -149,6 +149,18 @@ TEST(LaserLine, ScattersAsLittleAsWhiteNoiseAllows) {
   }
 }
 
+// In speckle the steadiest Gaussian is about twice as wide as the stripe.
+TEST(LaserLine, LearnsAsWideAGaussianAsItMay) {
+  Random random(14);
+  const Look look{.sigma_px = 6, .noise = 2, .speckle = 0.4};
+  const Frame frame = Draw(
+      110, 120, [](int) { return 54.3; }, look, random);
+  const BgrView view = frame.view();
+  LaserLineWorkspace workspace;
+  EXPECT_EQ(LearnStripe({&view, 1}, {.max_sigma_px = 8}, workspace).sigma_px, 8);
+  EXPECT_LT(LearnStripe({&view, 1}, {.max_sigma_px = 7.9}, workspace).sigma_px, 7.9);
+}
+
 TEST(LaserLine, FollowsAStepToAStripeAThirdAsBright) {
   Random random(4);
   const auto on_bead = [](int y) { return y >= 24 && y < 38; };

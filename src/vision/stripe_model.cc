@@ -53,8 +53,9 @@ struct Trial {
 std::vector<Trial> ListTrials(const LaserLineOptions& options, int width) {
   std::vector<Trial> trials;
   for (const auto& [b, g, r] : kMixtures) {
-    for (double sigma = 1; sigma <= options.max_sigma_px && sigma * kNarrowestFrame_px <= width;
-         sigma *= std::sqrt(2.0)) {
+    for (int step = 0;; ++step) {  // by powers: 8 is 8, and not beyond a bound of 8
+      const double sigma = std::exp2(0.5 * step);
+      if (sigma > options.max_sigma_px || sigma * kNarrowestFrame_px > width) break;
       trials.push_back({{b, g, r, static_cast<float>(sigma)}});
     }
   }
