@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -100,6 +101,58 @@ TEST(Calibrate, TheDefaultPatternIsSweptToAndFroAndFindsTheTruth) {
   EXPECT_EQ(placed.unmatched, 0);
   ASSERT_GT(placed.error_mm.size(), 250U);
   for (const double error_mm : placed.error_mm) EXPECT_LT(std::abs(error_mm), kPlace_mm);
+}
+
+/// Gives the share of a recording's lines that each pattern has, by scan.json.
+std::map<int, int> LinesOfPatterns(const std::filesystem::path& recording) {
+  const auto scan = files::ReadScan(recording);
+  EXPECT_TRUE(scan) << scan.error().message;
+  std::map<int, int> lines;
+  for (const auto& line : scan->lines) ++lines[line.pattern];
+  return lines;
+}
+
+TEST(Calibrate, RepeatsThePatternAndSaysWhatEachSaysAlone) {
+  MachineShop shop;
+  shop.Script(kWorkedWith);
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--json", "--repeat", "2"})->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
+  const auto answer = nlohmann::json::parse(end.standard_output);
+  ASSERT_EQ(answer["verdict"], "good");
+  const auto& repeat = answer["repeat"];
+  ASSERT_EQ(repeat["patterns"].size(), 2U);
+  double mean_s = 0;
+  for (const auto& pattern : repeat["patterns"]) {
+    ASSERT_EQ(pattern["verdict"], "good");
+    mean_s += pattern["pressure_advance_s"].get<double>() / 2;
+  }
+  const double sigma_s = answer["standard_uncertainty_s"].get<double>();
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), mean_s, sigma_s);
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
+  EXPECT_GT(repeat["scatter_s"].get<double>(), 0);
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  const auto lines = LinesOfPatterns(shop.folder() / "rec");
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines.at(0), lines.at(1));
+  EXPECT_EQ(AnalyzeToJson("rec", shop.folder())["repeat"], repeat);
+  const ProcessEnd text = shop.Run({"pa", "analyze", "rec"});
+  EXPECT_THAT(text.standard_output, HasSubstr("pattern 2"));
+  EXPECT_THAT(text.standard_output, HasSubstr("from pattern to pattern"));
+}
+
+TEST(Calibrate, RefusesMorePatternsThanFitBeforeAnythingMoves) {
+  MachineShop shop;
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end =
+      shop.Calibrate({"--repeat", "9", "--set", "line_spacing=40"})->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 4) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("do not fit beside one another"));
+  EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  for (const char* count : {"0", "1", "10", "-1", "nan"}) {
+    EXPECT_EQ(shop.Calibrate({"--repeat", count})->Wait(kEnough_s).exit_code, 1) << count;
+  }
 }
 
 TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {

@@ -63,7 +63,7 @@ void ExpectFormat(const json& answer) {
   ExpectKeys(answer,
              {"format", "method", "verdict", "reason", "pressure_advance_s",
               "standard_uncertainty_s", "interval95_s", "print_next_s", "acceleration",
-              "deceleration", "law", "scale", "lines", "deviation", "notices", "report"},
+              "deceleration", "law", "scale", "lines", "deviation", "repeat", "notices", "report"},
              "");
   EXPECT_EQ(answer.at("format"), 1);
   ExpectMeasured(answer, "");
@@ -80,7 +80,8 @@ void ExpectFormat(const json& answer) {
   if (!answer.at("law").is_null()) ExpectLaw(answer.at("law"));
   for (const json& line : answer.at("lines")) {
     ExpectKeys(line,
-               {"pressure_advance_s", "used", "reason", "deviation_px", "height_mm", "area_mm2"},
+               {"pattern", "pressure_advance_s", "used", "reason", "deviation_px", "height_mm",
+                "area_mm2"},
                "lines[].");
     EXPECT_EQ(line.at("reason").get<std::string>().empty(), line.at("used").get<bool>()) << line;
   }

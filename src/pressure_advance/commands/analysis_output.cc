@@ -128,6 +128,21 @@ void SayLaw(const Analysis& analysis) {
              report::WithInterval(law.slip, report::kPercent), segments[1].speed_mm_s);
 }
 
+// What several patterns say one by one.
+void SayRepeats(const Analysis& analysis) {
+  if (!analysis.repeats) return;
+  const pressure_advance::Repeats& repeats = *analysis.repeats;
+  for (std::size_t i = 0; i < repeats.pattern_s.size(); ++i) {
+    fmt::print("  {:<15} {}\n", fmt::format("pattern {}", i + 1), Words(repeats.pattern_s[i]));
+  }
+  if (repeats.scatter_s > 0) {
+    fmt::print(
+        "  scatter         {:.4f} s from pattern to pattern, {} than their intervals "
+        "explain\n",
+        repeats.scatter_s, repeats.disagree ? "more" : "no more");
+  }
+}
+
 }  // namespace
 
 void SayAnswer(const Analysis& analysis) {
@@ -149,6 +164,7 @@ void SayAnswer(const Analysis& analysis) {
       fmt::print("\n");
     }
   }
+  SayRepeats(analysis);
   int used = 0;
   for (const auto& line : analysis.lines) used += line.used;
   fmt::print("lines             {} of {} used\n", used, analysis.lines.size());

@@ -30,6 +30,7 @@
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
+#include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
@@ -51,6 +52,7 @@ struct CalibrateArguments {
   std::string plan;   // of pa print and pa scan
   std::string filament;
   std::optional<int> only;
+  std::optional<int> repeat;
   bool print = true;
   bool scan = true;
   bool apply = false;
@@ -233,6 +235,24 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   return config;
 }
 
+// Puts the patterns of --repeat beside one another, before anything moves.
+Result<void> LayRepeats(const CalibrateArguments& arguments, const procedure::Reach& reach,
+                        files::Config& config) {
+  if (!arguments.repeat) return {};
+  auto laid = procedure::PatternsBeside(config.pattern, *arguments.repeat, config.scan, reach);
+  if (!laid) return tl::unexpected(laid.error());
+  config.pattern = std::move(*laid);
+  return {};
+}
+
+Result<void> LayRepeatsOn(const CalibrateArguments& arguments, const procedure::Session& session,
+                          files::Config& config) {
+  if (!arguments.repeat) return {};
+  auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
+  if (!ready) return ready;
+  return LayRepeats(arguments, procedure::ReachOf(session.printer.LastState()), config);
+}
+
 int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
   const fs::path plan = ran.folder / "pattern.plan.json";
   if (arguments.photo) {
@@ -254,10 +274,13 @@ int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
 
 int RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
-  const auto config = ConfigOf(arguments);
+  auto config = ConfigOf(arguments);
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   if (arguments.dry_run) {
+    if (auto laid = LayRepeats(arguments, BedOf(config->pattern), *config); !laid) {
+      return PrintError(laid.error());
+    }
     const auto done = PrintDryRun(config->pattern, config->scan,
                                   {arguments.print, arguments.scan, arguments.photo});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());
@@ -274,6 +297,10 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (auto laid = LayRepeatsOn(arguments, session, *config); !laid) {
+    return PrintError(laid.error());
+  }
+  request.pattern = config->pattern;
   if (arguments.photo) {
     request.note_print = [&](const fs::path& folder, bool ended) {
       return NotePrint(session, config->scan.address, folder, arguments.filament, ended);
@@ -326,6 +353,11 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                                 "print the pattern, scan it, and say the answer", whole);
   AddMaterialOption(*calibrate, whole->printer.material);
   AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
+  calibrate
+      ->add_option("--repeat", whole->repeat,
+                   "print so many patterns beside one another in one go, and say what they differ "
+                   "by; left out: one")
+      ->check(CLI::Range(procedure::kFewestRepeats, procedure::kMostRepeats));
   calibrate->add_flag("--validate", whole->validate,
                       "then print lines without and with the answer, and say what it improved");
 

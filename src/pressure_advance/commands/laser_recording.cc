@@ -198,6 +198,7 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
     pressure_advance_s.push_back(result.scan.lines[i].pressure_advance_s);
     if (!result.view.steps) result.view.steps = std::move(line.steps);
     AddNotices(result.scan.lines[i], line.reading, result.notices);
+    line.reading.profile.pattern = result.scan.lines[i].pattern;
     result.profiles.push_back(std::move(line.reading.profile));
     result.view.heights.push_back(std::move(line.reading.heights));
     result.view.paper_heights.push_back(std::move(line.paper));

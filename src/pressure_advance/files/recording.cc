@@ -55,6 +55,7 @@ std::string VideoNameFault(const std::string& name) {
 Result<ScanLine> ReadLine(JsonObject object) {
   constexpr std::size_t kMostFrames = 10'000'000;
   ScanLine line;
+  if (object.Find("pattern") != nullptr) line.pattern = object.Integer("pattern", {0, 9999});
   line.pressure_advance_s = object.Number("pressure_advance_s");
   line.video = object.Text("video");
   if (const std::string wrong = VideoNameFault(line.video); !object.failed() && !wrong.empty()) {
@@ -147,6 +148,7 @@ Result<Scan> ReadObject(JsonObject object) {
 
 ordered_json FormatLine(const ScanLine& line) {
   ordered_json entry{{"pressure_advance_s", line.pressure_advance_s}, {"video", line.video}};
+  if (line.pattern != 0) entry["pattern"] = line.pattern;
   if (line.print_direction) entry["print_direction"] = ToString(*line.print_direction);
   if (line.sweep_direction) entry["sweep_direction"] = ToString(*line.sweep_direction);
   if (!line.frame_times_s.empty()) entry["frame_times_s"] = line.frame_times_s;

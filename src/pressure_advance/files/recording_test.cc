@@ -232,6 +232,7 @@ pressure_advance::Scan FullScan() {
   scan.lines[0].video = "a/line0.avi";
   scan.lines[0].frame_times_s = {1.0 / 3, 0.5, 123456.789012345};
   scan.lines[0].frame_positions_mm = {std::nullopt, 4.1, 1.0 / 3};
+  scan.lines[1].pattern = 3;
   scan.lines[1].pressure_advance_s = 0.006666666666666667;
   scan.lines[1].video = "line \"1\".avi";
   scan.lines[1].print_direction = AxisDirection::kMinusY;
@@ -263,6 +264,9 @@ void ExpectSame(const pressure_advance::Scan& a, const pressure_advance::Scan& b
     EXPECT_EQ(a.motion.segments[i].speed_mm_s, b.motion.segments[i].speed_mm_s);
   }
   ASSERT_EQ(a.lines.size(), b.lines.size());
+  for (std::size_t i = 0; i < a.lines.size(); ++i) {
+    EXPECT_EQ(a.lines[i].pattern, b.lines[i].pattern);
+  }
   for (std::size_t i = 0; i < a.lines.size(); ++i) {
     EXPECT_EQ(a.lines[i].pressure_advance_s, b.lines[i].pressure_advance_s);
     EXPECT_EQ(a.lines[i].video, b.lines[i].video);

@@ -68,14 +68,18 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   bool lift_between_lines = true;       ///< z_hop on the way to a line; else only to the first one
   std::optional<double> approach_lift_mm;  ///< [0.5, 200] above the layer, from where the nozzle …
                                            ///< … comes down on the pattern; absent: park_lift_mm
-  int columns = 1;            ///< [1, 100] patterns side by side
-  int rows = 1;               ///< [1, 100] patterns one behind the other
-  double pattern_gap_mm = 3;  ///< [0, 200] of free plate between two frames
+  int columns = 1;              ///< [1, 100] patterns side by side
+  int rows = 1;                 ///< [1, 100] patterns one behind the other
+  std::optional<int> patterns;  ///< [1, columns x rows] printed, from the first; absent: all
+  double pattern_gap_mm = 3;    ///< [0, 200] of free plate between two frames
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
 /// @param pattern  which one; they differ only where one is compared with a control.
 [[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config, int pattern = 0);
+
+/// How many patterns are printed.
+[[nodiscard]] int PatternCount(const PatternConfig& config);
 
 /// mm of filament per mm of bead. REQUIRES a valid config.
 [[nodiscard]] double FilamentPerMm(const PatternConfig& config);

@@ -34,6 +34,10 @@ std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
   return values;
 }
 
+int PatternCount(const PatternConfig& config) {
+  return config.patterns.value_or(config.columns * config.rows);
+}
+
 double FilamentPerMm(const PatternConfig& config) {
   return gcode::FilamentPerMm(config.line_width_mm, config.layer_height_mm,
                               config.filament_diameter_mm);

@@ -173,7 +173,7 @@ PatternLayout LayOut(const PatternConfig& config) {
   PatternLayout layout;
   layout.printed = OuterBounds(config);
   Pen pen(config);
-  for (int pattern = 0; pattern < config.columns * config.rows; ++pattern) {
+  for (int pattern = 0; pattern < PatternCount(config); ++pattern) {
     const BoundsMm outer = PatternBounds(config, pattern);
     layout.patterns.push_back(outer);
     if (pattern > 0) pen.Leave();  // under the last line's own pressure advance

@@ -210,6 +210,11 @@ Problem CheckFit(const PatternConfig& config) {
   const std::size_t lines = PressureAdvances(config).size() *
                             static_cast<std::size_t>(config.columns) *
                             static_cast<std::size_t>(config.rows);
+  if (const int patterns = PatternCount(config);
+      patterns < 1 || patterns > config.columns * config.rows) {
+    return InPattern("columns", fmt::format("{} x {} places are none for {} patterns",
+                                            config.columns, config.rows, patterns));
+  }
   if (lines > kMaxLinesInAll) {
     return InPattern("columns", fmt::format("{} x {} patterns have {} lines; at most {}",
                                             config.columns, config.rows, lines, kMaxLinesInAll));

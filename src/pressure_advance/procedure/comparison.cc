@@ -45,6 +45,7 @@ Result<PatternConfig> ComparisonPattern(const PatternConfig& settings, double pr
   config.compare_pressure_advance_s = pressure_advance_s;
   config.columns = 1;
   config.rows = 2;
+  config.patterns.reset();
   return config;
 }
 

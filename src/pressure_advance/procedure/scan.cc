@@ -146,7 +146,8 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
   RecordedSweep recorded;
   const std::vector<SweptStretch> stretches = StretchesOf(run);
   for (std::size_t i = 0; i < run.size(); ++i) {
-    recorded.lines.push_back({run[i].pressure_advance_s, DirectionOf(run[i]), stretches.at(i)});
+    recorded.lines.push_back(
+        {run[i].pressure_advance_s, DirectionOf(run[i]), stretches.at(i), run[i].pattern});
   }
   recorded.video = std::move(video);
   auto ready = CheckStillFree(session);

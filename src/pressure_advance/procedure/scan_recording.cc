@@ -77,7 +77,8 @@ json DescribeSweep(const RecordedSweep& sweep) {
                     {"motion", std::move(motion)}};
   if (sweep.lines.size() < 2) return described;
   for (const SweptLine& line : sweep.lines) {
-    described["lines"].push_back({{"pressure_advance_s", line.pressure_advance_s},
+    described["lines"].push_back({{"pattern", line.pattern},
+                                  {"pressure_advance_s", line.pressure_advance_s},
                                   {"print_direction", ToString(line.print_direction)},
                                   {"begin_mm", line.stretch.begin_mm},
                                   {"end_mm", line.stretch.end_mm},
@@ -300,6 +301,7 @@ void ScanRecording::PlaceAll() {
     for (std::size_t i = 0; i < recorded_[sweep].lines.size(); ++i) {
       const SweptLine& swept = recorded_[sweep].lines[i];
       ScanLine line;
+      line.pattern = swept.pattern;
       line.pressure_advance_s = swept.pressure_advance_s;
       line.print_direction = swept.print_direction;
       line.video = recorded_[sweep].video;

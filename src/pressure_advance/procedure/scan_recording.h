@@ -23,6 +23,7 @@ struct SweptLine {
   double pressure_advance_s = 0;
   AxisDirection print_direction = AxisDirection::kPlusX;
   SweptStretch stretch;  ///< of the motion
+  int pattern = 0;       ///< of several on one plate
 };
 
 /// One sweep, of one line or of several in one go, as it was recorded.

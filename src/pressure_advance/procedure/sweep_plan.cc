@@ -24,6 +24,7 @@ Sweep Along(const PlanLine& line, std::size_t index, double length_mm,
             const ScanSettings& settings) {
   Sweep sweep;
   sweep.line = index;
+  sweep.pattern = line.pattern;
   sweep.pressure_advance_s = line.pressure_advance_s;
   sweep.along_x = (line.end_x_mm - line.start_x_mm) / length_mm;
   sweep.along_y = (line.end_y_mm - line.start_y_mm) / length_mm;

@@ -28,6 +28,7 @@ struct Sweep {
   /// The laser's position along the line, from the printed start, is the nozzle's projection on
   /// `along` minus this.
   double origin_mm = 0;
+  int pattern = 0;  ///< of the plan
 
   [[nodiscard]] double PositionOf(double nozzle_x_mm, double nozzle_y_mm) const {
     return nozzle_x_mm * along_x + nozzle_y_mm * along_y - origin_mm;

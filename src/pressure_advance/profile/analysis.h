@@ -59,11 +59,23 @@ struct ResponseResult {
   TransitionResult deceleration;
 };
 
+/// What patterns alike say one by one.
+struct Repeats {
+  std::vector<Measured> pattern_s;  ///< each by its own lines, in print order
+  double scatter_s = 0;  ///< standard deviation of those that are good; 0 for fewer than two
+  /// What patterns differ by beyond their own uncertainties, 1 sigma: the median of what is likely
+  /// by prior and scatter.
+  double between_s = 0;
+  /// They scatter more than 19 of 20 such sets do by chance.
+  bool disagree = false;
+};
+
 /// Everything known about one printed line.
 struct LineResult {
   double pressure_advance_s = 0;
   bool used = false;
   std::string reason;  ///< why it was not used
+  int pattern = 0;     ///< of several on one plate
 };
 
 enum class Method { kResponse, kDeviation };
@@ -80,6 +92,7 @@ struct Analysis {
   std::optional<HeightScale> scale;   ///< of a laser scan whose pixels are known in mm
   ResponseResult response;
   DeviationResult deviation;
+  std::optional<Repeats> repeats;    ///< absent: one pattern, or no response
   std::vector<std::string> notices;  ///< what a user should know although the verdict stands
 };
 

@@ -46,6 +46,7 @@ struct LineProfile {
   bool shows_acceleration = true;      ///< false where the picture ends beside it
   bool shows_deceleration = true;      ///< likewise
   std::string unusable;                ///< why this line must not be used; empty where it may be
+  int pattern = 0;                     ///< of several on one plate
 };
 
 }  // namespace trammel::pressure_advance

@@ -107,6 +107,7 @@ void CheckPositions(const ScanLine& line, const std::string& at, Checker& check)
 
 void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
   const std::string at = fmt::format("lines[{}].", index);
+  check.Number(at + "pattern", line.pattern, {0, 9999});
   check.Number(at + "pressure_advance_s", line.pressure_advance_s, {0, 10});
   if (line.video.empty()) {
     check.Say(at + "video is empty; it must name a file in the recording's folder");

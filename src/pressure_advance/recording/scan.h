@@ -24,6 +24,7 @@ struct ScanLine {
   /// unknown). The numbers rise or fall strictly. Not empty: positions come from here, not from
   /// times, speed, sweep_direction and line_start_mm.
   std::vector<std::optional<double>> frame_positions_mm;
+  int pattern = 0;  ///< of several on one plate, 0 … 9999
 };
 
 /// Format 1 of scan.json; docs/formats.md has every key with its bounds.

@@ -108,6 +108,7 @@ Json Lines(const pa::Analysis& analysis) {
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
     const pa::LineResult& line = analysis.lines[i];
     Json object = Json::object();
+    object["pattern"] = line.pattern;
     object["pressure_advance_s"] = Number(line.pressure_advance_s);
     object["used"] = line.used;
     object["reason"] = line.reason;
@@ -124,6 +125,19 @@ Json Lines(const pa::Analysis& analysis) {
     lines.push_back(std::move(object));
   }
   return lines;
+}
+
+Json RepeatJson(const pa::Repeats& repeats) {
+  Json patterns = Json::array();
+  for (const Measured& pattern : repeats.pattern_s) {
+    Json object = Json::object();
+    AddMeasured(pattern, object);
+    patterns.push_back(std::move(object));
+  }
+  return {{"patterns", std::move(patterns)},
+          {"scatter_s", Number(repeats.scatter_s)},
+          {"between_s", Number(repeats.between_s)},
+          {"disagree", repeats.disagree}};
 }
 
 Json Deviation(const pa::DeviationResult& deviation) {
@@ -155,6 +169,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
   root["scale"] = Scale(analysis.scale);
   root["lines"] = Lines(analysis);
   root["deviation"] = Deviation(analysis.deviation);
+  root["repeat"] = analysis.repeats ? RepeatJson(*analysis.repeats) : Json(nullptr);
   root["notices"] = analysis.notices;
   root["report"] = report_path ? Json(*report_path) : Json(nullptr);
   return root;

@@ -35,7 +35,7 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
   const json root = JsonOf(Good());
   std::set<std::string> expected = kMeasuredKeys;
   expected.insert({"format", "method", "print_next_s", "acceleration", "deceleration", "law",
-                   "scale", "lines", "deviation", "notices", "report"});
+                   "scale", "lines", "deviation", "repeat", "notices", "report"});
   EXPECT_EQ(Keys(root), expected);
   std::set<std::string> transition = kMeasuredKeys;
   transition.insert("excess_s");
@@ -53,8 +53,8 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
               (std::set<std::string>{"value", "standard_uncertainty", "interval95"}));
   }
   EXPECT_EQ(Keys(root["lines"][0]),
-            (std::set<std::string>{"pressure_advance_s", "used", "reason", "deviation_px",
-                                   "height_mm", "area_mm2"}));
+            (std::set<std::string>{"pattern", "pressure_advance_s", "used", "reason",
+                                   "deviation_px", "height_mm", "area_mm2"}));
   EXPECT_EQ(Keys(root["scale"]),
             (std::set<std::string>{"px_per_mm", "height_mm_per_px", "height_standard_uncertainty",
                                    "area_standard_uncertainty"}));

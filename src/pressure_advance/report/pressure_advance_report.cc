@@ -71,7 +71,7 @@ std::string Next(const Measured& answer, bool has_figures) {
           value));
 }
 
-void AddPart(Table& table, const char* name, const Measured& part, bool answer_good) {
+void AddPart(Table& table, const std::string& name, const Measured& part, bool answer_good) {
   // A part that is sound is still no answer where the whole is not.
   if (part.good() && answer_good) {
     const Quantity& quantity = part.quantity();
@@ -167,6 +167,25 @@ std::string LawCard(const pa::Analysis& analysis) {
                       std::abs(law.correction_s) * kMsPerS, law.correction_s < 0 ? "low" : "high"));
 }
 
+std::string Patterns(const pa::Analysis& analysis) {
+  if (!analysis.repeats) return "";
+  const pa::Repeats& repeats = *analysis.repeats;
+  Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
+  for (std::size_t i = 0; i < repeats.pattern_s.size(); ++i) {
+    AddPart(table, fmt::format("pattern {}", i + 1), repeats.pattern_s[i],
+            analysis.pressure_advance.good());
+  }
+  std::string body = table.Html();
+  if (repeats.scatter_s > 0) {
+    body += fmt::format(
+        "<p class=\"quiet\">They scatter by {:.4f} s from pattern to pattern (standard deviation), "
+        "{} than their intervals explain. The answer's interval holds what patterns may differ "
+        "by.</p>\n",
+        repeats.scatter_s, repeats.disagree ? "more" : "no more");
+  }
+  return Card("Each pattern alone", body);
+}
+
 std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
   if (line >= result.excess_s.size() || line >= result.sigma_s.size() ||
       !(result.sigma_s[line] > 0) || !std::isfinite(result.excess_s[line]) ||
@@ -216,6 +235,7 @@ std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
   page += Next(analysis.pressure_advance, !figures.empty());
   page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
+  page += Patterns(analysis);
   for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));
   page += LawCard(analysis);
   page += Lines(analysis);

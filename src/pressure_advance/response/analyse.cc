@@ -5,10 +5,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
+#include "pressure_advance/response/repeats.h"
 
 namespace trammel::pressure_advance {
 
@@ -33,6 +36,41 @@ RangedAnswer NoMinimum(const std::vector<double>& cubic, const Interval& tested)
                                            "{:.3g} to {:.3g} s",
                                            why, above ? "higher" : "lower", next.lo, next.hi)),
           next};
+}
+
+// Lines by their pattern, in the order of the patterns.
+std::vector<std::vector<LineProfile>> ByPattern(const std::vector<LineProfile>& profiles) {
+  std::map<int, std::vector<LineProfile>> patterns;
+  for (const LineProfile& profile : profiles) patterns[profile.pattern].push_back(profile);
+  std::vector<std::vector<LineProfile>> sorted;
+  for (auto& [index, lines] : patterns) sorted.push_back(std::move(lines));
+  return sorted;
+}
+
+// What several patterns on one plate say one by one, and what that makes of the answer.
+void CompareRepeats(const std::vector<LineProfile>& profiles, const ResponseOptions& options,
+                    Analysis& analysis) {
+  const auto patterns = ByPattern(profiles);
+  if (patterns.size() < 2) return;
+  std::vector<Measured> alone;
+  for (const auto& lines : patterns) {
+    alone.push_back(FitResponse(lines, analysis.motion, options).result.pressure_advance);
+  }
+  const Measured& joint = analysis.response.pressure_advance;
+  if (!joint.good()) {
+    analysis.repeats.emplace().pattern_s = std::move(alone);
+    return;
+  }
+  std::vector<double> tested_s;
+  for (const LineProfile& profile : profiles) tested_s.push_back(profile.pressure_advance_s);
+  RepeatedAnswer repeated = CombineRepeats(joint.quantity(), std::move(alone), RangeOf(tested_s),
+                                           options.widest_interval);
+  analysis.response.pressure_advance = std::move(repeated.answer.pressure_advance);
+  analysis.response.print_next_s = repeated.answer.print_next_s;
+  analysis.repeats = std::move(repeated.repeats);
+  if (std::string notice = NoticeOfRepeats(*analysis.repeats); !notice.empty()) {
+    analysis.notices.push_back(std::move(notice));
+  }
 }
 
 }  // namespace
@@ -98,6 +136,7 @@ Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
   analysis.lines = std::move(fit.lines);
   analysis.response = std::move(fit.result);
   analysis.notices = std::move(fit.notices);
+  CompareRepeats(profiles, options, analysis);
   if (method == Method::kResponse) {
     analysis.pressure_advance = analysis.response.pressure_advance;
     analysis.print_next_s = analysis.response.print_next_s;

@@ -215,6 +215,7 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
   ResponseFit fit;
   fit.lines.resize(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i) {
+    fit.lines[i].pattern = profiles[i].pattern;
     fit.lines[i].pressure_advance_s = profiles[i].pressure_advance_s;
     fit.lines[i].reason = profiles[i].unusable;
   }

@@ -1,0 +1,137 @@
+#include "pressure_advance/procedure/plate_layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+
+namespace trammel::procedure {
+namespace {
+
+using pressure_advance::BoundsMm;
+using pressure_advance::PatternConfig;
+using settings::ScanSettings;
+
+constexpr double kAnywhere_mm = 1e6;
+
+// Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
+Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& settings,
+                              const Reach& reach) {
+  const auto layout = LayOut(config);
+  Reach wide = reach;
+  for (const std::size_t axis : {0U, 1U}) {
+    wide.minimum_mm[axis] = -kAnywhere_mm;
+    wide.maximum_mm[axis] = kAnywhere_mm;
+  }
+  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, settings, wide);
+  if (!sweeps) return tl::unexpected(sweeps.error());
+  BoundsMm bounds = layout.printed;
+  for (const Sweep& sweep : sweeps->sweeps) {
+    bounds.min_x_mm = std::min({bounds.min_x_mm, sweep.start_x_mm, sweep.end_x_mm});
+    bounds.max_x_mm = std::max({bounds.max_x_mm, sweep.start_x_mm, sweep.end_x_mm});
+    bounds.min_y_mm = std::min({bounds.min_y_mm, sweep.start_y_mm, sweep.end_y_mm});
+    bounds.max_y_mm = std::max({bounds.max_y_mm, sweep.start_y_mm, sweep.end_y_mm});
+  }
+  return bounds;
+}
+
+// The least shift that brings both ways into what is reached; nothing where there is none.
+std::optional<double> ShiftInto(double nozzle_lo_mm, double nozzle_hi_mm, const Interval& reach_mm,
+                                double printed_lo_mm, double printed_hi_mm,
+                                const Interval& bed_mm) {
+  const double lo = std::max(reach_mm.lo - nozzle_lo_mm, bed_mm.lo - printed_lo_mm);
+  const double hi = std::min(reach_mm.hi - nozzle_hi_mm, bed_mm.hi - printed_hi_mm);
+  if (lo > hi) return std::nullopt;
+  return std::clamp(0.0, lo, hi);
+}
+
+// The same patterns where all is reached; nothing where they are nowhere.
+Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSettings& settings,
+                                           const Reach& reach) {
+  const auto nozzle = NozzleBounds(config, settings, reach);
+  if (!nozzle) return tl::unexpected(nozzle.error());
+  const BoundsMm printed = OuterBounds(config);
+  const double margin_mm = config.bed_margin_mm;
+  const auto x_mm =
+      ShiftInto(nozzle->min_x_mm, nozzle->max_x_mm, {reach.minimum_mm[0], reach.maximum_mm[0]},
+                printed.min_x_mm, printed.max_x_mm,
+                {config.bed_origin_x_mm + margin_mm,
+                 config.bed_origin_x_mm + config.bed_size_x_mm - margin_mm});
+  const auto y_mm =
+      ShiftInto(nozzle->min_y_mm, nozzle->max_y_mm, {reach.minimum_mm[1], reach.maximum_mm[1]},
+                printed.min_y_mm, printed.max_y_mm,
+                {config.bed_origin_y_mm + margin_mm,
+                 config.bed_origin_y_mm + config.bed_size_y_mm - margin_mm});
+  if (!x_mm || !y_mm) return std::optional<PatternConfig>();
+  if ((config.position_x_mm && *x_mm != 0) || (config.position_y_mm && *y_mm != 0)) {
+    return std::optional<PatternConfig>();
+  }
+  config.position_x_mm = printed.min_x_mm + *x_mm;
+  config.position_y_mm = printed.min_y_mm + *y_mm;
+  if (FindProblem(config)) return std::optional<PatternConfig>();
+  if (!PlanSweeps(MakePlan(LayOut(config), config, ""), {}, settings, reach)) {
+    return std::optional<PatternConfig>();
+  }
+  return std::optional<PatternConfig>(std::move(config));
+}
+
+// In the grid with the shortest diagonal that fits; nothing where none does.
+Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
+                                          const ScanSettings& settings, const Reach& reach) {
+  std::optional<PatternConfig> best;
+  double shortest_mm = std::numeric_limits<double>::infinity();
+  for (int columns = 1; columns <= count; ++columns) {
+    PatternConfig config = one;
+    config.columns = columns;
+    config.rows = (count + columns - 1) / columns;
+    config.patterns = count;
+    const BoundsMm bounds = OuterBounds(config);
+    const double diagonal_mm =
+        std::hypot(bounds.max_x_mm - bounds.min_x_mm, bounds.max_y_mm - bounds.min_y_mm);
+    if (diagonal_mm >= shortest_mm) continue;
+    auto moved = Moved(std::move(config), settings, reach);
+    if (!moved) return moved;
+    if (!*moved) continue;
+    best = std::move(*moved);
+    shortest_mm = diagonal_mm;
+  }
+  return best;
+}
+
+}  // namespace
+
+Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
+                                     const ScanSettings& settings, const Reach& reach) {
+  if (one.columns != 1 || one.rows != 1) {
+    return Fail(
+        fmt::format("the settings lay {} x {} patterns themselves: leave columns and rows of "
+                    "[pressure_advance_pattern] out, or print them without --repeat",
+                    one.columns, one.rows));
+  }
+  auto laid = Laid(one, count, settings, reach);
+  if (!laid) return tl::unexpected(laid.error());
+  if (*laid) return std::move(**laid);
+  int most = count - 1;
+  for (; most > 0; --most) {
+    const auto fewer = Laid(one, most, settings, reach);
+    if (fewer && *fewer) break;
+  }
+  const auto size = Geometry(one);
+  return Fail(
+      fmt::format("{} patterns of {:.0f} x {:.0f} mm do not fit beside one another within the "
+                  "reach of nozzle and camera, {}: {}make them smaller ([pressure_advance_pattern] "
+                  "line_count, line_spacing, pattern_gap), or leave position_x and position_y out",
+                  count, size.width_mm, size.depth_mm,
+                  most > 0 ? fmt::format("at most {} do", most) : "nor does one",
+                  most > 1 ? fmt::format("--repeat {}, or ", most) : ""),
+      ErrorKind::kSafety);
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,117 @@
+// Patterns alike on one plate: all lines in one fit, or the mean of one fit each, with and without
+// a lag that differs from pattern to pattern. Prints the table that docs/pressure-advance.md
+// quotes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "base/square.h"
+#include "base/statistics.h"
+#include "extruder_world.h"
+#include "pressure_advance/pattern/pattern_presets.h"
+#include "pressure_advance/response/repeats.h"
+#include "pressure_advance/response/response.h"
+
+namespace trammel {
+namespace {
+
+namespace pa = pressure_advance;
+using test::ExtruderWorld;
+
+int FromEnvironment(const char* name, int fallback) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? fallback : std::atoi(text);
+}
+
+struct Tally {
+  std::vector<double> error_ms, half_ms;
+  int covered = 0, disagree = 0;
+
+  void Add(const Quantity& q, double truth_s) {
+    error_ms.push_back(1e3 * (q.value - truth_s));
+    half_ms.push_back(1e3 * (q.interval95.hi - q.interval95.lo) / 2);
+    covered += q.interval95.lo <= truth_s && truth_s <= q.interval95.hi;
+  }
+  [[nodiscard]] std::string Text() const {
+    double squares = 0;
+    for (const double error : error_ms) squares += error * error;
+    const auto count = static_cast<double>(error_ms.size());
+    return fmt::format("{:>6.2f} {:>6.2f} {:>6.1f} %", std::sqrt(squares / count), Mean(half_ms),
+                       100 * covered / count);
+  }
+};
+
+// By their uncertainties, as if nothing but these lay between them.
+Quantity WeighedMean(const std::vector<Measured>& patterns) {
+  double weights = 0, sum = 0, halves = 0;
+  for (const Measured& pattern : patterns) {
+    if (!pattern.good()) continue;
+    const Quantity& q = pattern.quantity();
+    const double half = (q.interval95.hi - q.interval95.lo) / 2;
+    weights += 1 / Square(q.standard_uncertainty), sum += q.value / Square(q.standard_uncertainty);
+    halves += 1 / Square(half);
+  }
+  const double mean = sum / weights, half = 1 / std::sqrt(halves);
+  return {mean, 1 / std::sqrt(weights), {mean - half, mean + half}};
+}
+
+// The printer's own lag is the truth; each pattern's differs from it.
+TEST(RepeatStudy, SaysHowManyPatternsAreWorth) {
+  const int runs = FromEnvironment("TRAMMEL_STUDY_SEEDS", 100);
+  const int first = FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 1000);
+  const char* preset = std::getenv("TRAMMEL_STUDY_PRESET");
+  const auto chosen =
+      pa::ParsePatternPreset(preset == nullptr ? "" : preset).value_or(pa::kDefaultPreset);
+  fmt::print(
+      "\neach: rms error, mean half width (ms), truth in the 95 % interval\n{:<26} | {:<24} | "
+      "{:<24} | {:<24} | said to disagree\n",
+      "", "mean of one fit each", "one fit of all lines", "the answer");
+  const std::string only = std::getenv("TRAMMEL_STUDY_ROW") ? std::getenv("TRAMMEL_STUDY_ROW") : "";
+  for (const double between : {0.0, 0.01, 0.03}) {
+    for (const int count : {2, 3, 5}) {
+      const std::string name = fmt::format("{} patterns, {:.0f} % between", count, 100 * between);
+      if (name.find(only) == std::string::npos) continue;
+      Tally mean, joint, answer;
+      for (int i = 0; i < runs; ++i) {
+        Random random(static_cast<std::uint64_t>(first + i));
+        ExtruderWorld world = test::WorldOf(chosen);
+        world.law = test::PowerLaw(random.Uniform(0.4, 1));
+        world.second_share = random.Uniform() < 0.3 ? random.Uniform(0, 0.3) : 0;
+        world.slip = random.Uniform() < 0.3 ? random.Uniform(0, 0.05) : 0;
+        world.gaps_are_lost = random.Uniform() < 0.5;
+        for (int k = 0; k < 10; ++k) world.pressure_advance_s.push_back(0.06 * k / 9);
+        world.k_star_s = 0.06 * random.Uniform(0.4, 0.7);
+        const double truth_s = test::TruePressureAdvance(world);
+        std::vector<pa::LineProfile> all;
+        std::vector<Measured> alone;
+        for (int k = 0; k < count; ++k) {
+          ExtruderWorld one = world;
+          one.k_star_s *= 1 + between * random.Normal();
+          auto lines = test::PrintPattern(one, random);
+          alone.push_back(pa::FitResponse(lines, one.Motion()).result.pressure_advance);
+          all.insert(all.end(), lines.begin(), lines.end());
+        }
+        const auto fit = pa::FitResponse(all, world.Motion());
+        if (!fit.result.pressure_advance.good()) continue;
+        const Quantity& q = fit.result.pressure_advance.quantity();
+        const auto repeated = pa::CombineRepeats(q, alone, {0, 0.06}, 1);
+        mean.Add(WeighedMean(alone), truth_s);
+        joint.Add(q, truth_s);
+        answer.Add(repeated.answer.pressure_advance.quantity(), truth_s);
+        answer.disagree += repeated.repeats.disagree;
+      }
+      fmt::print("{:<26} | {} | {} | {} | {} of {}\n", name, mean.Text(), joint.Text(),
+                 answer.Text(), answer.disagree, answer.error_ms.size());
+      std::fflush(stdout);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trammel
