@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -106,8 +107,9 @@ TEST(Calibrate, TheDefaultPatternIsSweptToAndFroAndFindsTheTruth) {
 /// Gives the share of a recording's lines that each pattern has, by scan.json.
 std::map<int, int> LinesOfPatterns(const std::filesystem::path& recording) {
   const auto scan = files::ReadScan(recording);
-  EXPECT_TRUE(scan) << scan.error().message;
   std::map<int, int> lines;
+  EXPECT_TRUE(scan) << scan.error().message;
+  if (!scan) return lines;
   for (const auto& line : scan->lines) ++lines[line.pattern];
   return lines;
 }
@@ -153,6 +155,63 @@ TEST(Calibrate, RefusesMorePatternsThanFitBeforeAnythingMoves) {
   for (const char* count : {"0", "1", "10", "-1", "nan"}) {
     EXPECT_EQ(shop.Calibrate({"--repeat", count})->Wait(kEnough_s).exit_code, 1) << count;
   }
+}
+
+TEST(Calibrate, MakesTheTableOfSeveralSpeedsOnOnePlate) {
+  // Half a step of the list: the virtual printer's law has another truth at each speed.
+  constexpr double kNear_s = 0.005;
+  MachineShop shop;
+  shop.Script(kWorkedWith);
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--json", "--speeds", "75,150"})->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
+  const auto answer = nlohmann::json::parse(end.standard_output);
+  ASSERT_EQ(answer["patterns"].size(), 2U);
+  for (const auto& pattern : answer["patterns"]) {
+    const auto& value = pattern["pressure_advance_s"];
+    ASSERT_EQ(value["verdict"], "good") << pattern;
+    EXPECT_NEAR(value["value"].get<double>(), 0.03, kNear_s);
+    EXPECT_THAT(LinesOfPatterns(shop.folder() / pattern["folder"].get<std::string>()),
+                ::testing::ElementsAre(::testing::Pair(0, 5)));
+  }
+  ASSERT_EQ(answer["table"]["rows"].size(), 2U);
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  shop.With([](sim::VirtualKlipper& klipper) {
+    EXPECT_TRUE(klipper.files().empty()) << "an upload was left";
+  });
+  // Each is a recording that other commands read.
+  const ProcessEnd table =
+      shop.Run({"pa", "table", "rec/75mm_s-3000mm_s2", "rec/150mm_s-3000mm_s2", "--json"});
+  ASSERT_EQ(table.exit_code, 0) << table.standard_error;
+  EXPECT_EQ(nlohmann::json::parse(table.standard_output), answer["table"]);
+  EXPECT_EQ(
+      shop.Run({"pa", "apply", "rec/75mm_s-3000mm_s2", "--dry-run", "--printer", shop.address()})
+          .exit_code,
+      0);
+}
+
+TEST(Calibrate, ThatIsStoppedInItsSecondPatternKeepsTheFirstAndIsLeftSafe) {
+  MachineShop shop;
+  shop.Script(kWorkedWith);
+  const PrinterLook before = shop.Look();
+  const auto process = shop.Calibrate({"--speeds", "75,150"});
+  shop.WaitUntilSweeping(7, *process);  // five lines each
+  process->Send(SIGINT);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 130) << end.standard_error;
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  EXPECT_EQ(AnalyzeToJson("rec/75mm_s-3000mm_s2", shop.folder())["verdict"], "good");
+}
+
+TEST(Calibrate, RefusesSpeedsThatThePrinterIsNotAllowedBeforeAnythingMoves) {
+  MachineShop shop;
+  shop.Script("SET_VELOCITY_LIMIT VELOCITY=100");
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--speeds", "75,150"})->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 4) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("max_velocity is 100"));
+  EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
 
 TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {

@@ -191,6 +191,13 @@ AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
   return output;
 }
 
+Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,
+                          const AnalysisOutput& output) {
+  const Written written = WriteFiles(run, result, output);
+  if (written.failed) return tl::unexpected(*written.failed);
+  return {};
+}
+
 int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   // The answer is printed whatever became of the files: it must not get lost for a full disk.
   const Written written = WriteFiles(run, result, output);

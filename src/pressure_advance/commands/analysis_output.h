@@ -25,6 +25,10 @@ struct AnalysisOutput {
 /// Prints the answer on standard output, as text.
 void SayAnswer(const pressure_advance::Analysis& analysis);
 
+/// Writes the files and says nothing. Errors: the first that could not be written.
+[[nodiscard]] Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,
+                                        const AnalysisOutput& output);
+
 /// Writes the files, and says where; with `json` the answer, too.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
 int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output);

@@ -20,17 +20,18 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/conditions_run.h"
 #include "pressure_advance/commands/early_answer.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/photo_plan.h"
+#include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
-#include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
@@ -52,7 +53,7 @@ struct CalibrateArguments {
   std::string plan;   // of pa print and pa scan
   std::string filament;
   std::optional<int> only;
-  std::optional<int> repeat;
+  AskedPlate plate;
   bool print = true;
   bool scan = true;
   bool apply = false;
@@ -235,24 +236,6 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   return config;
 }
 
-// Puts the patterns of --repeat beside one another, before anything moves.
-Result<void> LayRepeats(const CalibrateArguments& arguments, const procedure::Reach& reach,
-                        files::Config& config) {
-  if (!arguments.repeat) return {};
-  auto laid = procedure::PatternsBeside(config.pattern, *arguments.repeat, config.scan, reach);
-  if (!laid) return tl::unexpected(laid.error());
-  config.pattern = std::move(*laid);
-  return {};
-}
-
-Result<void> LayRepeatsOn(const CalibrateArguments& arguments, const procedure::Session& session,
-                          files::Config& config) {
-  if (!arguments.repeat) return {};
-  auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
-  if (!ready) return ready;
-  return LayRepeats(arguments, procedure::ReachOf(session.printer.LastState()), config);
-}
-
 int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
   const fs::path plan = ran.folder / "pattern.plan.json";
   if (arguments.photo) {
@@ -278,7 +261,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   if (arguments.dry_run) {
-    if (auto laid = LayRepeats(arguments, BedOf(config->pattern), *config); !laid) {
+    if (auto laid = LayOnPlate(arguments.plate, BedOf(config->pattern), *config); !laid) {
       return PrintError(laid.error());
     }
     const auto done = PrintDryRun(config->pattern, config->scan,
@@ -297,8 +280,12 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  if (auto laid = LayRepeatsOn(arguments, session, *config); !laid) {
+  if (auto laid = LayOnPlateOf(arguments.plate, session, *config); !laid) {
     return PrintError(laid.error());
+  }
+  if (arguments.plate.conditions.any()) {
+    return RunConditions(
+        {*config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
   }
   request.pattern = config->pattern;
   if (arguments.photo) {
@@ -353,13 +340,10 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                                 "print the pattern, scan it, and say the answer", whole);
   AddMaterialOption(*calibrate, whole->printer.material);
   AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
-  calibrate
-      ->add_option("--repeat", whole->repeat,
-                   "print so many patterns beside one another in one go, and say what they differ "
-                   "by; left out: one")
-      ->check(CLI::Range(procedure::kFewestRepeats, procedure::kMostRepeats));
-  calibrate->add_flag("--validate", whole->validate,
-                      "then print lines without and with the answer, and say what it improved");
+  CLI::Option* validate =
+      calibrate->add_flag("--validate", whole->validate,
+                          "then print lines without and with the answer, and say what it improved");
+  AddPlateOptions(*calibrate, whole->plate, {validate, calibrate->get_option("--apply")});
 
   const auto print_only = std::make_shared<CalibrateArguments>();
   print_only->scan = false;

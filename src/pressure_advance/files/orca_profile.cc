@@ -38,17 +38,6 @@ Json Entries(const Json& profile, const char* key, const std::string& entry) {
   return std::vector<std::string>(size, entry);
 }
 
-// The slicer's own order: value in s, flow in mm³/s, acceleration in mm/s². It takes another one
-// without a word.
-std::string Model(std::span<const pressure_advance::FlowPoint> rows) {
-  std::string model;
-  for (const pressure_advance::FlowPoint& row : rows) {
-    model += fmt::format("{}{:.4f},{:.2f},{:.0f}", model.empty() ? "" : "\n",
-                         row.pressure_advance_s.value, row.flow_mm3_s, row.acceleration_mm_s2);
-  }
-  return model;
-}
-
 Result<void> CheckRows(std::span<const pressure_advance::FlowPoint> rows) {
   for (const pressure_advance::FlowPoint& row : rows) {
     const auto flows = std::ranges::count_if(rows, [&](const auto& other) {
@@ -71,6 +60,15 @@ Result<void> CheckRows(std::span<const pressure_advance::FlowPoint> rows) {
 }
 
 }  // namespace
+
+std::string AdaptiveModel(std::span<const pressure_advance::FlowPoint> rows) {
+  std::string model;
+  for (const pressure_advance::FlowPoint& row : rows) {
+    model += fmt::format("{}{:.4f},{:.2f},{:.0f}", model.empty() ? "" : "\n",
+                         row.pressure_advance_s.value, row.flow_mm3_s, row.acceleration_mm_s2);
+  }
+  return model;
+}
 
 Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::string& file,
                                         double pressure_advance_s,
@@ -115,7 +113,7 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
       }
     }
     json[adaptive] = Entries(json, adaptive, "1");
-    json[model] = Entries(json, model, Model(rows));
+    json[model] = Entries(json, model, AdaptiveModel(rows));
   } else if (json.contains(adaptive) && IsOn(json[adaptive])) {
     json[adaptive] = Entries(json, adaptive, "0");
     made.notices.emplace_back(

@@ -16,6 +16,10 @@ struct OrcaProfile {
   std::vector<std::string> notices;  ///< what else had to change
 };
 
+/// Rows as OrcaSlicer's adaptive pressure advance has them, a line each: value in s, flow in mm³/s,
+/// acceleration in mm/s². It takes another order without a word.
+[[nodiscard]] std::string AdaptiveModel(std::span<const pressure_advance::FlowPoint> rows);
+
 /// Takes a filament profile as OrcaSlicer exports it (JSON; each value a text or a list of texts)
 /// and sets `enable_pressure_advance` and `pressure_advance`, for each extruder that the profile
 /// has values for. Adaptive pressure advance, which would override the value, is switched off, with

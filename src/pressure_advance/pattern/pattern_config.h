@@ -20,6 +20,12 @@ enum class Finish {
   kIdle,  ///< the idle G-code: the bed stays warm and holds the pattern for a scan
 };
 
+/// What a pattern is printed at, where those of one plate differ.
+struct PatternConditions {
+  double fast_speed_mm_s = 0;     ///< [0.1, 1000], of the fastest segments
+  double acceleration_mm_s2 = 0;  ///< [1, 1e6]
+};
+
 /// The printer and the filament (settings/printer.h), and what this pattern adds to them.
 ///
 /// Ranges of single fields, and what users read about them, stand in PatternFields()
@@ -71,7 +77,10 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   int columns = 1;              ///< [1, 100] patterns side by side
   int rows = 1;                 ///< [1, 100] patterns one behind the other
   std::optional<int> patterns;  ///< [1, columns x rows] printed, from the first; absent: all
-  double pattern_gap_mm = 3;    ///< [0, 200] of free plate between two frames
+  /// Of each pattern, instead of the fastest segments' speed and `acceleration_mm_s2`; empty: all
+  /// are alike. As many as patterns.
+  std::vector<PatternConditions> conditions;
+  double pattern_gap_mm = 3;  ///< [0, 200] of free plate between two frames
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
@@ -80,6 +89,12 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
 
 /// How many patterns are printed.
 [[nodiscard]] int PatternCount(const PatternConfig& config);
+
+/// The settings with which one pattern's lines are printed: those of its conditions.
+[[nodiscard]] PatternConfig SettingsOf(const PatternConfig& config, int pattern);
+
+/// The fastest of a line's speeds. REQUIRES segments.
+[[nodiscard]] double FastSpeed_mm_s(const PatternConfig& config);
 
 /// mm of filament per mm of bead. REQUIRES a valid config.
 [[nodiscard]] double FilamentPerMm(const PatternConfig& config);

@@ -73,14 +73,15 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
       "; prints within X {} ... {}, Y {} ... {}", FormatNumber(layout.printed.min_x_mm, 3),
       FormatNumber(layout.printed.max_x_mm, 3), FormatNumber(layout.printed.min_y_mm, 3),
       FormatNumber(layout.printed.max_y_mm, 3)));
-  double fastest_mm_s = 0;
-  for (const Segment& segment : config.segments) {
-    fastest_mm_s = std::max(fastest_mm_s, segment.speed_mm_s);
+  double fastest_mm_s = 0, acceleration_mm_s2 = 0;
+  for (int pattern = 0; pattern < PatternCount(config); ++pattern) {
+    const PatternConfig one = SettingsOf(config, pattern);
+    fastest_mm_s = std::max(fastest_mm_s, FastSpeed_mm_s(one));
+    acceleration_mm_s2 = std::max(acceleration_mm_s2, one.acceleration_mm_s2);
   }
   // A lower limit would silently print slower lines than the plan says.
   writer.Line(fmt::format("; needs a printer that is allowed {} mm/s and {} mm/s^2",
-                          FormatNumber(fastest_mm_s, 2),
-                          FormatNumber(config.acceleration_mm_s2, 1)));
+                          FormatNumber(fastest_mm_s, 2), FormatNumber(acceleration_mm_s2, 1)));
   writer.Line(fmt::format("; filament {} mm, {} s without heating",
                           FormatNumber(summary.filament_mm, 1), FormatNumber(summary.time_s, 0)));
 }
@@ -119,6 +120,10 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
         writer.Line(gcode::DisplayCommand("PA " + value));
       } else {
         if (move.pattern >= 0) writer.Line(fmt::format("; frame of pattern {}", move.pattern));
+        if (move.pattern >= 0 && !config.conditions.empty()) {
+          writer.Lines(LimitCommands(config.dialect,
+                                     SettingsOf(config, move.pattern).acceleration_mm_s2, 0.0));
+        }
         writer.Line(PressureAdvanceCommand(config.dialect, move.pressure_advance_s));
       }
     }

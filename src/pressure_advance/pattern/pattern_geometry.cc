@@ -38,6 +38,25 @@ int PatternCount(const PatternConfig& config) {
   return config.patterns.value_or(config.columns * config.rows);
 }
 
+double FastSpeed_mm_s(const PatternConfig& config) {
+  return std::ranges::max_element(config.segments, {}, &Segment::speed_mm_s)->speed_mm_s;
+}
+
+PatternConfig SettingsOf(const PatternConfig& config, int pattern) {
+  PatternConfig one = config;
+  one.conditions.clear();
+  const auto index = static_cast<std::size_t>(pattern);
+  if (index >= config.conditions.size()) return one;
+  const double fast_mm_s = FastSpeed_mm_s(config);
+  for (Segment& segment : one.segments) {
+    if (segment.speed_mm_s == fast_mm_s) {
+      segment.speed_mm_s = config.conditions[index].fast_speed_mm_s;
+    }
+  }
+  one.acceleration_mm_s2 = config.conditions[index].acceleration_mm_s2;
+  return one;
+}
+
 double FilamentPerMm(const PatternConfig& config) {
   return gcode::FilamentPerMm(config.line_width_mm, config.layer_height_mm,
                               config.filament_diameter_mm);

@@ -181,13 +181,14 @@ PatternLayout LayOut(const PatternConfig& config) {
     DrawFrame(config, outer, pen);
     DrawMark(config, outer, pen);
     const std::vector<double> pressure_advances_s = PressureAdvances(config, pattern);
+    const PatternConfig one = SettingsOf(config, pattern);
     for (std::size_t i = 0; i < pressure_advances_s.size(); ++i) {
       layout.lines.push_back(
           LineOf(config, outer, pattern, static_cast<int>(i), pressure_advances_s[i]));
       pen.Leave();
       pen.Begin(pattern, static_cast<int>(layout.lines.size()) - 1, pressure_advances_s[i]);
       pen.GoTo(layout.lines.back().start, i == 0 || config.lift_between_lines);
-      DrawLine(config, layout.lines.back(), pen);
+      DrawLine(one, layout.lines.back(), pen);
     }
   }
   pen.Leave();

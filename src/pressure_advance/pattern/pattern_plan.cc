@@ -1,6 +1,7 @@
 #include "pressure_advance/pattern/pattern_plan.h"
 
 #include <utility>
+#include <vector>
 
 namespace trammel::pressure_advance {
 
@@ -22,6 +23,14 @@ PatternPlan MakePlan(const PatternLayout& layout, const PatternConfig& config,
     plan.lines.push_back({line.pattern, line.pressure_advance_s, line.start.x_mm, line.start.y_mm,
                           line.end.x_mm, line.end.y_mm});
   }
+  return plan;
+}
+
+PatternPlan PlanOfPattern(const PatternLayout& layout, const PatternConfig& config, int pattern,
+                          std::string gcode_file_name) {
+  PatternPlan plan = MakePlan(layout, SettingsOf(config, pattern), std::move(gcode_file_name));
+  std::erase_if(plan.lines, [=](const PlanLine& line) { return line.pattern != pattern; });
+  for (PlanLine& line : plan.lines) line.pattern = 0;
   return plan;
 }
 

@@ -38,4 +38,8 @@ struct PatternPlan {
 [[nodiscard]] PatternPlan MakePlan(const PatternLayout& layout, const PatternConfig& config,
                                    std::string gcode_file_name);
 
+/// The plan of one of its patterns alone, as if no other lay on the plate.
+[[nodiscard]] PatternPlan PlanOfPattern(const PatternLayout& layout, const PatternConfig& config,
+                                        int pattern, std::string gcode_file_name);
+
 }  // namespace trammel::pressure_advance

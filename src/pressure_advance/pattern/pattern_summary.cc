@@ -49,14 +49,22 @@ double& PartOf(PatternTime& time, const Move& move, bool begun) {
   }
 }
 
-PatternTime TimeOf(const std::vector<Move>& moves, double acceleration_mm_s2) {
+PatternTime TimeOf(const std::vector<Move>& moves, const PatternConfig& config) {
+  std::vector<double> of_pattern_mm_s2;
+  for (int pattern = 0; pattern < PatternCount(config); ++pattern) {
+    of_pattern_mm_s2.push_back(SettingsOf(config, pattern).acceleration_mm_s2);
+  }
+  const auto acceleration_mm_s2 = [&](const Move& move) {
+    return move.pattern < 0 ? config.acceleration_mm_s2
+                            : of_pattern_mm_s2[static_cast<std::size_t>(move.pattern)];
+  };
   // junction[i] is the speed at the start of move i; the last entry is the stop at the end.
   std::vector<double> junction_mm_s(moves.size() + 1, 0.0);
   for (std::size_t i = 1; i < moves.size(); ++i) {
-    junction_mm_s[i] = JunctionSpeed_mm_s(moves[i - 1], moves[i], acceleration_mm_s2);
+    junction_mm_s[i] = JunctionSpeed_mm_s(moves[i - 1], moves[i], acceleration_mm_s2(moves[i]));
   }
   const auto reachable = [&](double from_mm_s, const Move& move) {
-    return std::sqrt(from_mm_s * from_mm_s + 2 * acceleration_mm_s2 * Distance_mm(move));
+    return std::sqrt(from_mm_s * from_mm_s + 2 * acceleration_mm_s2(move) * Distance_mm(move));
   };
   for (std::size_t i = moves.size(); i-- > 0;) {
     junction_mm_s[i] = std::min(junction_mm_s[i], reachable(junction_mm_s[i + 1], moves[i]));
@@ -73,7 +81,7 @@ PatternTime TimeOf(const std::vector<Move>& moves, double acceleration_mm_s2) {
     }
     begun = begun || move.width_mm > 0;
     PartOf(time, move, begun) += gcode::MoveTime_s(length_mm, junction_mm_s[i], move.speed_mm_s,
-                                                   junction_mm_s[i + 1], acceleration_mm_s2);
+                                                   junction_mm_s[i + 1], acceleration_mm_s2(move));
   }
   return time;
 }
@@ -83,7 +91,7 @@ PatternTime TimeOf(const std::vector<Move>& moves, double acceleration_mm_s2) {
 PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& config) {
   PatternSummary summary;
   summary.printed = layout.printed;
-  summary.time = TimeOf(layout.moves, config.acceleration_mm_s2);
+  summary.time = TimeOf(layout.moves, config);
   summary.time_s = summary.time.total_s();
   const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   for (const Move& move : layout.moves) {

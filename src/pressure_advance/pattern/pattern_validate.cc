@@ -129,6 +129,27 @@ Problem CheckSegments(const PatternConfig& config) {
   return CheckSpeedsAreReached(config);
 }
 
+// Of each pattern, where they differ.
+Problem CheckAllSegments(const PatternConfig& config) {
+  if (config.conditions.empty()) return CheckSegments(config);
+  if (static_cast<int>(config.conditions.size()) != PatternCount(config)) {
+    return InPattern("columns", fmt::format("{} conditions are none for {} patterns",
+                                            config.conditions.size(), PatternCount(config)));
+  }
+  if (config.segments.empty()) return CheckSegments(config);
+  for (int pattern = 0; pattern < PatternCount(config); ++pattern) {
+    const PatternConfig one = SettingsOf(config, pattern);
+    Problem problem = CheckFields(one);
+    if (!problem) problem = CheckSegments(one);
+    if (!problem) continue;
+    const PatternConditions& at = config.conditions[static_cast<std::size_t>(pattern)];
+    problem->message = fmt::format("at {} mm/s and {} mm/s^2: {}", at.fast_speed_mm_s,
+                                   at.acceleration_mm_s2, problem->message);
+    return problem;
+  }
+  return std::nullopt;
+}
+
 Problem CheckBead(const PatternConfig& config) {
   const double width_mm = config.line_width_mm;
   if (Problem problem = settings::FindBeadProblem(config, "pressure_advance_pattern",
@@ -254,7 +275,7 @@ Problem CheckUserGcode(const PatternConfig& config) {
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
-  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckWays,
+  for (auto check : {CheckFields, CheckPressureAdvances, CheckAllSegments, CheckBead, CheckWays,
                      CheckMark, CheckFit, CheckPark, CheckUserGcode}) {
     if (Problem problem = check(config)) return problem;
   }

@@ -23,6 +23,7 @@ using settings::ScanSettings;
 constexpr double kAsk_s = 10;
 constexpr double kHome_s = 300;
 constexpr const char* kGcodeName = "pattern.gcode";
+constexpr const char* kPlanName = "pattern.plan.json";
 
 PatternPlan PlanOf(const CalibrationRequest& request, const PatternConfig& config) {
   return request.plan ? *request.plan : MakePlan(LayOut(config), config, kGcodeName);
@@ -60,9 +61,11 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
           files::WriteWholeFile(request.folder / kGcodeName, gcode, files::IfThere::kRefuse);
       !kept)
     return kept;
-  auto planned = files::WriteWholeFile(request.folder / "pattern.plan.json",
-                                       files::FormatPlan(plan), files::IfThere::kRefuse);
-  if (!planned) return planned;
+  if (request.folders.empty()) {  // else no plan is one of all
+    auto planned = files::WriteWholeFile(request.folder / kPlanName, files::FormatPlan(plan),
+                                         files::IfThere::kRefuse);
+    if (!planned) return planned;
+  }
   PrintOptions options;
   if (request.note_print) {
     options.before_start = [&] { return request.note_print(request.folder, /*ended=*/false); };
@@ -78,37 +81,105 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   return Print(session, gcode, options);
 }
 
-Result<void> SweepLines(const Session& session, const CalibrationRequest& request,
-                        const PatternConfig& config, const PatternPlan& plan,
-                        FrameRecorder& recorder, const std::string& camera,
-                        PrinterStateGuard& guard) {
+// Clean, and cold enough not to ooze.
+Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings) {
   // What was printed may have taken longer than the printer's own limit.
   if (auto told = KeepAlive(session); !told) return told;
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
-  const auto sweeps = PlanSweeps(plan, request.only, request.settings, ReachOf(*state));
-  if (!sweeps) return tl::unexpected(sweeps.error());
-  if (!request.settings.clean_nozzle_gcode.empty()) {
+  if (!settings.clean_nozzle_gcode.empty()) {
     if (auto free = CheckStillFree(session); !free) return free;
-    auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
+    auto clean = session.printer.Run(settings.clean_nozzle_gcode, session.Within(kHome_s));
     if (clean) clean = KeepAlive(session);
     if (!clean) return clean;
   }
-  auto cool = CoolForScan(session, *state, request.settings.scan_nozzle_temperature_c,
-                          request.settings.heat_time_limit_s);
-  if (!cool) return cool;
+  return CoolForScan(session, *state, settings.scan_nozzle_temperature_c,
+                     settings.heat_time_limit_s);
+}
+
+// What a scan of any pattern goes through.
+struct Scanner {
+  const Session& session;
+  const CalibrationRequest& request;
+  const PatternConfig& config;
+  FrameRecorder& recorder;
+  const std::string& camera;
+  PrinterStateGuard& guard;
+};
+
+Result<SweepPlan> SweepsOf(const Scanner& scanner, const PatternPlan& plan) {
+  const auto state = scanner.session.printer.State(scanner.session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  return PlanSweeps(plan, scanner.request.only, scanner.request.settings, ReachOf(*state));
+}
+
+Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const SweepPlan& sweeps,
+                        const std::filesystem::path& folder, bool laser_seen) {
+  const CalibrationRequest& request = scanner.request;
   ScanRequest scan;
   scan.plan = plan;
   scan.settings = request.settings;
-  scan.travel_speed_mm_s = config.travel_speed_mm_s;
-  scan.z_speed_mm_s = config.z_speed_mm_s;
-  scan.folder = request.folder;
+  scan.travel_speed_mm_s = scanner.config.travel_speed_mm_s;
+  scan.z_speed_mm_s = scanner.config.z_speed_mm_s;
+  scan.folder = folder;
   scan.started = request.started;
-  scan.camera = camera;
+  scan.camera = scanner.camera;
+  scan.laser_seen = laser_seen;
   scan.cutter = request.cutter;
   scan.read_ahead = request.read_ahead;
-  guard.ExpectLaser();
-  return ScanLines(session, recorder, *sweeps, scan);
+  scanner.guard.ExpectLaser();
+  return ScanLines(scanner.session, scanner.recorder, sweeps, scan);
+}
+
+Result<void> ScanPattern(const Scanner& scanner, const PatternPlan& plan) {
+  const auto sweeps = SweepsOf(scanner, plan);
+  if (!sweeps) return tl::unexpected(sweeps.error());
+  auto ready = PrepareNozzle(scanner.session, scanner.request.settings);
+  return ready ? SweepLines(scanner, plan, *sweeps, scanner.request.folder, false) : ready;
+}
+
+// One recording each. What cannot be tied to its motion leaves the others.
+Result<void> ScanEachPattern(const Scanner& scanner) {
+  const CalibrationRequest& request = scanner.request;
+  const auto layout = LayOut(scanner.config);
+  const std::string gcode = WriteGcode(layout, scanner.config);
+  if (auto ready = PrepareNozzle(scanner.session, request.settings); !ready) return ready;
+  Result<void> failed;
+  bool scanned = false;
+  for (std::size_t i = 0; i < request.folders.size(); ++i) {
+    const PatternPlan plan = PlanOfPattern(layout, scanner.config, static_cast<int>(i), kGcodeName);
+    auto planned = files::WriteWholeFile(request.folders[i] / kPlanName, files::FormatPlan(plan),
+                                         files::IfThere::kRefuse);
+    if (planned) {
+      planned =
+          files::WriteWholeFile(request.folders[i] / kGcodeName, gcode, files::IfThere::kRefuse);
+    }
+    if (!planned) return planned;
+    const auto sweeps = SweepsOf(scanner, plan);
+    if (!sweeps) return tl::unexpected(sweeps.error());
+    scanner.session.Say(fmt::format("scanning pattern {} of {}", i + 1, request.folders.size()));
+    auto swept = SweepLines(scanner, plan, *sweeps, request.folders[i], i > 0);
+    if (!swept && swept.error().kind != ErrorKind::kMeasurement) return swept;
+    scanned = scanned || swept.has_value();
+    if (!swept) {
+      scanner.session.Say(fmt::format("pattern {}: {}", i + 1, swept.error().message));
+      failed = std::move(swept);
+    }
+  }
+  return scanned ? Result<void>() : failed;
+}
+
+// That each pattern's sweeps are within reach, and show enough of its own speeds.
+Result<void> CheckEachPattern(const Session& session, const CalibrationRequest& request) {
+  if (request.folders.empty()) return {};
+  const Reach reach = ReachOf(session.printer.LastState());
+  const auto layout = LayOut(request.pattern);
+  for (int pattern = 0; pattern < PatternCount(request.pattern); ++pattern) {
+    const auto sweeps = PlanSweeps(PlanOfPattern(layout, request.pattern, pattern, kGcodeName), {},
+                                   request.settings, reach);
+    if (!sweeps) return tl::unexpected(sweeps.error());
+  }
+  return {};
 }
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
@@ -123,6 +194,7 @@ Result<void> CheckAll(const Session& session, const CalibrationRequest& request)
     if (!heaters) return heaters;
   }
   if (!request.scan) return {};
+  if (auto reached = CheckEachPattern(session, request); !reached) return reached;
   const PatternPlan plan = PlanOf(request, request.pattern);
   const double record_s =
       static_cast<double>(plan.lines.size()) *
@@ -159,7 +231,8 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
     if (!printed) return printed;
   }
   if (recorder == nullptr) return {};
-  auto swept = SweepLines(session, request, config, plan, *recorder, camera, guard);
+  const Scanner scanner{session, request, config, *recorder, camera, guard};
+  auto swept = request.folders.empty() ? ScanPattern(scanner, plan) : ScanEachPattern(scanner);
   if (swept && request.recorded) request.recorded();
   return swept;
 }

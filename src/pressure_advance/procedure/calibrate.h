@@ -36,6 +36,10 @@ struct CalibrationRequest {
   std::optional<pressure_advance::PatternPlan> plan;
   std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
   std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
+  /// One for each of the pattern's conditions, there and empty: each pattern is scanned into its
+  /// own as if no other lay on the plate, with a plan beside it. Empty: all lines go into `folder`.
+  /// REQUIRES that `pattern` is printed and scanned.
+  std::vector<std::filesystem::path> folders = {};
   RecordingCutter* cutter = nullptr;  ///< cuts the videos, and outlives the run; null: they stay
   ReadAhead* read_ahead = nullptr;    ///< reads the lines, and outlives the run; null: nobody does
   /// Called once `folder` holds a whole recording, before the printer is brought back; has to
@@ -53,7 +57,10 @@ struct CalibrationOutcome {
 /// Runs the steps that the request names. Nothing moves before every check has passed and the
 /// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
 /// targets and G-code state come back (PrinterStateGuard), and what was recorded stays in the
-/// folder. Only a pattern that was printed for a later scan keeps the bed warm, which holds it.
+/// folder. Of patterns with folders of their own one that cannot be tied to its motion
+/// (kMeasurement) does not keep the others from being scanned; the last such error is the outcome
+/// where none was. Only a pattern that was printed for a later scan keeps the bed warm, which holds
+/// it.
 [[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
                                            const CalibrationRequest& request);
 

@@ -46,6 +46,7 @@ Result<PatternConfig> ComparisonPattern(const PatternConfig& settings, double pr
   config.columns = 1;
   config.rows = 2;
   config.patterns.reset();
+  config.conditions.clear();
   return config;
 }
 

@@ -108,12 +108,13 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
 }  // namespace
 
 Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
-                                     const ScanSettings& settings, const Reach& reach) {
+                                     const ScanSettings& settings, const Reach& reach,
+                                     const std::string& option) {
   if (one.columns != 1 || one.rows != 1) {
     return Fail(
         fmt::format("the settings lay {} x {} patterns themselves: leave columns and rows of "
-                    "[pressure_advance_pattern] out, or print them without --repeat",
-                    one.columns, one.rows));
+                    "[pressure_advance_pattern] out, or print them without {}",
+                    one.columns, one.rows, option));
   }
   auto laid = Laid(one, count, settings, reach);
   if (!laid) return tl::unexpected(laid.error());
@@ -130,7 +131,7 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
                   "line_count, line_spacing, pattern_gap), or leave position_x and position_y out",
                   count, size.width_mm, size.depth_mm,
                   most > 0 ? fmt::format("at most {} do", most) : "nor does one",
-                  most > 1 ? fmt::format("--repeat {}, or ", most) : ""),
+                  most > 1 ? fmt::format("ask for so many with {}, or ", option) : ""),
       ErrorKind::kSafety);
 }
 

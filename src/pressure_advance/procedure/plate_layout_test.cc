@@ -30,7 +30,7 @@ bool Touch(const pressure_advance::BoundsMm& a, const pressure_advance::BoundsMm
 }
 
 TEST(PlateLayout, LaysAsManyPatternsAsAreWantedApartAndWithinReach) {
-  for (int count = kFewestRepeats; count <= kMostRepeats; ++count) {
+  for (int count = kFewestPatterns; count <= kMostPatterns; ++count) {
     const auto laid = PatternsBeside(One(), count, {}, kReach);
     ASSERT_TRUE(laid.has_value()) << count << ": " << laid.error().message;
     ASSERT_TRUE(Validate(*laid)) << count;
@@ -80,7 +80,7 @@ TEST(PlateLayout, SaysHowManyFit) {
   const auto laid = PatternsBeside(One(), 9, {}, small);
   ASSERT_FALSE(laid.has_value());
   EXPECT_EQ(laid.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(laid.error().message, HasSubstr("--repeat "));
+  EXPECT_THAT(laid.error().message, HasSubstr("with --repeat"));
   const auto none = PatternsBeside(One(), 2, {}, {{0, 0, 0}, {60, 60, 250}});
   ASSERT_FALSE(none.has_value());
   EXPECT_THAT(none.error().message, HasSubstr("nor does one"));

@@ -179,7 +179,9 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   auto there =
       Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
-  if (there) there = CheckLaser(session, sweeping.recorder, request.settings);
+  if (there && !request.laser_seen) {
+    there = CheckLaser(session, sweeping.recorder, request.settings);
+  }
   return there;
 }
 

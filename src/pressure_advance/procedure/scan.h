@@ -25,6 +25,7 @@ struct ScanRequest {
   std::filesystem::path folder;       ///< is there; holds no scan.json yet
   std::string started;                ///< date and time, for the recording
   std::string camera;                 ///< what the camera says it is
+  bool laser_seen = false;            ///< a scan right before has seen it, and left it on
   RecordingCutter* cutter = nullptr;  ///< outlives the scan; null: videos stay whole
   ReadAhead* read_ahead = nullptr;    ///< outlives the scan; null: lines are read when wanted
 };
