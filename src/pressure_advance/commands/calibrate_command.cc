@@ -29,6 +29,7 @@
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/commands/refinement.h"
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
@@ -58,6 +59,7 @@ struct CalibrateArguments {
   bool scan = true;
   bool apply = false;
   bool validate = false;
+  bool refine = false;
   bool dry_run = false;
   bool json = false;
   bool keep_full = false;
@@ -138,9 +140,27 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
       before.id, before.filament, now ? fmt::format("{} ({})", now->id, now->filament) : "none");
 }
 
+// Keeps what the first pattern says, and has a second one measured over the range that it asks for.
+// @param config  and all behind it: of the first before, of the second after
+Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::Session& session,
+                          procedure::RecordingCutter* cutter, files::Config& config,
+                          fs::path& folder, AnalysisRun& run, ResultFile& result) {
+  if (auto kept = KeepAnalysis(run, result, KeptIn(folder, arguments.json)); !kept) return kept;
+  auto refined = Refine(session, config, folder, *run.analysis.print_next_s, cutter);
+  if (!refined) return tl::unexpected(refined.error());
+  run = std::move(refined->run);
+  folder = refined->folder;
+  config.pattern = refined->pattern;
+  ResultFile second = ResultOf(run.analysis, folder.string());
+  second.outcome.subject = result.outcome.subject;
+  result = std::move(second);
+  if (!arguments.json) SayAnswer(run.analysis);
+  return {};
+}
+
 // Reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             const files::Config& config, const fs::path& folder,
+             files::Config config, fs::path folder,
              const std::optional<machine::Spool>& spool_before, EarlyAnswer& answer,
              procedure::RecordingCutter* cutter) {
   auto run = answer.Wait();
@@ -155,6 +175,10 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
+  if (arguments.refine && run->analysis.print_next_s) {
+    auto again = MeasureAgain(arguments, session, cutter, config, folder, *run, result);
+    if (!again) return PrintError(again.error());
+  }
   int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -203,6 +227,12 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
                 EarlyAnswer& answer) {
   if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
     const auto room = PlanComparison(session, config, 1);
+    if (!room) return tl::unexpected(room.error());
+  }
+  if (arguments.refine) {
+    const auto state = session.printer.State(session.Within(10));
+    if (!state) return tl::unexpected(state.error());
+    auto room = CheckRoomToRefine(config, procedure::ReachOf(*state));
     if (!room) return tl::unexpected(room.error());
   }
   const auto folder = NewFolder::Make(arguments.out);
@@ -264,6 +294,9 @@ int RunCalibration(const CalibrateArguments& arguments) {
     if (auto laid = LayOnPlate(arguments.plate, BedOf(config->pattern), *config); !laid) {
       return PrintError(laid.error());
     }
+    auto room =
+        arguments.refine ? CheckRoomToRefine(*config, BedOf(config->pattern)) : Result<void>();
+    if (!room) return PrintError(room.error());
     const auto done = PrintDryRun(config->pattern, config->scan,
                                   {arguments.print, arguments.scan, arguments.photo});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());
@@ -343,7 +376,13 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   CLI::Option* validate =
       calibrate->add_flag("--validate", whole->validate,
                           "then print lines without and with the answer, and say what it improved");
-  AddPlateOptions(*calibrate, whole->plate, {validate, calibrate->get_option("--apply")});
+  CLI::Option* refine = calibrate->add_flag("--refine", whole->refine,
+                                            "where the answer lies, or may lie, beyond the tested "
+                                            "range, print a second pattern beside the "
+                                            "first over the range that it asks for");
+  refine->excludes(validate);
+  AddPlateOptions(*calibrate, whole->plate, {validate, refine, calibrate->get_option("--apply")});
+  refine->excludes(calibrate->get_option("--repeat"));
 
   const auto print_only = std::make_shared<CalibrateArguments>();
   print_only->scan = false;

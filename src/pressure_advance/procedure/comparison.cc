@@ -2,32 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
-#include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_geometry.h"
-#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/plate_layout.h"
 
 namespace trammel::procedure {
-namespace {
 
-using pressure_advance::BoundsMm;
 using pressure_advance::PatternConfig;
 using settings::ScanSettings;
-
-constexpr const char* kHeatOnly = "M190 S{bed_temperature_c}\nM109 S{nozzle_temperature_c}\n";
-// The nozzle's flank must not touch what lies there.
-constexpr double kLeastGap_mm = 5;
-
-bool Fits(const PatternConfig& config, const ScanSettings& settings, const Reach& reach) {
-  if (FindProblem(config)) return false;
-  const auto layout = LayOut(config);
-  return reach.Contains(layout.printed) &&
-         PlanSweeps(MakePlan(layout, config, ""), {}, settings, reach).has_value();
-}
-
-}  // namespace
 
 Result<PatternConfig> ComparisonPattern(const PatternConfig& settings, double pressure_advance_s) {
   // What G-code writes with its decimals must differ from the control's 0.
@@ -54,24 +36,12 @@ Result<PatternConfig> ComparisonBeside(const PatternConfig& printed, double pres
                                        const ScanSettings& settings, const Reach& reach) {
   auto pattern = ComparisonPattern(printed, pressure_advance_s);
   if (!pattern) return pattern;
-  PatternConfig config = *pattern;
-  config.start_gcode = kHeatOnly;
-  const BoundsMm there = OuterBounds(printed);
-  const double gap_mm = std::max(kLeastGap_mm, config.pattern_gap_mm);
   for (const auto& [columns, rows] : {std::pair{1, 2}, std::pair{2, 1}}) {
+    PatternConfig config = *pattern;
     config.columns = columns;
     config.rows = rows;
-    const BoundsMm size = OuterBounds(config);
-    const double width_mm = size.max_x_mm - size.min_x_mm;
-    const double depth_mm = size.max_y_mm - size.min_y_mm;
-    for (const auto& [x_mm, y_mm] :
-         {std::pair{there.max_x_mm + gap_mm, there.min_y_mm},
-          std::pair{there.min_x_mm - gap_mm - width_mm, there.min_y_mm},
-          std::pair{there.min_x_mm, there.max_y_mm + gap_mm},
-          std::pair{there.min_x_mm, there.min_y_mm - gap_mm - depth_mm}}) {
-      config.position_x_mm = x_mm;
-      config.position_y_mm = y_mm;
-      if (Fits(config, settings, reach)) return config;
+    if (auto placed = PlacedBeside(std::move(config), printed, settings, reach)) {
+      return std::move(*placed);
     }
   }
   return Fail(
