@@ -108,10 +108,10 @@ std::string Words(const Measured& measured) {
   return report::WithInterval(measured.quantity(), report::kSeconds);
 }
 
-// What whole lines told, where they did.
+// What whole lines told, where they did; of several patterns that is not how the answer is made up.
 void SayLaw(const Analysis& analysis) {
   const auto& response = analysis.response;
-  if (!response.law || !response.pressure_advance.good()) return;
+  if (!response.law || !response.pressure_advance.good() || analysis.repeats) return;
   const pressure_advance::LearntLaw& law = *response.law;
   fmt::print("  shape of lines  {}, counts {:.0f} %\n",
              report::WithInterval(law.pressure_advance_s, report::kSeconds), 100 * law.weight);

@@ -141,7 +141,10 @@ std::string LawCard(const pa::Analysis& analysis) {
     return "";
   }
   const pa::LearntLaw& law = *response.law;
-  const auto counts = [](double share) { return fmt::format("counts {:.0f} %", 100 * share); };
+  const char* const of = analysis.repeats ? " in the fit of all patterns' lines" : "";
+  const auto counts = [of](double share) {
+    return fmt::format("counts {:.0f} %{}", 100 * share, of);
+  };
   Table told({{""}, {"value"}, {"interval"}, {"", true}});
   AddTold(told, "PA by the shape of the lines", law.pressure_advance_s, kSeconds,
           counts(law.weight));
