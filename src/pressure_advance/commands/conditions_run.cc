@@ -128,7 +128,7 @@ Json JsonOf(const std::vector<Row>& rows, const std::optional<FlowTable>& table)
 void SayRows(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     const Measured& answer = row.pressure_advance;
-    fmt::print("{:<17} {}\n", Words(row.at),
+    fmt::print("{:<24} {}\n", Words(row.at),
                answer.good()
                    ? report::WithInterval(answer.quantity(), report::kSeconds)
                    : fmt::format("{}: {}", VerdictWords(answer.verdict()), answer.reason()));
