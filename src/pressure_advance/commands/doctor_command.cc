@@ -37,16 +37,16 @@ using procedure::NameStop;
 using procedure::NotMade;
 
 // The laser is off again whatever happened.
-Check SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
-               const settings::ScanSettings& settings) {
+std::vector<Check> SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
+                            const settings::ScanSettings& settings) {
   constexpr double kCommand_s = 30;
   const auto seen = procedure::CheckLaser(session, recorder, settings);
   const auto off = session.printer.Run(settings.laser_off_gcode, {kCommand_s});
   if (!off) {
-    return {"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message};
+    return {Check{"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message}};
   }
-  if (!seen) return NotMade("laser", NameStop(session.stop, seen.error()));
-  return {"laser", true, "the camera sees it"};
+  if (!seen) return {NotMade("laser", NameStop(session.stop, seen.error()))};
+  return {Check{"laser", true, "the camera sees it"}, procedure::CheckLaserLine(*seen, settings)};
 }
 
 std::vector<Check> CheckCamera(const procedure::Session& session,
@@ -71,7 +71,9 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
                fast ? ""
                     : fmt::format(": set [camera] fps to that, now {}, or the camera to its rate",
                                   settings.frames_per_s))}};
-      if (laser) checks.push_back(SeeLaser(session, recorder, settings));
+      if (!laser) return checks;
+      const std::vector<Check> seen = SeeLaser(session, recorder, settings);
+      checks.insert(checks.end(), seen.begin(), seen.end());
       return checks;
     }
   }

@@ -192,6 +192,7 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
   if (!lines) return tl::unexpected(lines.error());
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;
+  std::vector<pressure_advance::StripeSight> sights;
   for (std::size_t i = 0; i < lines->size(); ++i) {
     MeasuredLine& line = (*lines)[i];
     scores.push_back(DeviationScore(line.paper));
@@ -199,9 +200,13 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
     if (!result.view.steps) result.view.steps = std::move(line.steps);
     AddNotices(result.scan.lines[i], line.reading, result.notices);
     line.reading.profile.pattern = result.scan.lines[i].pattern;
+    sights.push_back(line.reading.sight);
     result.profiles.push_back(std::move(line.reading.profile));
     result.view.heights.push_back(std::move(line.reading.heights));
     result.view.paper_heights.push_back(std::move(line.paper));
+  }
+  for (std::string& notice : pressure_advance::NoticesOfSight(sights, result.scan.px_per_mm)) {
+    result.notices.push_back(std::move(notice));
   }
   pressure_advance::ShareScatter(result.profiles);
   result.deviation = pressure_advance::ScoreByDeviation(pressure_advance_s, scores);

@@ -96,15 +96,16 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
   }
 }
 
-vision::StripeModel LearnFrom(std::span<const Frame> frames, const std::vector<std::size_t>& chosen,
-                              const LaserEyeOptions& options,
-                              vision::LaserLineWorkspace& workspace) {
+/// Frames spread over the sweep, from which the stripe's looks are learnt.
+std::vector<BgrView> ModelFrames(std::span<const Frame> frames,
+                                 const std::vector<std::size_t>& chosen,
+                                 const LaserEyeOptions& options) {
   std::vector<BgrView> views;
   const std::size_t count = std::min(options.model_frames, chosen.size());
   for (std::size_t i = 0; i < count; ++i) {
     views.push_back(frames[chosen[(2 * i + 1) * chosen.size() / (2 * count)]].view());
   }
-  return vision::LearnStripe(views, options.line, workspace);
+  return views;
 }
 
 /// Finds the line in every chosen frame; columns become heights above column 0.
@@ -134,9 +135,9 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
 }
 
 /// Why the sweep shows no laser; empty where it does.
-std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe,
-                       const LaserEyeOptions& options, std::span<const Frame> frames,
-                       std::span<const std::size_t> order) {
+std::string LaserFault(const HeightMap& lines, const SweepReading& reading,
+                       const LaserEyeOptions& options, std::span<const Frame> frames) {
+  const vision::StripeModel& stripe = reading.stripe;
   std::size_t lit = 0;
   for (std::size_t f = 0; f < lines.frames; ++f) {
     std::size_t found = 0;
@@ -149,7 +150,9 @@ std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe
   if (2 * lit >= lines.frames && stripe.contrast >= options.least_contrast && steady) {
     return {};
   }
-  const Light light = MeasureLight(frames, order);
+  std::string wide = FaultOfWidth(reading.sight, frames[reading.frame[0]].width);
+  if (!wide.empty()) return wide;
+  const Light light = MeasureLight(frames, reading.frame);
   return fmt::format(
       "no laser line: seen in {} of {} frames, {:.1f} times the noise beside it (at least {:.1f} "
       "needed), {:.1f} px from row to row; red is {:.0f} on average, {} … {}; check that the laser "
@@ -238,10 +241,12 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
                                         : "frame_positions_mm");
     return reading;
   }
-  reading.stripe = LearnFrom(frames, reading.frame, options, workspace);
+  const std::vector<BgrView> model_frames = ModelFrames(frames, reading.frame, options);
+  reading.stripe = vision::LearnStripe(model_frames, options.line, workspace);
+  reading.sight = SeeStripe(model_frames);
   const HeightMap lines =
       FindLines(frames, reading, options, Sign(scan.height_direction), workspace);
-  profile.unusable = LaserFault(lines, reading.stripe, options, frames, reading.frame);
+  profile.unusable = LaserFault(lines, reading, options, frames);
   if (!profile.unusable.empty()) {
     return reading;
   }

@@ -9,6 +9,7 @@
 
 #include "base/frame.h"
 #include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/laser/stripe_sight.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "vision/laser_line.h"
@@ -30,6 +31,7 @@ struct SweepReading {
   LineProfile profile;
   HeightMap heights;  ///< relative to the plate; empty where the line is unusable
   vision::StripeModel stripe;
+  StripeSight sight;
   std::vector<std::size_t> frame;   ///< per map column: index of the frame in the recording
   std::size_t still_frames = 0;     ///< left out because the laser stood still
   std::size_t unplaced_frames = 0;  ///< left out because the recording gives them no position

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "machine/net/host_clock.h"
+#include "pressure_advance/laser/stripe_sight.h"
 #include "pressure_advance/procedure/placed_sweep.h"
+#include "pressure_advance/setup/stripe_reading.h"
 
 namespace trammel::procedure {
 namespace {
@@ -15,26 +18,30 @@ constexpr double kFrame_s = 5;
 
 }  // namespace
 
-Result<void> CheckLaser(const Session& session, FrameRecorder& recorder,
-                        const settings::ScanSettings& settings) {
+Result<machine::CapturedFrame> CheckLaser(const Session& session, FrameRecorder& recorder,
+                                          const settings::ScanSettings& settings) {
   const auto off = recorder.NextFrame(kFrame_s, session.stop);
   if (!off) return tl::unexpected(off.error());
   if (auto on = session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)); !on) {
-    return on;
+    return tl::unexpected(on.error());
   }
-  if (auto done = session.printer.FinishMoves(session.Within(kCommand_s)); !done) return done;
+  if (auto done = session.printer.FinishMoves(session.Within(kCommand_s)); !done) {
+    return tl::unexpected(done.error());
+  }
   constexpr double kLeast = 0.0005;  // of the pixels: a line of 2 px over a quarter of the picture
   constexpr double kLate_s = 3;      // a stream may show what was some seconds ago
   const double on_s = machine::HostNow();
   double share = 0;
   do {
-    const auto lit = recorder.NextFrame(kFrame_s, session.stop);
+    auto lit = recorder.NextFrame(kFrame_s, session.stop);
     if (!lit) return tl::unexpected(lit.error());
     const auto redder = Reddened(*off, *lit);
     if (!redder) return tl::unexpected(redder.error());
     share = std::max(share, *redder);
-    if (share >= kLeast) return {};
-    if (auto homed = CheckStillReady(session); !homed) return homed;
+    if (share >= kLeast) return std::move(*lit);
+    if (auto homed = CheckStillReady(session); !homed) {
+      return tl::unexpected(homed.error());
+    }
   } while (machine::HostNow() < on_s + kLate_s);
   return Fail(
       fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "
@@ -42,6 +49,29 @@ Result<void> CheckLaser(const Session& session, FrameRecorder& recorder,
                   "camera's exposure and [camera] focus_height",
                   settings.laser_on_gcode, 100 * share, 100 * kLeast),
       ErrorKind::kMachine);
+}
+
+Check CheckLaserLine(const machine::CapturedFrame& lit, const settings::ScanSettings& settings) {
+  constexpr const char* kName = "laser line";
+  const auto advise = [&](std::string what) { return Check{kName, false, std::move(what), true}; };
+  const auto picture = machine::DecodeFrame(lit);
+  if (!picture) return advise(picture.error().message);
+  vision::LaserLineWorkspace workspace;
+  const bool down = pressure_advance::StripeRunsDown(picture->view());
+  const auto stripe = pressure_advance::ReadStripe(picture->view(), down, workspace);
+  if (!stripe.fault.empty()) return advise(stripe.fault);
+  constexpr double kFullWidth = 2.35482;  // of a Gaussian at half its height, in sigmas
+  const double width_px = kFullWidth * stripe.width_px;
+  const pressure_advance::StripeSight sight{width_px, stripe.peak, stripe.saturated_px};
+  const auto notices = pressure_advance::NoticesOfSight({&sight, 1}, settings.px_per_mm);
+  if (!notices.empty()) return advise(notices.front());
+  return Pass(kName, fmt::format("{:.1f} px{} wide at half its height, {:.0f} grey levels over the "
+                                 "plate",
+                                 width_px,
+                                 settings.px_per_mm
+                                     ? fmt::format(" ({:.2f} mm)", width_px / *settings.px_per_mm)
+                                     : "",
+                                 stripe.peak));
 }
 
 }  // namespace trammel::procedure

@@ -179,10 +179,11 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   auto there =
       Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
-  if (there && !request.laser_seen) {
-    there = CheckLaser(session, sweeping.recorder, request.settings);
+  if (!there || request.laser_seen) return there;
+  if (auto seen = CheckLaser(session, sweeping.recorder, request.settings); !seen) {
+    return tl::unexpected(seen.error());
   }
-  return there;
+  return {};
 }
 
 // How often lines that could not be placed are swept again.

@@ -1,0 +1,149 @@
+#include "pressure_advance/laser/stripe_sight.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "support/laser_world.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using test::LaserWorld;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kPxPerMm = 44;
+
+StripeSight See(const LaserWorld& world, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Frame> frames;
+  std::vector<BgrView> views;
+  for (int i = 0; i < 8; ++i) frames.push_back(DrawLaserFrame(world, 0.11, random));
+  for (const Frame& frame : frames) views.push_back(frame.view());
+  return SeeStripe(views);
+}
+
+std::vector<std::string> Notices(const LaserWorld& world, std::uint64_t seed) {
+  const std::vector<StripeSight> sweeps(10, See(world, seed));
+  return NoticesOfSight(sweeps, kPxPerMm);
+}
+
+TEST(StripeSight, TellsWidthAndHeightOfALineThatWasDrawn) {
+  LaserWorld world;
+  world.width = 90;
+  world.plate_column_px = 55;
+  for (const double sigma_px : {1.2, 2.0, 4.0, 7.0}) {
+    world.stripe_sigma_px = sigma_px;
+    const StripeSight sight = See(world, 1);
+    // A parabola's top is cut between two pixels; speckle of 0.25 is averaged over 190 rows.
+    EXPECT_NEAR(sight.width_px, 2.355 * sigma_px, 0.05 * 2.355 * sigma_px + 0.2) << sigma_px;
+    EXPECT_NEAR(sight.peak, world.plate_amplitude, 12) << sigma_px;
+  }
+}
+
+TEST(StripeSight, TellsTheWidthAtFullScale) {
+  LaserWorld world;
+  world.width = 90;
+  world.plate_column_px = 55;
+  world.stripe_sigma_px = 4;
+  world.speckle = 0;
+  world.noise = 0;
+  EXPECT_EQ(See(world, 2).burnt_px, 0);
+  world.plate_amplitude = 900;  // at 250 to either side by 1.6 sigma
+  EXPECT_NEAR(See(world, 2).burnt_px, 2 * 1.6 * world.stripe_sigma_px, 1);
+}
+
+TEST(StripeSight, GoodLinesGetNoNotice) {
+  LaserWorld world;
+  world.width = 60;
+  for (const double sigma_px : {1.5, 2.5, 4.0}) {
+    for (const double amplitude : {80.0, 150.0, 240.0, 300.0}) {
+      world.stripe_sigma_px = sigma_px;
+      world.plate_amplitude = amplitude;
+      EXPECT_THAT(Notices(world, 3), IsEmpty()) << sigma_px << " px, " << amplitude;
+    }
+  }
+}
+
+TEST(StripeSight, EachFaultIsNamedWithItsFigureAndRemedy) {
+  LaserWorld blurred;
+  blurred.width = 110;
+  blurred.plate_column_px = 60;
+  blurred.stripe_sigma_px = 9;
+  blurred.plate_amplitude = 120;
+  EXPECT_THAT(Notices(blurred, 4),
+              ElementsAre(testing::AllOf(HasSubstr("out of focus: 2"), HasSubstr("mm) wide"),
+                                         HasSubstr("focus_height"))));
+  LaserWorld burnt;
+  burnt.stripe_sigma_px = 3;
+  burnt.plate_amplitude = 2000;
+  EXPECT_THAT(Notices(burnt, 5), ElementsAre(testing::AllOf(HasSubstr("overexposed"),
+                                                            HasSubstr("lower the camera's"))));
+  LaserWorld dim;
+  dim.plate_amplitude = 25;
+  EXPECT_THAT(Notices(dim, 6),
+              ElementsAre(testing::AllOf(HasSubstr("is dim: 2"), HasSubstr("raise the camera's"))));
+  LaserWorld off;
+  off.plate_amplitude = off.bead_amplitude = 0;
+  EXPECT_EQ(See(off, 7).width_px, 0);
+  EXPECT_THAT(Notices(off, 7), IsEmpty());  // that no line is seen says the sweep itself
+}
+
+TEST(StripeSight, AWideLineIsBlamedWhereItIsNotBrightAndTheScaleIsKnown) {
+  const std::vector<StripeSight> bright(3, StripeSight{25, 230, 0});
+  EXPECT_THAT(NoticesOfSight(bright, kPxPerMm), IsEmpty());
+  const std::vector<StripeSight> wide(3, StripeSight{25, 150, 0});
+  EXPECT_THAT(NoticesOfSight(wide, std::nullopt), IsEmpty());
+  EXPECT_THAT(NoticesOfSight(wide, kPxPerMm), ElementsAre(HasSubstr("25.0 px (0.57 mm)")));
+}
+
+TEST(StripeSight, AFaultOfOneSweepIsNotTheScans) {
+  std::vector<StripeSight> sweeps(9, StripeSight{8, 180, 2});
+  sweeps.push_back({30, 20, 27});
+  EXPECT_THAT(NoticesOfSight(sweeps, kPxPerMm), IsEmpty());
+}
+
+TEST(StripeSight, ALineAsWideAsThePictureIsNoMissingLaser) {
+  EXPECT_EQ(FaultOfWidth({14, 180, 3}, 45), "");
+  EXPECT_THAT(FaultOfWidth({24, 180, 5}, 45),
+              testing::AllOf(HasSubstr("24 px wide"), HasSubstr("45 px"), HasSubstr("focus")));
+  EXPECT_THAT(FaultOfWidth({24, 240, 20}, 45), HasSubstr("overexposed"));
+}
+
+// Recorded frames (SOURCES.md beside them), the line on the plate. Their widths were read by eye.
+TEST(StripeSight, RecordedLinesAreSeenAndNoneIsBlamed) {
+  const char* folder = std::getenv("TRAMMEL_TEST_DATA");
+  if (folder == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with laser/";
+  struct Recorded {
+    const char* file;
+    PixelRect part;
+    double width_px;
+  };
+  for (const Recorded& one : {Recorded{"cropped.png", {0, 0, 45, 60}, 6.5},
+                              Recorded{"laser_thick.jpg", {460, 445, 80, 100}, 9},
+                              Recorded{"plates.jpg", {690, 0, 60, 340}, 8},
+                              Recorded{"plates.jpg", {690, 400, 80, 100}, 10}}) {
+    const cv::Mat picture = cv::imread(std::string(folder) + "/laser/" + one.file);
+    ASSERT_FALSE(picture.empty()) << one.file;
+    Frame frame(one.part.width, one.part.height);
+    for (int y = 0; y < one.part.height; ++y) {
+      std::copy_n(picture.ptr<std::uint8_t>(one.part.y + y) + 3 * one.part.x, 3 * one.part.width,
+                  frame.row(y));
+    }
+    const BgrView view = frame.view();
+    const StripeSight sight = SeeStripe({&view, 1});
+    EXPECT_NEAR(sight.width_px, one.width_px, 0.2 * one.width_px) << one.file;
+    EXPECT_THAT(NoticesOfSight({&sight, 1}, kPxPerMm), IsEmpty()) << one.file;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance
