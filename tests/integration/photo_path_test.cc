@@ -47,7 +47,7 @@ class PhotoPath : public testing::Test {
 
   ProcessEnd Run(std::vector<std::string> words) {
     words.insert(words.end(), {"--printer", shop_.address()});
-    return shop_.Run(words);
+    return shop_.Run(words, kEnough_s);
   }
 
   void Upload(const std::string& name, const std::string& data) {
@@ -69,7 +69,8 @@ class PhotoPath : public testing::Test {
     const std::string file = (shop_.folder() / (run + ".jpg")).string();
     const ProcessEnd taken =
         shop_.Run({"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
-                   std::to_string(kTruth_s), "--size", "2160x3840", "--seed", "41", "--out", file});
+                   std::to_string(kTruth_s), "--size", "1440x2560", "--seed", "41", "--out", file},
+                  kEnough_s);
     EXPECT_EQ(taken.exit_code, 0) << taken.standard_error;
     const auto bytes = files::ReadWholeFile(file, kMostBytes);
     return bytes ? *bytes : std::string();
