@@ -1,7 +1,7 @@
 # trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [LEAN] [NUMERIC])   a library target trammel_NAME
-#   HOT: measured code, -O3 in a release, unless TRAMMEL_QUICK is on. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
-#   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, CLI11 is precompiled for it, and clang
-#   optimises nothing of it: options are read once. All else is compiled with -O2.
+#   HOT: measured code, -O3 in a release, unless TRAMMEL_QUICK is on. COLD: code that words, waits and calls, -O0 by clang and where TRAMMEL_QUICK
+#   is on, else -O1: to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled
+#   for it. All else is compiled with -O2.
 #   LEAN (and COLD): nothing is inlined that makes the code longer, which clang takes a fifth of its time for: code that waits for
 #   the network or a disk, called seldom.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
@@ -51,24 +51,15 @@ function(trammel_flags target)
   endif()
 endfunction()
 
-# How far code is optimised that words, waits and calls, and that which reads options: clang takes half of its time for it.
+# How far code is optimised that words, waits and calls: clang takes half of its time for it.
 set(TRAMMEL_COLD_LEVEL -O1)
-if(TRAMMEL_QUICK)
+if(TRAMMEL_QUICK OR CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   set(TRAMMEL_COLD_LEVEL -O0)
 endif()
-set(TRAMMEL_COMMAND_LEVEL ${TRAMMEL_COLD_LEVEL})
-if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-  set(TRAMMEL_COMMAND_LEVEL -O0)
-endif()
 
-# Compiles TARGET as code that words, waits and calls, optimised as far as LEVEL, if one is given.
 function(trammel_cold target)
-  set(level ${TRAMMEL_COLD_LEVEL})
-  if(ARGC GREATER 1)
-    set(level ${ARGV1})
-  endif()
   if(NOT TRAMMEL_SANITIZE)
-    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${level}>)
+    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${TRAMMEL_COLD_LEVEL}>)
   endif()
   trammel_lean(${target})
 endfunction()
@@ -93,9 +84,7 @@ function(trammel_module name)
   if(ARG_HOT AND NOT TRAMMEL_QUICK)
     target_compile_options(trammel_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
   endif()
-  if(ARG_COMMANDS)
-    trammel_cold(trammel_${name} ${TRAMMEL_COMMAND_LEVEL})
-  elseif(ARG_COLD)
+  if(ARG_COMMANDS OR ARG_COLD)
     trammel_cold(trammel_${name})
   elseif(ARG_LEAN)
     trammel_lean(trammel_${name})
@@ -106,7 +95,7 @@ function(trammel_module name)
   if(ARG_COMMANDS)
     trammel_precompile(trammel_${name} trammel_app <CLI/CLI.hpp>)
   elseif(ARG_COLD)
-    trammel_precompile(trammel_${name} ${TRAMMEL_COLD_HEADERS})
+    trammel_precompile(trammel_${name} trammel_cold_headers)
   else()
     trammel_precompile(trammel_${name} trammel_base)
   endif()
@@ -168,13 +157,9 @@ function(trammel_quick_to_compile)
   endif()
 endfunction()
 
-# The common headers, precompiled for the modules that are COLD: g++ takes none of another level, clang -O1's from -O2.
-set(TRAMMEL_COLD_HEADERS trammel_cold_headers)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT TRAMMEL_QUICK)
-  set(TRAMMEL_COLD_HEADERS trammel_base)
-endif()
+# The common headers, precompiled for the modules that are COLD: neither compiler takes those of -O2.
 function(trammel_cold_headers)
-  if(NOT TRAMMEL_PRECOMPILE OR TRAMMEL_COLD_HEADERS STREQUAL "trammel_base")
+  if(NOT TRAMMEL_PRECOMPILE)
     return()
   endif()
   file(CONFIGURE OUTPUT cold_headers.cc CONTENT "")  # written only where it is not there
