@@ -6,6 +6,9 @@
 
 namespace trammel {
 
+/// Half of the 95 % interval of a normal distribution, in standard uncertainties.
+inline constexpr double kNormal95 = 1.959964;
+
 /// REQUIRES a non-empty sample. Even counts: the mean of the middle two.
 [[nodiscard]] double Median(std::span<const double> sample);
 

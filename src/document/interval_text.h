@@ -5,11 +5,9 @@
 #include <string>
 
 #include "base/measured.h"
+#include "base/statistics.h"
 
 namespace trammel::report {
-
-/// Half of the 95 % interval of a normal distribution, in standard uncertainties.
-inline constexpr double kNormal95 = 1.959964;
 
 inline constexpr double kUmPerMm = 1000;
 

@@ -12,8 +12,6 @@
 namespace trammel::measurement {
 namespace {
 
-constexpr double kNormal95 = 1.959964;
-
 Measured Difference(const Measured& before, const Measured& after) {
   for (const auto& [side, which] : {std::pair{&before, "before"}, std::pair{&after, "after"}}) {
     if (!side->good()) {

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "base/statistics.h"
 #include "base/student.h"
 
 namespace trammel::measurement {
 namespace {
-
-constexpr double kNormal95 = 1.959964;
 
 /// A straight line through values at 0, 1, 2 …, by least squares.
 struct Line {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <set>
 
+#include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "part_alignment/pose/candidate_views.h"
 #include "part_alignment/pose/observability.h"
@@ -207,7 +208,6 @@ std::size_t Best(const Choosing& choosing, const std::vector<bool>& wanted) {
 
 /// Half of the 95 % interval in words.
 std::string Known(double sigma_mm) {
-  constexpr double kNormal95 = 1.959964;
   return sigma_mm < kUnseen_mm ? fmt::format("within {:.2g} mm", kNormal95 * sigma_mm) : "unknown";
 }
 

@@ -14,7 +14,6 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr double kSame = 0.02;  // relative difference of conditions that count as one
-constexpr double kNormal95 = 1.959964;
 
 bool Same(double a, double b) { return std::abs(a - b) <= kSame * std::max(a, b); }
 

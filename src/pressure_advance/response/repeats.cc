@@ -13,7 +13,6 @@
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr double kNormal95 = 1.959964;
 constexpr const char* kWhatToLookAt =
     "look whether the first layer is even all over the plate, and let the hot end settle";
 

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "base/random.h"
+#include "base/statistics.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr double kNormal95 = 1.959964;
 constexpr Interval kTested_s{0, 0.06};
 constexpr double kWidest = 0.1;
 

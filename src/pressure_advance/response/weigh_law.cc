@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/square.h"
+#include "base/statistics.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -42,7 +43,6 @@ Quantity Budgeted(const BudgetedValue& answer, double freedom) {
 
 // What the fit says, with what other laws leave open; at least 0.
 Quantity OfTheFit(const Fitted& fitted, double form, double most) {
-  constexpr double kNormal95 = 1.959964;
   const double u = std::hypot(fitted.sigma, form);
   return {
       fitted.value,

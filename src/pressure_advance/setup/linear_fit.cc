@@ -50,7 +50,6 @@ double Variance(const LinearFit& fit, const Eigen::VectorXd& gradient) {
 
 Measured MeasuredFrom(double value, double statistical, double systematic,
                       double degrees_of_freedom) {
-  constexpr double kNormal95 = 1.959964;
   const double u = std::sqrt(statistical + systematic);
   const double half = std::sqrt(Square(StudentT95(degrees_of_freedom)) * statistical +
                                 Square(kNormal95) * systematic);

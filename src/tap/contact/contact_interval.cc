@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/statistics.h"
+
 namespace trammel::tap {
 namespace {
-
-constexpr double kNormalQuantile95 = 1.959964;
 
 // What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
 // (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
@@ -25,7 +25,7 @@ ContactInterval IntervalOf(const CleanTap& clean, const PressStretch& stretch,
                            const BreakEstimate& e, const TapMotion& motion,
                            const TapOptions& options) {
   const double speed_mm_s = motion.pull_back_speed_mm_s;
-  const double latency_mm = kNormalQuantile95 * options.latency_uncertainty_s * speed_mm_s;
+  const double latency_mm = kNormal95 * options.latency_uncertainty_s * speed_mm_s;
   const double z = stretch.Z(e.t);
   // Times that scatter may all be late, or early, by half of their range; a value that was held is
   // older than it looks. Which side of a clock's step the moves' clock is on, nothing tells.
@@ -40,7 +40,7 @@ ContactInterval IntervalOf(const CleanTap& clean, const PressStretch& stretch,
   interval.above_mm = std::hypot(stretch.Z(e.hi) - z, latency_mm, coarse_mm) + jitter_mm + ahead_mm;
   // As far below the half-width as for the break alone, by Student's quantile.
   const double width = e.hi - e.lo;
-  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormalQuantile95;
+  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormal95;
   interval.standard_uncertainty_mm = 0.5 * (interval.below_mm + interval.above_mm) / quantile;
   return interval;
 }

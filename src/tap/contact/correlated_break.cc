@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 
+#include "base/statistics.h"
 #include "tap/contact/press_profile.h"
 
 namespace trammel::tap {
@@ -14,7 +15,6 @@ namespace {
 constexpr std::size_t kMostBlocks = 128;  // of the fit: longer ones are averaged in blocks
 constexpr std::size_t kLeastFree = 16;    // samples or blocks of a stretch
 constexpr double kLeastPairs = 16;        // from which the variogram at a lag is known
-constexpr double kNormal95 = 1.959964;
 
 // The step at the break without what the columns 1, y, d, d^2 hold of it (modified Gram-Schmidt).
 bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<double> w) {
