@@ -95,9 +95,13 @@ Line LineOf(const pa::Analysis& analysis, const pa::LearntLaw& law, std::size_t 
 
 std::vector<Voice> Voices(const pa::Analysis& analysis, const pa::LearntLaw& law) {
   if (!analysis.pressure_advance.good() || !analysis.response.pressure_advance.good()) return {};
+  // Of several patterns the answer is their mean: the two weigh in the fit of all lines alone.
+  const auto weighed = [&](const std::string& name, const std::string& count, double share) {
+    return analysis.repeats ? name : name + ", " + count + " " + Percent(share);
+  };
   return {{"Answer", analysis.response.pressure_advance.quantity(), true},
-          {"Shape of the lines, counts " + Percent(law.weight), law.pressure_advance_s},
-          {"Changes of speed, count " + Percent(1 - law.weight), law.crossings_s}};
+          {weighed("Shape of the lines", "counts", law.weight), law.pressure_advance_s},
+          {weighed("Changes of speed", "count", 1 - law.weight), law.crossings_s}};
 }
 
 void SetRanges(Content& content) {
