@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -65,6 +67,40 @@ TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
       files::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
   ASSERT_TRUE(plan) << plan.error().message;
   EXPECT_EQ(plan->line_length_mm, 25);
+}
+
+TEST(PatternCommand, LiesClearOfAPrintThatThePlateIsSharedWith) {
+  const TemporaryFolder folder;
+  // A pattern is a print like any other, in the middle of the plate.
+  ASSERT_EQ(RunTrammel("pa pattern --material abs --out part.gcode", folder.path()).exit_code, 0);
+  const CommandResult run =
+      RunTrammel("pa pattern --material abs --clear-of part.gcode", folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("mm, clear of part.gcode"));
+  const auto lies = [&](const std::string& name) {
+    const auto plan = files::ParsePlan(ReadWhole(folder.path() / name), name);
+    EXPECT_TRUE(plan) << plan.error().message;
+    std::array<double, 4> bounds = {1e9, 1e9, -1e9, -1e9};
+    if (!plan) return bounds;
+    for (const auto& line : plan->lines) {
+      bounds = {std::min({bounds[0], line.start_x_mm, line.end_x_mm}),
+                std::min({bounds[1], line.start_y_mm, line.end_y_mm}),
+                std::max({bounds[2], line.start_x_mm, line.end_x_mm}),
+                std::max({bounds[3], line.start_y_mm, line.end_y_mm})};
+    }
+    return bounds;
+  };
+  const auto part = lies("part.plan.json");
+  const auto pattern = lies("pattern.plan.json");
+  constexpr double kClear_mm = 5;
+  EXPECT_TRUE(pattern[0] > part[2] + kClear_mm || pattern[2] < part[0] - kClear_mm ||
+              pattern[1] > part[3] + kClear_mm || pattern[3] < part[1] - kClear_mm)
+      << run.output;
+  WriteWhole(folder.path() / "inches.gcode", "G20\n");
+  const CommandResult refused =
+      RunTrammel("pa pattern --material abs --force --clear-of inches.gcode", folder.path());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("inches.gcode: line 1: G20 counts in inches"));
 }
 
 TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {

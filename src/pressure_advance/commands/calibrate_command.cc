@@ -63,7 +63,6 @@ struct CalibrateArguments {
   bool dry_run = false;
   bool json = false;
   bool keep_full = false;
-  bool photo = false;  // of pa print
 };
 
 // What lies on the plate, or is to be printed, where files say it rather than the settings.
@@ -158,6 +157,15 @@ Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::
   return {};
 }
 
+void SayItMayStay(const CalibrateArguments& arguments,
+                  const pressure_advance::PatternConfig& pattern) {
+  if (arguments.plate.clear_of.empty()) return;
+  fmt::print(
+      "plate             the pattern may stay for {}: it lies clear of it. It is {:.2g} mm high: "
+      "let the print's start probe no bed mesh there, nor its macros prime there\n",
+      arguments.plate.clear_of, pattern.layer_height_mm);
+}
+
 // Reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              files::Config config, fs::path folder,
@@ -209,6 +217,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     return code;
   }
   if (!arguments.json) {
+    SayItMayStay(arguments, config.pattern);
     fmt::print("nothing applied   {}trammel pa apply {}\n",
                worth_applying ? "" : "because the validation shows no gain; all the same: ",
                folder.string());
@@ -255,7 +264,7 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
 // The settings, with the pattern for a photo below what the command line sets.
 Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   auto config = LoadSettings(arguments.printer);
-  if (!config || !arguments.photo) return config;
+  if (!config || !arguments.plate.photo) return config;
   SetForPhoto(config->pattern);
   for (const std::string& assignment : arguments.printer.set) {
     if (auto done = files::OverrideConfig(assignment, *config); !done) {
@@ -266,9 +275,11 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   return config;
 }
 
-int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
+int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran,
+                 const pressure_advance::PatternConfig& pattern) {
+  SayItMayStay(arguments, pattern);
   const fs::path plan = ran.folder / "pattern.plan.json";
-  if (arguments.photo) {
+  if (arguments.plate.photo) {
     fmt::print(
         "printed           for a photo; everything is off, as the end G-code left it\n"
         "to measure it     let the bed cool, take a photo from straight above, and\n"
@@ -298,13 +309,13 @@ int RunCalibration(const CalibrateArguments& arguments) {
         arguments.refine ? CheckRoomToRefine(*config, BedOf(config->pattern)) : Result<void>();
     if (!room) return PrintError(room.error());
     const auto done = PrintDryRun(config->pattern, config->scan,
-                                  {arguments.print, arguments.scan, arguments.photo});
+                                  {arguments.print, arguments.scan, arguments.plate.photo});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());
   }
   auto request = RequestFor(*config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
-  request.for_photo = arguments.photo;
+  request.for_photo = arguments.plate.photo;
   if (auto read = ReadFiles(arguments, request); !read) return PrintError(read.error());
   if (arguments.print && request.gcode.empty()) {
     auto told = settings::ValidateTemperatures(config->pattern);
@@ -317,11 +328,13 @@ int RunCalibration(const CalibrateArguments& arguments) {
     return PrintError(laid.error());
   }
   if (arguments.plate.conditions.any()) {
-    return RunConditions(
+    const int code = RunConditions(
         {*config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
+    if (!arguments.json) SayItMayStay(arguments, config->pattern);
+    return code;
   }
   request.pattern = config->pattern;
-  if (arguments.photo) {
+  if (arguments.plate.photo) {
     request.note_print = [&](const fs::path& folder, bool ended) {
       return NotePrint(session, config->scan.address, folder, arguments.filament, ended);
     };
@@ -340,7 +353,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
     FinishCutting(cutter, interrupt.token());
     return code;
   }
-  return SayHowItLies(arguments, *ran);
+  return SayHowItLies(arguments, *ran, config->pattern);
 }
 
 CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
@@ -383,6 +396,7 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   refine->excludes(validate);
   AddPlateOptions(*calibrate, whole->plate, {validate, refine, calibrate->get_option("--apply")});
   refine->excludes(calibrate->get_option("--repeat"));
+  AddClearOfOption(*calibrate, whole->plate.clear_of)->excludes(validate)->excludes(refine);
 
   const auto print_only = std::make_shared<CalibrateArguments>();
   print_only->scan = false;
@@ -396,11 +410,12 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
       print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
   CLI::Option* photo =
       print
-          ->add_flag("--photo", print_only->photo,
+          ->add_flag("--photo", print_only->plate.photo,
                      "the pattern of pa pattern --photo; needs no laser, and everything is off "
                      "afterwards")
           ->excludes(gcode)
           ->excludes(plan);
+  AddClearOfOption(*print, print_only->plate.clear_of)->excludes(gcode)->excludes(plan);
   print
       ->add_option("--filament", print_only->filament,
                    "which filament it is: pa photo measures no photo of it for another one")

@@ -19,6 +19,7 @@
 #include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_plan.h"
+#include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -43,6 +44,7 @@ struct PatternArguments {
   std::string grid;
   std::string dialect;
   std::string material;
+  std::string clear_of;
   bool idle = false;
   bool photo = false;
   bool force = false;
@@ -145,8 +147,13 @@ void PrintJson(const PatternSummary& summary, const MachineTime& time) {
 Result<void> RunPattern(const PatternArguments& arguments) {
   const Result<ConfigText> text = FindConfig(arguments.config);
   if (!text) return tl::unexpected(text.error());
-  const Result<files::Config> settings = Configure(arguments, *text);
+  Result<files::Config> settings = Configure(arguments, *text);
   if (!settings) return tl::unexpected(settings.error());
+  if (!arguments.clear_of.empty()) {
+    auto laid = LayClearOf(arguments.clear_of, arguments.photo ? nullptr : &settings->scan,
+                           BedOf(settings->pattern), settings->pattern);
+    if (!laid) return laid;
+  }
   const PatternConfig& config = settings->pattern;
   const fs::path gcode_path = arguments.out;
   if (!gcode_path.has_filename()) {
@@ -207,6 +214,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
   AddMaterialOption(*command, arguments->material);
+  AddClearOfOption(*command, arguments->clear_of);
   command->add_flag("--idle", arguments->idle,
                     "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");

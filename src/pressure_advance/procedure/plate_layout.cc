@@ -20,19 +20,21 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
+constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
 
 // Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
-Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& settings,
+Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings* scanned,
                               const Reach& reach) {
   const auto layout = LayOut(config);
+  BoundsMm bounds = layout.printed;
+  if (scanned == nullptr) return bounds;
   Reach wide = reach;
   for (const std::size_t axis : {0U, 1U}) {
     wide.minimum_mm[axis] = -kAnywhere_mm;
     wide.maximum_mm[axis] = kAnywhere_mm;
   }
-  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, settings, wide);
+  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, *scanned, wide);
   if (!sweeps) return tl::unexpected(sweeps.error());
-  BoundsMm bounds = layout.printed;
   for (const Sweep& sweep : sweeps->sweeps) {
     bounds.min_x_mm = std::min({bounds.min_x_mm, sweep.start_x_mm, sweep.end_x_mm});
     bounds.max_x_mm = std::max({bounds.max_x_mm, sweep.start_x_mm, sweep.end_x_mm});
@@ -42,44 +44,65 @@ Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& s
   return bounds;
 }
 
-// The least shift that brings both ways into what is reached; nothing where there is none.
-std::optional<double> ShiftInto(double nozzle_lo_mm, double nozzle_hi_mm, const Interval& reach_mm,
-                                double printed_lo_mm, double printed_hi_mm,
-                                const Interval& bed_mm) {
-  const double lo = std::max(reach_mm.lo - nozzle_lo_mm, bed_mm.lo - printed_lo_mm);
-  const double hi = std::min(reach_mm.hi - nozzle_hi_mm, bed_mm.hi - printed_hi_mm);
-  if (lo > hi) return std::nullopt;
-  return std::clamp(0.0, lo, hi);
+// By how much patterns may be shifted so that bed, nozzle and camera let them; nothing where they
+// do nowhere, or not where the settings put them.
+std::optional<Interval> ShiftsInto(const Interval& nozzle_mm, const Interval& reach_mm,
+                                   const Interval& printed_mm, const Interval& bed_mm,
+                                   bool placed) {
+  const Interval shifts{std::max(reach_mm.lo - nozzle_mm.lo, bed_mm.lo - printed_mm.lo),
+                        std::min(reach_mm.hi - nozzle_mm.hi, bed_mm.hi - printed_mm.hi)};
+  if (shifts.lo > shifts.hi) return std::nullopt;
+  if (!placed) return shifts;
+  if (shifts.lo > 0 || shifts.hi < 0) return std::nullopt;
+  return Interval{0, 0};
+}
+
+struct Room {
+  BoundsMm printed;                    // where the patterns lie now
+  std::optional<Interval> x_mm, y_mm;  // shifts of them
+};
+
+Result<Room> RoomFor(const PatternConfig& config, const ScanSettings* scanned, const Reach& reach) {
+  const auto nozzle = NozzleBounds(config, scanned, reach);
+  if (!nozzle) return tl::unexpected(nozzle.error());
+  Room room{OuterBounds(config), {}, {}};
+  const BoundsMm& printed = room.printed;
+  const double margin_mm = config.bed_margin_mm;
+  const auto bed = [margin_mm](double origin_mm, double size_mm) {
+    return Interval{origin_mm + margin_mm, origin_mm + size_mm - margin_mm};
+  };
+  room.x_mm = ShiftsInto(
+      {nozzle->min_x_mm, nozzle->max_x_mm}, {reach.minimum_mm[0], reach.maximum_mm[0]},
+      {printed.min_x_mm, printed.max_x_mm}, bed(config.bed_origin_x_mm, config.bed_size_x_mm),
+      config.position_x_mm.has_value());
+  room.y_mm = ShiftsInto(
+      {nozzle->min_y_mm, nozzle->max_y_mm}, {reach.minimum_mm[1], reach.maximum_mm[1]},
+      {printed.min_y_mm, printed.max_y_mm}, bed(config.bed_origin_y_mm, config.bed_size_y_mm),
+      config.position_y_mm.has_value());
+  return room;
+}
+
+// The same patterns shifted; nothing where they cannot be printed or scanned there.
+std::optional<PatternConfig> Shifted(PatternConfig config, const Room& room, double x_mm,
+                                     double y_mm, const ScanSettings* scanned, const Reach& reach) {
+  config.position_x_mm = room.printed.min_x_mm + x_mm;
+  config.position_y_mm = room.printed.min_y_mm + y_mm;
+  if (FindProblem(config)) return std::nullopt;
+  if (scanned != nullptr &&
+      !PlanSweeps(MakePlan(LayOut(config), config, ""), {}, *scanned, reach)) {
+    return std::nullopt;
+  }
+  return config;
 }
 
 // The same patterns where all is reached; nothing where they are nowhere.
 Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSettings& settings,
                                            const Reach& reach) {
-  const auto nozzle = NozzleBounds(config, settings, reach);
-  if (!nozzle) return tl::unexpected(nozzle.error());
-  const BoundsMm printed = OuterBounds(config);
-  const double margin_mm = config.bed_margin_mm;
-  const auto x_mm =
-      ShiftInto(nozzle->min_x_mm, nozzle->max_x_mm, {reach.minimum_mm[0], reach.maximum_mm[0]},
-                printed.min_x_mm, printed.max_x_mm,
-                {config.bed_origin_x_mm + margin_mm,
-                 config.bed_origin_x_mm + config.bed_size_x_mm - margin_mm});
-  const auto y_mm =
-      ShiftInto(nozzle->min_y_mm, nozzle->max_y_mm, {reach.minimum_mm[1], reach.maximum_mm[1]},
-                printed.min_y_mm, printed.max_y_mm,
-                {config.bed_origin_y_mm + margin_mm,
-                 config.bed_origin_y_mm + config.bed_size_y_mm - margin_mm});
-  if (!x_mm || !y_mm) return std::optional<PatternConfig>();
-  if ((config.position_x_mm && *x_mm != 0) || (config.position_y_mm && *y_mm != 0)) {
-    return std::optional<PatternConfig>();
-  }
-  config.position_x_mm = printed.min_x_mm + *x_mm;
-  config.position_y_mm = printed.min_y_mm + *y_mm;
-  if (FindProblem(config)) return std::optional<PatternConfig>();
-  if (!PlanSweeps(MakePlan(LayOut(config), config, ""), {}, settings, reach)) {
-    return std::optional<PatternConfig>();
-  }
-  return std::optional<PatternConfig>(std::move(config));
+  const auto room = RoomFor(config, &settings, reach);
+  if (!room) return tl::unexpected(room.error());
+  if (!room->x_mm || !room->y_mm) return std::optional<PatternConfig>();
+  return Shifted(std::move(config), *room, std::clamp(0.0, room->x_mm->lo, room->x_mm->hi),
+                 std::clamp(0.0, room->y_mm->lo, room->y_mm->hi), &settings, reach);
 }
 
 // In the grid with the shortest diagonal that fits; nothing where none does.
@@ -135,9 +158,64 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
       ErrorKind::kSafety);
 }
 
+Result<PatternConfig> PatternsClearOf(const gcode::Footprint& print, PatternConfig pattern,
+                                      const ScanSettings* scanned, const Reach& reach) {
+  const auto room = RoomFor(pattern, scanned, reach);
+  if (!room) return tl::unexpected(room.error());
+  const BoundsMm& now = room->printed;
+  const auto steps = [](const std::optional<Interval>& shifts_mm) {
+    std::vector<double> steps;  // outwards from where the patterns would lie without the print
+    if (!shifts_mm) return steps;
+    const double first_mm = std::clamp(0.0, shifts_mm->lo, shifts_mm->hi);
+    steps.push_back(first_mm);
+    for (double way_mm = 1; way_mm < shifts_mm->hi - shifts_mm->lo; ++way_mm) {
+      for (const double shift_mm : {first_mm - way_mm, first_mm + way_mm}) {
+        if (shift_mm > shifts_mm->lo && shift_mm < shifts_mm->hi) steps.push_back(shift_mm);
+      }
+    }
+    steps.insert(steps.end(), {shifts_mm->lo, shifts_mm->hi});
+    return steps;
+  };
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  double best_x_mm = 0;
+  double best_y_mm = 0;
+  for (const double x_mm : steps(room->x_mm)) {
+    for (const double y_mm : steps(room->y_mm)) {
+      const double way_mm = std::hypot(x_mm, y_mm);
+      if (way_mm >= nearest_mm ||
+          !print.Clear({now.min_x_mm + x_mm - kLeastGap_mm, now.min_y_mm + y_mm - kLeastGap_mm,
+                        now.max_x_mm + x_mm + kLeastGap_mm, now.max_y_mm + y_mm + kLeastGap_mm})) {
+        continue;
+      }
+      nearest_mm = way_mm;
+      best_x_mm = x_mm;
+      best_y_mm = y_mm;
+    }
+  }
+  if (std::isfinite(nearest_mm)) {
+    auto clear = Shifted(pattern, *room, best_x_mm, best_y_mm, scanned, reach);
+    if (clear) return std::move(*clear);
+  }
+  const auto needs = print.Bounds();
+  return Fail(
+      fmt::format(
+          "there is no room for {:.0f} x {:.0f} mm, {:.0f} mm clear of the print{}, within "
+          "the reach of nozzle{}: move the print on the plate in the slicer, calibrate "
+          "before it without --clear-of and take the pattern off{}",
+          now.max_x_mm - now.min_x_mm, now.max_y_mm - now.min_y_mm, kLeastGap_mm,
+          needs ? fmt::format(" (X {:.0f} to {:.0f}, Y {:.0f} to {:.0f} mm, with its "
+                              "travels near the plate)",
+                              needs->min_x_mm, needs->max_x_mm, needs->min_y_mm, needs->max_y_mm)
+                : "",
+          scanned != nullptr ? " and camera" : "",
+          pattern.position_x_mm || pattern.position_y_mm
+              ? ", or leave position_x and position_y out of the settings"
+              : ""),
+      ErrorKind::kSafety);
+}
+
 std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,
                                           const ScanSettings& settings, const Reach& reach) {
-  constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
   pattern.start_gcode = kHeatOnly;
   const BoundsMm there = OuterBounds(printed);
   const double gap_mm = std::max(kLeastGap_mm, pattern.pattern_gap_mm);
