@@ -123,6 +123,8 @@ TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
            Mistake{"--config .", ".: is a folder"},
            Mistake{"--out missing/a.gcode", "missing/a.gcode: cannot be written: No such file"},
            Mistake{"--out ''", "must end in a file name"},
+           Mistake{"--clear-of ''", "--clear-of: must name a print's G-code file"},
+           Mistake{"--clear-of .", ".: is no regular file"},
            Mistake{"--colour red", "--colour"},
        }) {
     const TemporaryFolder folder;

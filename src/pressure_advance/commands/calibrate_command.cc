@@ -159,11 +159,11 @@ Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::
 
 void SayItMayStay(const CalibrateArguments& arguments,
                   const pressure_advance::PatternConfig& pattern) {
-  if (arguments.plate.clear_of.empty()) return;
+  if (!arguments.plate.clear_of) return;
   fmt::print(
       "plate             the pattern may stay for {}: it lies clear of it. It is {:.2g} mm high: "
       "let the print's start probe no bed mesh there, nor its macros prime there\n",
-      arguments.plate.clear_of, pattern.layer_height_mm);
+      *arguments.plate.clear_of, pattern.layer_height_mm);
 }
 
 // Reports, validates and applies where asked to.
@@ -199,6 +199,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     if (!validated) return PrintError(validated.error());
     worth_applying = *validated;
   }
+  if (!arguments.json) SayItMayStay(arguments, config.pattern);
   if (arguments.apply && worth_applying) {
     const auto state = files::StateFolder();
     if (!state) return PrintError(state.error());
@@ -217,7 +218,6 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     return code;
   }
   if (!arguments.json) {
-    SayItMayStay(arguments, config.pattern);
     fmt::print("nothing applied   {}trammel pa apply {}\n",
                worth_applying ? "" : "because the validation shows no gain; all the same: ",
                folder.string());

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,7 @@ struct PatternArguments {
   std::string grid;
   std::string dialect;
   std::string material;
-  std::string clear_of;
+  std::optional<std::string> clear_of;
   bool idle = false;
   bool photo = false;
   bool force = false;
@@ -149,8 +150,8 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   if (!text) return tl::unexpected(text.error());
   Result<files::Config> settings = Configure(arguments, *text);
   if (!settings) return tl::unexpected(settings.error());
-  if (!arguments.clear_of.empty()) {
-    auto laid = LayClearOf(arguments.clear_of, arguments.photo ? nullptr : &settings->scan,
+  if (arguments.clear_of) {
+    auto laid = LayClearOf(*arguments.clear_of, arguments.photo ? nullptr : &settings->scan,
                            BedOf(settings->pattern), settings->pattern);
     if (!laid) return laid;
   }

@@ -38,7 +38,7 @@ void AddPlateOptions(CLI::App& command, AskedPlate& asked,
       ->needs(speeds);
 }
 
-CLI::Option* AddClearOfOption(CLI::App& command, std::string& clear_of) {
+CLI::Option* AddClearOfOption(CLI::App& command, std::optional<std::string>& clear_of) {
   return command.add_option(
       "--clear-of", clear_of,
       "G-code file of a print: the pattern is put where it may stay on the plate for it");
@@ -46,6 +46,8 @@ CLI::Option* AddClearOfOption(CLI::App& command, std::string& clear_of) {
 
 Result<void> LayClearOf(const std::string& clear_of, const settings::ScanSettings* scanned,
                         const procedure::Reach& reach, pressure_advance::PatternConfig& pattern) {
+  // As from a script whose variable is not set.
+  if (clear_of.empty()) return Fail("--clear-of: must name a print's G-code file");
   const gcode::PlateArea plate{pattern.bed_origin_x_mm, pattern.bed_origin_y_mm,
                                pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
                                pattern.bed_origin_y_mm + pattern.bed_size_y_mm};
@@ -76,18 +78,18 @@ Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
   const auto named_x_mm = config.pattern.position_x_mm;
   const auto named_y_mm = config.pattern.position_y_mm;
   config.pattern = std::move(*laid);
-  if (asked.clear_of.empty()) return {};
+  if (!asked.clear_of) return {};
   // Where patterns were laid beside one another is no place that the settings name.
   if (asked.repeat || asked.conditions.any()) {
     config.pattern.position_x_mm = named_x_mm;
     config.pattern.position_y_mm = named_y_mm;
   }
-  return LayClearOf(asked.clear_of, asked.photo ? nullptr : &config.scan, reach, config.pattern);
+  return LayClearOf(*asked.clear_of, asked.photo ? nullptr : &config.scan, reach, config.pattern);
 }
 
 Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& session,
                           files::Config& config) {
-  if (!asked.repeat && !asked.conditions.any() && asked.clear_of.empty()) return {};
+  if (!asked.repeat && !asked.conditions.any() && !asked.clear_of) return {};
   auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
   if (!ready) return ready;
   const machine::PrinterState& state = session.printer.LastState();

@@ -21,8 +21,9 @@ namespace trammel::app {
 struct AskedPlate {
   std::optional<int> repeat;   ///< patterns alike; absent: one
   AskedConditions conditions;  ///< of patterns that differ
-  std::string clear_of;        ///< G-code of a print that the plate is shared with; empty: none
-  bool photo = false;          ///< is taken of it: no laser has to reach it
+  /// G-code of a print that the plate is shared with.
+  std::optional<std::string> clear_of;
+  bool photo = false;  ///< is taken of it: no laser has to reach it
 };
 
 /// --repeat, --speeds, --accelerations and --max-flow.
@@ -31,7 +32,7 @@ void AddPlateOptions(CLI::App& command, AskedPlate& asked,
                      const std::vector<CLI::Option*>& of_one_answer);
 
 /// --clear-of.
-CLI::Option* AddClearOfOption(CLI::App& command, std::string& clear_of);
+CLI::Option* AddClearOfOption(CLI::App& command, std::optional<std::string>& clear_of);
 
 /// Puts a pattern clear of the print that --clear-of names, and says where on stderr. Errors: those
 /// of ReadFootprint and PatternsClearOf.

@@ -128,6 +128,40 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
   return best;
 }
 
+// Millimetre by millimetre from where patterns would lie without anything beside them.
+std::vector<double> StepsOutwards(const std::optional<Interval>& shifts_mm) {
+  if (!shifts_mm) return {};
+  const auto& [lo, hi] = *shifts_mm;
+  const double first_mm = std::clamp(0.0, lo, hi);
+  std::vector<double> steps = {first_mm};
+  for (double way_mm = 1; way_mm < hi - lo; ++way_mm) {
+    if (first_mm - way_mm > lo) steps.push_back(first_mm - way_mm);
+    if (first_mm + way_mm < hi) steps.push_back(first_mm + way_mm);
+  }
+  steps.insert(steps.end(), {lo, hi});
+  return steps;
+}
+
+tl::unexpected<Error> NoRoomBeside(const gcode::Footprint& print, const PatternConfig& pattern,
+                                   const BoundsMm& size, bool scanned) {
+  const auto needs = print.Bounds();
+  return Fail(
+      fmt::format(
+          "there is no room for {:.0f} x {:.0f} mm, {:.0f} mm clear of the print{}, within the "
+          "reach of nozzle{}: move the print on the plate in the slicer, or calibrate without "
+          "--clear-of and take the pattern off before the print{}",
+          size.max_x_mm - size.min_x_mm, size.max_y_mm - size.min_y_mm, kLeastGap_mm,
+          needs ? fmt::format(" (X {:.0f} to {:.0f}, Y {:.0f} to {:.0f} mm, with its travels near "
+                              "the plate)",
+                              needs->min_x_mm, needs->max_x_mm, needs->min_y_mm, needs->max_y_mm)
+                : "",
+          scanned ? " and camera" : "",
+          pattern.position_x_mm || pattern.position_y_mm
+              ? ", or leave position_x and position_y out of the settings"
+              : ""),
+      ErrorKind::kSafety);
+}
+
 }  // namespace
 
 Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
@@ -163,24 +197,11 @@ Result<PatternConfig> PatternsClearOf(const gcode::Footprint& print, PatternConf
   const auto room = RoomFor(pattern, scanned, reach);
   if (!room) return tl::unexpected(room.error());
   const BoundsMm& now = room->printed;
-  const auto steps = [](const std::optional<Interval>& shifts_mm) {
-    std::vector<double> steps;  // outwards from where the patterns would lie without the print
-    if (!shifts_mm) return steps;
-    const double first_mm = std::clamp(0.0, shifts_mm->lo, shifts_mm->hi);
-    steps.push_back(first_mm);
-    for (double way_mm = 1; way_mm < shifts_mm->hi - shifts_mm->lo; ++way_mm) {
-      for (const double shift_mm : {first_mm - way_mm, first_mm + way_mm}) {
-        if (shift_mm > shifts_mm->lo && shift_mm < shifts_mm->hi) steps.push_back(shift_mm);
-      }
-    }
-    steps.insert(steps.end(), {shifts_mm->lo, shifts_mm->hi});
-    return steps;
-  };
   double nearest_mm = std::numeric_limits<double>::infinity();
   double best_x_mm = 0;
   double best_y_mm = 0;
-  for (const double x_mm : steps(room->x_mm)) {
-    for (const double y_mm : steps(room->y_mm)) {
+  for (const double x_mm : StepsOutwards(room->x_mm)) {
+    for (const double y_mm : StepsOutwards(room->y_mm)) {
       const double way_mm = std::hypot(x_mm, y_mm);
       if (way_mm >= nearest_mm ||
           !print.Clear({now.min_x_mm + x_mm - kLeastGap_mm, now.min_y_mm + y_mm - kLeastGap_mm,
@@ -196,22 +217,7 @@ Result<PatternConfig> PatternsClearOf(const gcode::Footprint& print, PatternConf
     auto clear = Shifted(pattern, *room, best_x_mm, best_y_mm, scanned, reach);
     if (clear) return std::move(*clear);
   }
-  const auto needs = print.Bounds();
-  return Fail(
-      fmt::format(
-          "there is no room for {:.0f} x {:.0f} mm, {:.0f} mm clear of the print{}, within "
-          "the reach of nozzle{}: move the print on the plate in the slicer, calibrate "
-          "before it without --clear-of and take the pattern off{}",
-          now.max_x_mm - now.min_x_mm, now.max_y_mm - now.min_y_mm, kLeastGap_mm,
-          needs ? fmt::format(" (X {:.0f} to {:.0f}, Y {:.0f} to {:.0f} mm, with its "
-                              "travels near the plate)",
-                              needs->min_x_mm, needs->max_x_mm, needs->min_y_mm, needs->max_y_mm)
-                : "",
-          scanned != nullptr ? " and camera" : "",
-          pattern.position_x_mm || pattern.position_y_mm
-              ? ", or leave position_x and position_y out of the settings"
-              : ""),
-      ErrorKind::kSafety);
+  return NoRoomBeside(print, pattern, now, scanned != nullptr);
 }
 
 std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,
