@@ -1,5 +1,5 @@
 // A print's G-code, of which the footprint is read.
-#include "gcode/footprint.h"
+#include "gcode/footprint_reader.h"
 
 #include <string_view>
 #include <utility>

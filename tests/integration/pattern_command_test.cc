@@ -96,6 +96,10 @@ TEST(PatternCommand, LiesClearOfAPrintThatThePlateIsSharedWith) {
   EXPECT_TRUE(pattern[0] > part[2] + kClear_mm || pattern[2] < part[0] - kClear_mm ||
               pattern[1] > part[3] + kClear_mm || pattern[3] < part[1] - kClear_mm)
       << run.output;
+  const CommandResult onto = RunTrammel(
+      "pa pattern --material abs --force --clear-of part.gcode --out ./part.gcode", folder.path());
+  EXPECT_EQ(onto.exit_code, 1);
+  EXPECT_THAT(onto.output, HasSubstr("--out ./part.gcode: is the print of --clear-of"));
   WriteWhole(folder.path() / "inches.gcode", "G20\n");
   const CommandResult refused =
       RunTrammel("pa pattern --material abs --force --clear-of inches.gcode", folder.path());

@@ -162,7 +162,7 @@ void SayItMayStay(const CalibrateArguments& arguments,
   if (!arguments.plate.clear_of) return;
   fmt::print(
       "plate             the pattern may stay for {}: it lies clear of it. It is {:.2g} mm high: "
-      "let the print's start probe no bed mesh there, nor its macros prime there\n",
+      "let no macro home, probe a mesh or prime there\n",
       *arguments.plate.clear_of, pattern.layer_height_mm);
 }
 

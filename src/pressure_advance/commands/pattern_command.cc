@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/commands.h"
@@ -126,7 +127,10 @@ void Print(const PatternSummary& summary, const PatternLayout& layout, const Pat
 
 // What the pattern costs, as one JSON object.
 void PrintJson(const PatternSummary& summary, const MachineTime& time) {
-  nlohmann::ordered_json json = {{"filament_mm", summary.filament_mm},
+  const pressure_advance::BoundsMm& at = summary.printed;
+  nlohmann::ordered_json json = {{"x_mm", {at.min_x_mm, at.max_x_mm}},
+                                 {"y_mm", {at.min_y_mm, at.max_y_mm}},
+                                 {"filament_mm", summary.filament_mm},
                                  {"peak_flow_mm3_s", summary.peak_flow_mm3_s},
                                  {"print_s",
                                   {{"lines", time.print.lines_s},
@@ -143,6 +147,14 @@ void PrintJson(const PatternSummary& summary, const MachineTime& time) {
     json["total_s"] = time.total_s();
   }
   fmt::print("{}\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+// --force overwrites no print that the pattern is to leave room for.
+Result<void> KeepPrint(const std::optional<std::string>& clear_of, const fs::path& gcode) {
+  std::error_code code;
+  if (!clear_of || !fs::equivalent(*clear_of, gcode, code)) return {};
+  return Fail(
+      fmt::format("--out {}: is the print of --clear-of; name another file", gcode.string()));
 }
 
 Result<void> RunPattern(const PatternArguments& arguments) {
@@ -170,6 +182,7 @@ Result<void> RunPattern(const PatternArguments& arguments) {
       !may) {
     return may;
   }
+  if (auto kept = KeepPrint(arguments.clear_of, gcode_path); !kept) return kept;
   const PatternLayout layout = LayOut(config);
   const auto plan = MakePlan(layout, config, gcode_path.filename().string());
   const report::Canvas preview = report::PatternPreview(layout, config);

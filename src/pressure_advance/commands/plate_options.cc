@@ -48,12 +48,19 @@ Result<void> LayClearOf(const std::string& clear_of, const settings::ScanSetting
                         const procedure::Reach& reach, pressure_advance::PatternConfig& pattern) {
   // As from a script whose variable is not set.
   if (clear_of.empty()) return Fail("--clear-of: must name a print's G-code file");
-  const gcode::PlateArea plate{pattern.bed_origin_x_mm, pattern.bed_origin_y_mm,
-                               pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
-                               pattern.bed_origin_y_mm + pattern.bed_size_y_mm};
-  const auto print =
-      files::ReadFootprint(clear_of, plate, pattern.layer_height_mm + procedure::kPassAbove_mm);
+  constexpr double kBeside_mm = 10;  // what a print lays beside the bed counts, too
+  const double right_mm = pattern.bed_origin_x_mm + pattern.bed_size_x_mm;
+  const double back_mm = pattern.bed_origin_y_mm + pattern.bed_size_y_mm;
+  auto print = files::ReadFootprint(
+      clear_of,
+      {pattern.bed_origin_x_mm - kBeside_mm, pattern.bed_origin_y_mm - kBeside_mm,
+       right_mm + kBeside_mm, back_mm + kBeside_mm},
+      pattern.layer_height_mm + procedure::kPassAbove_mm);
   if (!print) return tl::unexpected(print.error());
+  // Where most printers home Z that do it by a probe.
+  const double middle_x_mm = (pattern.bed_origin_x_mm + right_mm) / 2;
+  const double middle_y_mm = (pattern.bed_origin_y_mm + back_mm) / 2;
+  print->Mark(middle_x_mm, middle_y_mm, middle_x_mm, middle_y_mm);
   auto clear = procedure::PatternsClearOf(*print, std::move(pattern), scanned, reach);
   if (!clear) return tl::unexpected(clear.error());
   pattern = std::move(*clear);

@@ -12,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "gcode/footprint_reader.h"
+
 namespace trammel::files {
 
 namespace fs = std::filesystem;
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
-constexpr std::size_t kLongestLine = 4096;  // of a command; comments hold whole profiles
+constexpr std::size_t kLongestLine = 65536;  // of a polygon; comments hold whole profiles
 
 /// Lines out of pieces.
 class LineReader {

@@ -33,9 +33,9 @@ class PrintFootprint : public testing::Test {
 };
 
 TEST_F(PrintFootprint, IsThatOfAllLinesHoweverTheyEndAndHoweverLongTheFile) {
-  const std::string head = "; thumbnail " + std::string(3 << 20, 'x') + "\r\nM83\r\n";
+  const std::string head = "; thumbnail " + std::string(3 << 20, 'x') + "\r\nM83\r\nG1 Z5\r\n";
   const auto print =
-      Read(head + "G1 X20 Y30\r\nG1 X60 Y30 E1 ; " + std::string(9000, 'y') + "\r\nG1 X60 Y90 E1");
+      Read(head + "G1 X20 Y30\r\nG1 X60 Y30 E1 ; " + std::string(90000, 'y') + "\r\nG1 X60 Y90 E1");
   ASSERT_TRUE(print) << print.error().message;
   EXPECT_FALSE(print->Clear({59, 85, 61, 95}));
   EXPECT_TRUE(print->Clear({0, 0, 250, 29}));
@@ -46,8 +46,8 @@ TEST_F(PrintFootprint, RefusesWhatIsNoPrintByItsName) {
   EXPECT_THAT(WhyNot("M83\nG1 X5 Y5\nG20\n"), HasSubstr("part.gcode: line 3: G20"));
   EXPECT_THAT(WhyNot("GCDE\1"), HasSubstr("binary G-code"));
   EXPECT_THAT(WhyNot(std::string("G1 X5\0", 6)), HasSubstr("bytes that no text has"));
-  EXPECT_THAT(WhyNot("G28\n" + std::string(5000, 'G')),
-              HasSubstr("line 2 has more than 4096 characters"));
+  EXPECT_THAT(WhyNot("G28\n" + std::string(70000, 'G')),
+              HasSubstr("line 2 has more than 65536 characters"));
   const auto folder = ReadFootprint(folder_.path(), kPlate, kLow_mm);
   ASSERT_FALSE(folder);
   EXPECT_THAT(folder.error().message, HasSubstr("is no regular file"));

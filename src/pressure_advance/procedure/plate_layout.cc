@@ -21,6 +21,7 @@ using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
 constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
+constexpr double kClearOfPrint_mm = kLeastGap_mm + 1;  // from a bead's middle
 
 // Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
 Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings* scanned,
@@ -197,25 +198,26 @@ Result<PatternConfig> PatternsClearOf(const gcode::Footprint& print, PatternConf
   const auto room = RoomFor(pattern, scanned, reach);
   if (!room) return tl::unexpected(room.error());
   const BoundsMm& now = room->printed;
-  double nearest_mm = std::numeric_limits<double>::infinity();
-  double best_x_mm = 0;
-  double best_y_mm = 0;
+  struct Shift {
+    double way_mm, x_mm, y_mm;
+  };
+  std::vector<Shift> clear;
   for (const double x_mm : StepsOutwards(room->x_mm)) {
     for (const double y_mm : StepsOutwards(room->y_mm)) {
-      const double way_mm = std::hypot(x_mm, y_mm);
-      if (way_mm >= nearest_mm ||
-          !print.Clear({now.min_x_mm + x_mm - kLeastGap_mm, now.min_y_mm + y_mm - kLeastGap_mm,
-                        now.max_x_mm + x_mm + kLeastGap_mm, now.max_y_mm + y_mm + kLeastGap_mm})) {
-        continue;
+      if (print.Clear(
+              {now.min_x_mm + x_mm - kClearOfPrint_mm, now.min_y_mm + y_mm - kClearOfPrint_mm,
+               now.max_x_mm + x_mm + kClearOfPrint_mm, now.max_y_mm + y_mm + kClearOfPrint_mm})) {
+        clear.push_back({std::hypot(x_mm, y_mm), x_mm, y_mm});
       }
-      nearest_mm = way_mm;
-      best_x_mm = x_mm;
-      best_y_mm = y_mm;
     }
   }
-  if (std::isfinite(nearest_mm)) {
-    auto clear = Shifted(pattern, *room, best_x_mm, best_y_mm, scanned, reach);
-    if (clear) return std::move(*clear);
+  std::sort(clear.begin(), clear.end(),
+            [](const Shift& a, const Shift& b) { return a.way_mm < b.way_mm; });
+  // On a round bed the first of them may lie outside.
+  constexpr std::size_t kMostTries = 20'000;
+  for (std::size_t i = 0; i < std::min(clear.size(), kMostTries); ++i) {
+    auto laid = Shifted(pattern, *room, clear[i].x_mm, clear[i].y_mm, scanned, reach);
+    if (laid) return std::move(*laid);
   }
   return NoRoomBeside(print, pattern, now, scanned != nullptr);
 }

@@ -7,7 +7,9 @@
 #include <initializer_list>
 #include <optional>
 #include <set>
+#include <vector>
 
+#include "base/random.h"
 #include "gcode/footprint.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
@@ -17,6 +19,7 @@
 namespace trammel::procedure {
 namespace {
 
+using pressure_advance::BoundsMm;
 using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 using ::testing::HasSubstr;
@@ -141,8 +144,8 @@ double ApartBy(const pressure_advance::BoundsMm& a, const gcode::PlateArea& b) {
                    a.min_y_mm - b.max_y_mm});
 }
 
-constexpr double kClear_mm = 5;
-constexpr double kCell_mm = 1;  // of a footprint, and a step of the search
+constexpr double kClear_mm = 6;  // 5, and half of a bead
+constexpr double kCell_mm = 1;   // of a footprint, and a step of the search
 
 TEST(PlateLayout, StaysWhereItIsBesideAPrintThatLiesElsewhere) {
   const auto alone = OuterBounds(One());
@@ -193,6 +196,54 @@ TEST(PlateLayout, KeepsThePlaceThatTheSettingsNameOrRefusesIt) {
   const auto on_it = PatternsClearOf(PrintOf({{65, 90, 70, 95}}), one, nullptr, kReach);
   ASSERT_FALSE(on_it.has_value());
   EXPECT_THAT(on_it.error().message, HasSubstr("leave position_x and position_y out"));
+}
+
+// Where the nearest place lies beside a round bed, another one may do.
+TEST(PlateLayout, FindsRoomOnARoundBedWhereThereIsSome) {
+  PatternConfig one = One();
+  one.bed_shape = settings::BedShape::kEllipse;
+  one.columns = 2;
+  one.rows = 3;
+  const BoundsMm size = OuterBounds(one);
+  const double width_mm = size.max_x_mm - size.min_x_mm;
+  const double depth_mm = size.max_y_mm - size.min_y_mm;
+  Random random(7);
+  int found = 0;
+  for (int draw = 0; draw < 40; ++draw) {
+    std::vector<gcode::PlateArea> parts;
+    gcode::Footprint print({0, 0, 250, 250});
+    for (int i = 0; i < 3; ++i) {
+      const double x = random.Uniform(20, 180);
+      const double y = random.Uniform(20, 180);
+      parts.push_back({x, y, x + random.Uniform(1, 60), y + random.Uniform(1, 60)});
+      for (double at = parts.back().min_y_mm; at < parts.back().max_y_mm; at += 0.5) {
+        print.Mark(x, at, parts.back().max_x_mm, at);
+      }
+    }
+    const auto clear = [&](const BoundsMm& bounds, double by_mm) {
+      return std::all_of(parts.begin(), parts.end(), [&](const gcode::PlateArea& part) {
+        return ApartBy(bounds, part) >= by_mm;
+      });
+    };
+    bool room = false;
+    for (double x = 0; x < 250 && !room; x += 4) {
+      for (double y = 0; y < 250 && !room; y += 4) {
+        PatternConfig there = one;
+        there.position_x_mm = x;
+        there.position_y_mm = y;
+        room = clear({x, y, x + width_mm, y + depth_mm}, kClear_mm + 2 * kCell_mm) &&
+               Validate(there).has_value();
+      }
+    }
+    const auto laid = PatternsClearOf(print, one, nullptr, kReach);
+    EXPECT_TRUE(laid.has_value() || !room) << draw << ": " << laid.error().message;
+    if (!laid) continue;
+    ++found;
+    EXPECT_TRUE(Validate(*laid)) << draw;
+    EXPECT_TRUE(clear(OuterBounds(*laid), kClear_mm - 1e-9)) << draw;
+  }
+  EXPECT_GT(found, 10);
+  EXPECT_LT(found, 40);
 }
 
 TEST(PlateLayout, SaysThatAPrintLeavesNoRoom) {
