@@ -381,6 +381,8 @@ TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelve
   PrintRow("all", all);
   PrintReading("heights", all.read_heights, pressure_advance::kHeightReadingShare);
   PrintReading("areas", all.read_areas, pressure_advance::kAreaReadingShare);
+  PrintLaw("the acceleration's answer, ms", all.acceleration);
+  PrintLaw("the deceleration's answer, ms", all.deceleration);
   PrintLaw("lag at the slow speed, ms", all.slow_lag);
   PrintLaw("lag at the fast speed, ms", all.fast_lag);
   PrintLaw("slip at the fast speed, 0.1 %", all.slip);
