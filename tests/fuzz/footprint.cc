@@ -1,10 +1,9 @@
 // A print's G-code, of which the footprint is read.
-#include "gcode/footprint_reader.h"
-
 #include <string_view>
 #include <utility>
 
 #include "fuzz.h"
+#include "gcode/footprint_reader.h"
 
 TRAMMEL_FUZZ_TARGET(footprint)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
