@@ -10,7 +10,8 @@
 #   executable, one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
 #   FFmpeg and imgcodecs behind them take longer to start than most of them.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
-#   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes a third of the room.
+#   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes a third of the room
+#   (all of it with a sanitizer, by which the virtual machine and its camera are slow).
 #   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # Warnings that a batch or a precompiled header makes false. A local name may be that of another file's constant. With
@@ -203,7 +204,7 @@ function(trammel_test name)
     set(ARG_TIMEOUT 300)
   endif()
   set(properties LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
-  if(NOT ARG_WAITS)
+  if(NOT ARG_WAITS OR TRAMMEL_SANITIZE)
     list(APPEND properties PROCESSORS 3)
   endif()
   if(ARG_SIDE_BY_SIDE OR ARG_WAITS)

@@ -45,6 +45,11 @@ double Quantile(std::span<const double> sample, double probability) {
   return below + (rank - whole) * (above - below);
 }
 
+double LogGamma(double x) {
+  int sign = 0;
+  return ::lgamma_r(x, &sign);
+}
+
 double StudentT95(double degrees_of_freedom) {
   TRAMMEL_CHECK(degrees_of_freedom > 0, "degrees_of_freedom = {}", degrees_of_freedom);
   const double n = degrees_of_freedom;
@@ -69,7 +74,7 @@ double StudentT95(double degrees_of_freedom) {
     return sum * h / 3;
   };
   const double whole =
-      std::exp(std::lgamma(n / 2) - std::lgamma((n + 1) / 2)) * std::sqrt(std::numbers::pi) / 2;
+      std::exp(LogGamma(n / 2) - LogGamma((n + 1) / 2)) * std::sqrt(std::numbers::pi) / 2;
   double lo = 0;
   double hi = std::numbers::pi / 2;
   double theta = std::atan(2 / std::sqrt(n));

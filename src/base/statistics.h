@@ -24,6 +24,9 @@ inline constexpr double kNormal95 = 1.959964;
 /// Quantile by linear interpolation between order statistics. REQUIRES 0 <= probability <= 1.
 [[nodiscard]] double Quantile(std::span<const double> sample, double probability);
 
+/// ln |Γ(x)|. std::lgamma also writes the sign to a variable that all threads share.
+[[nodiscard]] double LogGamma(double x);
+
 /// The two-sided 95 % point of Student's t: |t| stays below it with probability 0.95.
 /// REQUIRES degrees_of_freedom > 0 (need not be whole: Welch-Satterthwaite).
 [[nodiscard]] double StudentT95(double degrees_of_freedom);

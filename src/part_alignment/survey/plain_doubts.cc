@@ -6,6 +6,8 @@
 #include <limits>
 #include <set>
 
+#include "base/statistics.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -92,7 +94,7 @@ bool InTurn(const PlainMatch& a, const PlainMatch& b) {
   }
   const auto n = static_cast<double>(a.members.size());
   const auto m = static_cast<double>(b.members.size());
-  const double orders = std::lgamma(n + m + 1) - std::lgamma(n + 1) - std::lgamma(m + 1);
+  const double orders = LogGamma(n + m + 1) - LogGamma(n + 1) - LogGamma(m + 1);
   return std::log(2.0) - orders < kLogUnlikely;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/chi_square.h"
+#include "base/statistics.h"
 #include "part_alignment/survey/network.h"
 #include "part_alignment/survey/plain_doubts.h"
 #include "part_alignment/survey/plain_merged.h"
@@ -203,7 +204,7 @@ class Matcher {
     }
     const double others = std::max(views - 2, 1.0);
     const double k = std::min<double>(match.off_plane + match.lonely, others);
-    const double ways = std::lgamma(others + 1) - std::lgamma(k + 1) - std::lgamma(others - k + 1);
+    const double ways = LogGamma(others + 1) - LogGamma(k + 1) - LogGamma(others - k + 1);
     constexpr double kLeastWrong = 0.01;
     return std::log(std::max(expected_wrong_, kLeastWrong)) + ways +
            k * std::log(std::max(chance / std::max(views, 1.0), 1e-12));
@@ -237,8 +238,7 @@ class Matcher {
       if (near < rays + 1) continue;  // nothing else
       const double k = match.off_plane + match.lonely;
       const double others = std::max(near - 2, k);
-      const double ways =
-          std::lgamma(others + 1) - std::lgamma(k + 1) - std::lgamma(others - k + 1);
+      const double ways = LogGamma(others + 1) - LogGamma(k + 1) - LogGamma(others - k + 1);
       const double pairs = 0.5 * near * (near - 1) * band / views;
       most = std::max(most, std::log(pairs) + ways + k * std::log(gate / views));
     }

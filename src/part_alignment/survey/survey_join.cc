@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "base/statistics.h"
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/plain_sights.h"
 #include "part_alignment/survey/resection.h"
@@ -172,7 +173,7 @@ class Resector {
     }
     const auto agree = static_cast<double>(sightings.at_landmarks.size());
     const double log_chance = agree * std::log(std::max(sightings.by_chance, 1e-12)) -
-                              std::lgamma(agree + 1) + std::log(static_cast<double>(tried_));
+                              LogGamma(agree + 1) + std::log(static_cast<double>(tried_));
     const bool codes_agree = std::all_of(known_.begin(), known_.end(), [&](std::size_t i) {
       const NetworkObservation& observation = network_.observations[i];
       const auto projection =

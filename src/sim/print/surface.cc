@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "base/statistics.h"
 
 namespace trammel::sim {
 namespace {
@@ -18,7 +19,7 @@ double Superellipse(double exponent, double t) {
 
 // Share of the enclosing rectangle that the superellipse fills.
 double FillOf(double exponent) {
-  return std::exp(2 * std::lgamma(1 + 1 / exponent) - std::lgamma(1 + 2 / exponent));
+  return std::exp(2 * LogGamma(1 + 1 / exponent) - LogGamma(1 + 2 / exponent));
 }
 
 // Integrals of the height over the half-width from the middle, tabulated for all fills: evaluating
