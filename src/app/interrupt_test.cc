@@ -34,7 +34,7 @@ bool Caught(int number) {
     if (number == other) return false;
   }
 #ifdef TRAMMEL_SANITIZED
-  for (const int fault : {SIGILL, SIGBUS, SIGFPE, SIGSEGV}) {
+  for (const int fault : {SIGILL, SIGBUS, SIGFPE, SIGSEGV, SIGSYS}) {  // held back by none
     if (number == fault) return false;
   }
 #endif

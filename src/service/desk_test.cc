@@ -174,7 +174,7 @@ class DeskTest : public ::testing::Test {
   }
   // A printer's macro calls us, on the connection's thread.
   void CallMacro(const std::string& method, const json& arguments = json::object()) {
-    WaitUntil([&] { return printer_.methods.contains(method); });
+    WaitUntil([&] { return printer_.Registered(method); });
     printer_.methods[method](arguments);
   }
 
@@ -281,7 +281,7 @@ TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
   Serve();
   CallMacro("offer_it");
   CallMacro("trammel_dismiss");  // behind it
-  WaitUntil([this] { return printer_.scripts.size() >= 2; });
+  WaitUntil([this] { return printer_.ScriptsRun() >= 2; });
   StopServing();
   EXPECT_THAT(printer_.scripts,
               Contains("TRAMMEL_ASK BUTTONS=start TOOLS=0,1 MSG=\"Is it extruder?\""));

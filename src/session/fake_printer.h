@@ -1,8 +1,10 @@
-// For tests: a printer in memory that notes what it is told and fails where it is asked to.
+// For tests: a printer in memory that notes what it is told and fails where it is asked to. Its
+// methods may be called from several threads; its members are read while none of them runs.
 #pragma once
 
 #include <functional>
 #include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -29,6 +31,15 @@ class FakePrinter : public machine::Printer {
   std::function<Result<nlohmann::json>(const std::string&, const nlohmann::json&)> server;
   std::string lost_at;  ///< the script during which the link goes, once
 
+  [[nodiscard]] std::size_t ScriptsRun() const {
+    const std::lock_guard lock(mutex_);
+    return scripts.size();
+  }
+  [[nodiscard]] bool Registered(const std::string& method) const {
+    const std::lock_guard lock(mutex_);
+    return methods.contains(method);
+  }
+
   FakePrinter() {
     state.readiness = machine::PrinterReadiness::kReady;
     state.homed_axes = "xyz";
@@ -43,6 +54,7 @@ class FakePrinter : public machine::Printer {
   }
 
   Result<void> Run(std::string_view script, const machine::WaitLimit&) override {
+    const std::lock_guard lock(mutex_);
     scripts.emplace_back(script);
     if (state.readiness != machine::PrinterReadiness::kReady) {
       return Fail("not ready", ErrorKind::kMachine);
@@ -58,20 +70,26 @@ class FakePrinter : public machine::Printer {
   }
   Result<void> FinishMoves(const machine::WaitLimit& limit) override { return Run("M400", limit); }
   Result<void> EmergencyStop(const machine::WaitLimit&) override {
+    const std::lock_guard lock(mutex_);
     stopped = true;
     state.readiness = machine::PrinterReadiness::kShutdown;
     return {};
   }
   Result<void> Restart(const machine::WaitLimit&) override { return {}; }
-  Result<machine::PrinterState> State(const machine::WaitLimit&) override { return state; }
-  machine::PrinterState LastState() const override { return state; }
+  Result<machine::PrinterState> State(const machine::WaitLimit&) override { return LastState(); }
+  machine::PrinterState LastState() const override {
+    const std::lock_guard lock(mutex_);
+    return state;
+  }
   Result<machine::PrinterState> WaitUntil(
       const std::function<bool(const machine::PrinterState&)>& done, std::string_view what,
       const machine::WaitLimit&) override {
-    if (done(state)) return state;
+    const machine::PrinterState now = LastState();
+    if (done(now)) return now;
     return Fail("waited for " + std::string(what), ErrorKind::kMachine);
   }
   Result<void> WaitUntilReady(const machine::WaitLimit&) override {
+    const std::lock_guard lock(mutex_);
     if (!comes_back) return Fail("it stays away", ErrorKind::kMachine);
     state.readiness = machine::PrinterReadiness::kReady;
     return {};
@@ -104,6 +122,7 @@ class FakePrinter : public machine::Printer {
   }
   Result<void> StartPrint(const std::string&, const machine::WaitLimit&) override { return {}; }
   Result<void> CancelPrint(const machine::WaitLimit&) override {
+    const std::lock_guard lock(mutex_);
     scripts.emplace_back("CANCEL_PRINT");
     state.print_state = "cancelled";
     return {};
@@ -119,12 +138,14 @@ class FakePrinter : public machine::Printer {
   Result<void> RegisterRemoteMethod(const std::string& name,
                                     std::function<void(const nlohmann::json&)> callback,
                                     const machine::WaitLimit&) override {
+    const std::lock_guard lock(mutex_);
     methods[name] = std::move(callback);
     return {};
   }
   void OnMessage(std::function<void(const std::string&)>) override {}
   void OnRequest(machine::RequestHandler) override {}
   void SendEvent(const std::string& event, nlohmann::json data) override {
+    const std::lock_guard lock(mutex_);
     events.emplace_back(event, std::move(data));
   }
   Result<machine::ClockRelation> Clock(double, const machine::WaitLimit&) override {
@@ -137,6 +158,9 @@ class FakePrinter : public machine::Printer {
     return std::vector<machine::TrapezoidMove>{};
   }
   std::vector<std::string> RecentMessages() const override { return {}; }
+
+ private:
+  mutable std::mutex mutex_;
 };
 
 }  // namespace trammel::procedure::testing
