@@ -372,6 +372,7 @@ TEST_F(DeskTest, AGoodExitWithoutAResultIsAFailure) {
 TEST_F(DeskTest, OneJobAtATimeAndStopEndsItSafely) {
   Program(
       "trap 'echo safe > \"$here/safe\"; exit 130' TERM\n"
+      ": > \"$here/ready\"\n"
       "while :; do sleep 0.01; done\n");
   Serve();
   const std::string run = Start();
@@ -379,8 +380,7 @@ TEST_F(DeskTest, OneJobAtATimeAndStopEndsItSafely) {
   EXPECT_THAT(message_, HasSubstr(run));
   EXPECT_THAT(Status()["jobs"][0]["blocker"], HasSubstr(run));
   EXPECT_EQ(CodeOf("stop", {{"run", "measure-other"}}), kNothing);
-  WaitUntil([this] { return !ProgramsWords().empty(); });
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the trap is set behind its words
+  WaitUntil([this] { return fs::exists(folder_.path() / "ready"); });
   EXPECT_EQ(Ask("stop")["run"], run);
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "stopped");
