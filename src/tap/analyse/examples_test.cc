@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/sanitized.h"
 #include "tap/analyse/analyse.h"
 #include "tap/contact/press_test_support.h"
 
@@ -67,6 +68,7 @@ TEST(TapExamples, TheOneInCReadsACsvFile) {
 }
 
 TEST(TapExamples, TheOneInPythonReadsADumpOfTaps) {
+  if (trammel::test::kThreadSanitized) GTEST_SKIP() << "Python does not load the library";
   const test::PressTap tap = test::MakePressTap({}, 1000);
   nlohmann::json json = {{"time", tap.time_s}, {"force", tap.force_g}};
   for (const Move& m : tap.moves) {
