@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -237,7 +238,7 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
 
 TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken) {
   enum class Step { kWait, kMoves, kDropped };
-  Step step = Step::kWait;
+  std::atomic step = Step::kWait;  // the server's thread writes it
   ScriptedLinuxCnc server([&](const std::string& request) {
     if (step == Step::kWait && request.find("G53 G1") != std::string::npos &&
         fs::exists(PrintError() / "view-02.png")) {
@@ -251,7 +252,7 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   server.SetHurry(5);
   const CommandResult measured = Measure(Machine(server));
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
-  EXPECT_EQ(step, Step::kDropped);
+  EXPECT_EQ(step.load(), Step::kDropped);
   EXPECT_THAT(measured.standard_error,
               AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at"),
                     HasSubstr("taken (2)")));
