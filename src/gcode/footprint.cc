@@ -80,7 +80,6 @@ bool Footprint::Clear(const PlateArea& area) const {
   const std::size_t front = cell(area.min_y_mm, plate_.min_y_mm, rows_ - 1);
   const std::size_t right = cell(area.max_x_mm, plate_.min_x_mm, columns_ - 1) + 1;
   const std::size_t back = cell(area.max_y_mm, plate_.min_y_mm, rows_ - 1) + 1;
-  if (right <= left || back <= front) return true;
   const auto width = static_cast<std::size_t>(columns_) + 1;
   return sums_[back * width + right] + sums_[front * width + left] ==
          sums_[front * width + right] + sums_[back * width + left];

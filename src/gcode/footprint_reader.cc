@@ -200,8 +200,7 @@ Result<void> FootprintReader::Carry(std::string_view statement) {
   if (letter == 'M' && !words) return {};  // whose letters are no lengths
   if (!words) return tl::unexpected(words.error());
   for (const Refused& refused : kRefused) {
-    if (command != refused.command) continue;
-    if (refused.letters.empty() || words->Any(refused.letters)) {
+    if (command == refused.command && (refused.letters.empty() || words->Any(refused.letters))) {
       return CannotTell(command, refused.why);
     }
   }

@@ -9,17 +9,6 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// With the thread sanitizer, whose libraries no program loads that begins without it.
-#ifdef __has_feature
-#if __has_feature(thread_sanitizer)
-inline constexpr bool kThreadSanitized = true;
-#else
-inline constexpr bool kThreadSanitized = false;
-#endif
-#else
-inline constexpr bool kThreadSanitized = false;
-#endif
-
 /// By which a process may take longer before it counts as stuck.
 inline constexpr double kSanitizerSlowdown = kSanitized ? 5 : 1;
 

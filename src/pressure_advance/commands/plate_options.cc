@@ -87,10 +87,8 @@ Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
   config.pattern = std::move(*laid);
   if (!asked.clear_of) return {};
   // Where patterns were laid beside one another is no place that the settings name.
-  if (asked.repeat || asked.conditions.any()) {
-    config.pattern.position_x_mm = named_x_mm;
-    config.pattern.position_y_mm = named_y_mm;
-  }
+  config.pattern.position_x_mm = named_x_mm;
+  config.pattern.position_y_mm = named_y_mm;
   return LayClearOf(*asked.clear_of, asked.photo ? nullptr : &config.scan, reach, config.pattern);
 }
 

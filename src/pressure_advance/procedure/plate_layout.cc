@@ -139,7 +139,9 @@ std::vector<double> StepsOutwards(const std::optional<Interval>& shifts_mm) {
     if (first_mm - way_mm > lo) steps.push_back(first_mm - way_mm);
     if (first_mm + way_mm < hi) steps.push_back(first_mm + way_mm);
   }
-  steps.insert(steps.end(), {lo, hi});
+  for (const double end_mm : {lo, hi}) {
+    if (end_mm != first_mm) steps.push_back(end_mm);
+  }
   return steps;
 }
 
