@@ -104,6 +104,17 @@ constexpr std::array kRefused = {
     Refused{"M290", "XY", "shifts the origin"},
 };
 
+// How the long commands begin that leave the nozzle where it is, in Klipper and what comes with it.
+constexpr std::array<std::string_view, 12> kStaying = {
+    "SET_",         "SAVE_",          "RESTORE_",          "EXCLUDE_OBJECT",
+    "RESPOND",      "BED_MESH_CLEAR", "BED_MESH_PROFILE",  "TEMPERATURE_WAIT",
+    "SKEW_PROFILE", "PRINT_STATS_",   "ACTIVATE_EXTRUDER", "UPDATE_DELAYED_GCODE"};
+
+bool MayMove(std::string_view command) {
+  return std::none_of(kStaying.begin(), kStaying.end(),
+                      [&](std::string_view begin) { return command.starts_with(begin); });
+}
+
 tl::unexpected<Error> CannotTell(std::string_view command, std::string_view why) {
   return Fail(fmt::format("{} {}: where the print lies cannot be told", command, why));
 }
@@ -236,6 +247,10 @@ Result<void> FootprintReader::Carry(std::string_view statement) {
 }
 
 Result<void> FootprintReader::CarryLong(std::string_view command, std::string_view rest) {
+  if (!lays_ && MayMove(command)) {  // a macro of the print's beginning; later ones hand it back
+    x_mm_ = y_mm_ = std::nullopt;
+    z_mm_ = 0;
+  }
   if (command == "SET_KINEMATIC_POSITION") return CannotTell(command, "shifts the origin");
   if (command == "SET_DUAL_CARRIAGE") {
     if (Parameter(rest, "MODE").value_or("PRIMARY") == "PRIMARY") return {};

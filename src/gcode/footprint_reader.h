@@ -17,7 +17,8 @@ namespace trammel::gcode {
 /// RepRapFirmware: G0 to G3, absolute and relative, in millimetres. Marks where filament is laid,
 /// and where the nozzle passes or comes down low. What the printer's own macros do (PRINT_START) is
 /// not in the file, and not seen: a low way that begins where they left the nozzle is taken to
-/// begin anywhere at the left or the front edge of the plate, where printers prime.
+/// begin anywhere at the left or the front edge of the plate, where printers prime. So it is after
+/// each macro before the first filament; one behind it is taken to bring the nozzle back.
 class FootprintReader {
  public:
   /// @param plate  REQUIRES finite bounds, min < max

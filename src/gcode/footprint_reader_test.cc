@@ -144,6 +144,22 @@ TEST(Footprint, TakesALowWayFromTheMacrosToBeginAnywhereAtTwoEdges) {
   EXPECT_TRUE(z->Clear({0, 0, 120, 200}));
 }
 
+// Where the file itself moved before does not say where such a macro ends.
+TEST(Footprint, TakesAMacroBeforeTheFirstFilamentToLeaveTheNozzleAnywhere) {
+  const auto print = ReadFromAbove({"M83", "G1 X240 Y190", "SET_PRESSURE_ADVANCE ADVANCE=0",
+                                    "start_print BED=60", "G1 Z.3", "G1 X100 Y80", "G1 X120 E1"});
+  ASSERT_TRUE(print) << print.error().message;
+  EXPECT_FALSE(print->Clear({20, 78, 22, 80}));
+  EXPECT_FALSE(print->Clear({90, 10, 92, 12}));
+  EXPECT_TRUE(print->Clear({125, 85, 250, 200}));
+  // Commands that leave it there, and macros amid the print.
+  const auto known = ReadFromAbove({"M83", "G1 X100 Y80", "SET_PRESSURE_ADVANCE ADVANCE=0",
+                                    "EXCLUDE_OBJECT_DEFINE NAME=a", "G1 Z.3", "G1 X120 E1",
+                                    "TIMELAPSE_TAKE_FRAME", "G1 X110 Y82"});
+  ASSERT_TRUE(known) << known.error().message;
+  EXPECT_TRUE(known->Clear({0, 0, 95, 200}));
+}
+
 TEST(Footprint, HoldsWhereTheNozzleComesDownOrProbes) {
   const auto print = ReadFromAbove({"M83", "G1 X125 Y125", "G1 Z0.3", "G1 E30 ; primes", "G1 Z20",
                                     "G1 X200 Y150", "g30 x40 y150", "G1 Z1.5", "G91", "G1 Z-1",
