@@ -89,23 +89,6 @@ std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& serie
   return BeyondItsLines(series, fit.zero, options);
 }
 
-// Slip as the crossings' difference shows it, in units of slip_sigma.
-struct Slip {
-  double mean = 0;
-  double variance = 1;
-};
-
-Slip EstimateSlip(const CrossingPair& pair) {
-  const CorrectedCrossing& a = pair.acceleration;
-  const CorrectedCrossing& d = pair.deceleration;
-  const double apart = a.common.slip + d.common.slip;
-  const double noise = std::max(0.0, a.variance + d.variance - 2 * pair.covariance) +
-                       Square(a.common.form - d.common.form);
-  const double total = apart * apart + noise;
-  if (!(total > 0)) return {};
-  return {apart * (a.zero_s - d.zero_s) / total, noise / total};
-}
-
 // What a lag that drifts over the pattern leaves open: the crossing is the lag of the line that was
 // printed there, the mean line's lies elsewhere. The answer stands half way between the two.
 struct Drift {
@@ -214,15 +197,19 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
       .tested = tested,
       .widest = std::max(options.widest_interval, 0.5 / (static_cast<double>(count) - 1))};
 
-  const auto alone = [&](double value_s, const CorrectedCrossing& crossing) {
+  const PairVariances lines =
+      LessSlip({pair.acceleration.variance, pair.deceleration.variance, pair.covariance}, slip);
+  const double forms_apart = pair.acceleration.common.form - pair.deceleration.common.form;
+  const auto alone = [&](double value_s, const CorrectedCrossing& crossing, double variance,
+                         double moved) {
     BudgetedValue answer{value_s, {}};
-    answer.budget = {
-        .lines = crossing.variance,
-        .slip = Square(crossing.common.slip) * slip.variance + Square(shared.slip_form_s),
-        .unread = Square(crossing.common.unread),
-        .form = Square(crossing.common.form),
-        .drift = shared.drift.variance,
-        .picture = Square(shared.picture_s)};
+    answer.budget = {.lines = variance,
+                     .slip = Square(crossing.common.slip * slip.variance) +
+                             Square(moved * forms_apart) + Square(shared.slip_form_s),
+                     .unread = Square(crossing.common.unread),
+                     .form = Square(crossing.common.form),
+                     .drift = shared.drift.variance,
+                     .picture = Square(shared.picture_s)};
     return answer;
   };
   const auto judged = [&](const std::string& doubt, const BudgetedValue& answer) {
@@ -237,8 +224,10 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
       pair.acceleration.zero_s - slip.mean * pair.acceleration.common.slip + shared.drift.shift_s;
   const double value_d_s =
       pair.deceleration.zero_s + slip.mean * pair.deceleration.common.slip + shared.drift.shift_s;
-  const BudgetedValue budgeted_a = alone(value_a_s, pair.acceleration);
-  const BudgetedValue budgeted_d = alone(value_d_s, pair.deceleration);
+  const BudgetedValue budgeted_a =
+      alone(value_a_s, pair.acceleration, lines.acceleration, slip.off_acceleration);
+  const BudgetedValue budgeted_d =
+      alone(value_d_s, pair.deceleration, lines.deceleration, slip.on_deceleration);
   const RangedAnswer alone_a = judged(doubt_a, budgeted_a);
   const RangedAnswer alone_d = judged(doubt_d, budgeted_d);
   result.acceleration = alone_a.pressure_advance;

@@ -27,6 +27,8 @@ struct CrossingPair {
   CorrectedCrossing deceleration;
   double covariance = 0;  ///< of the two, from the scatter of the lines, s^2
   double tail_s = 0;      ///< of the acceleration, weighed against what is known of it beforehand
+  double tail_share = 0;  ///< of the tail as it is seen, that was taken off both
+  double own_share = 1;   ///< of the deceleration's own fit in its crossing
 };
 
 /// Takes the window's tail out of both crossings (ResponseOptions::tail_share of it), and finds
@@ -41,5 +43,37 @@ struct CrossingPair {
 [[nodiscard]] CrossingPair CorrectCrossings(const Transitions& transitions,
                                             const TransitionCrossings& crossings,
                                             bool slope_has_scale, const ResponseOptions& options);
+
+/// What the scatter of the lines leaves open of both corrected crossings, and together, s^2.
+struct PairVariances {
+  double acceleration = 0;
+  double deceleration = 0;
+  double covariance = 0;
+};
+
+/// Measures it by how far each line moves the crossings for what it has more than a line that is
+/// laid in its place.
+/// @param laid  of the same lines as `seen`, as a law lays them
+/// REQUIRES crossings and pair of `seen`.
+[[nodiscard]] PairVariances ScatterAbout(const Transitions& laid, const Transitions& seen,
+                                         const TransitionCrossings& crossings,
+                                         const CrossingPair& pair);
+
+/// Slip as the crossings' difference shows it, in units of ResponseOptions::slip_sigma.
+struct Slip {
+  double mean = 0;
+  double variance = 1;
+  /// Of the difference: what was taken off the acceleration's crossing for it, and put on the
+  /// deceleration's.
+  double off_acceleration = 0;
+  double on_deceleration = 0;
+};
+
+/// Weighs the difference against its prior of 0 ± 1.
+[[nodiscard]] Slip EstimateSlip(const CrossingPair& pair);
+
+/// What the scatter of the lines leaves open of both crossings less slip: each has a share of the
+/// other's.
+[[nodiscard]] PairVariances LessSlip(const PairVariances& lines, const Slip& slip);
 
 }  // namespace trammel::pressure_advance

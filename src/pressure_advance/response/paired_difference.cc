@@ -57,8 +57,8 @@ Eigen::Vector3d Solve(const std::vector<Line>& lines, double scatter_s, double l
   result.form_s = std::sqrt(row.dot(prior * row));
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const Line& line = lines[i];
-    result.moved_s[i] = line.robust / line.variance(scatter_s) * row.dot(line.form) *
-                        (line.difference_s - line.form.dot(solved));
+    result.fitted_s[i] = line.form.dot(solved);
+    result.influence[i] = line.robust / line.variance(scatter_s) * row.dot(line.form);
   }
   return solved;
 }
@@ -92,7 +92,7 @@ void CutOffBelowZero(PairedDifference& difference) {
   difference.sigma_s = 0;
   difference.value_s = least_s;
   difference.cut_off = true;
-  std::fill(difference.moved_s.begin(), difference.moved_s.end(), 0.0);
+  std::fill(difference.influence.begin(), difference.influence.end(), 0.0);
 }
 
 }  // namespace
@@ -108,7 +108,8 @@ PairedDifference FitPairedDifference(const TransitionSeries& acceleration,
     lines[i].sigma_s = std::hypot(acceleration.sigma_s[i], deceleration.sigma_s[i]);
   }
   PairedDifference result;
-  result.moved_s.resize(count);
+  result.fitted_s.resize(count);
+  result.influence.resize(count);
   const double prior_s = options.scatter_s * slope;
   double scatter_s = prior_s;
   for (int iteration = 0; iteration < kIterations; ++iteration) {

@@ -51,10 +51,11 @@ struct PairedOptions {
 /// is right.
 struct PairedDifference {
   double value_s = 0;
-  double sigma_s = 0;           ///< 1 sigma from the lines' scatter
-  double form_s = 0;            ///< 1 sigma from what the priors leave open of its form
-  bool cut_off = false;         ///< it lay too far below 0
-  std::vector<double> moved_s;  ///< by how far each line's residual moved it
+  double sigma_s = 0;             ///< 1 sigma from the lines' scatter
+  double form_s = 0;              ///< 1 sigma from what the priors leave open of its form
+  bool cut_off = false;           ///< it lay too far below 0
+  std::vector<double> fitted_s;   ///< each line's difference on the fit
+  std::vector<double> influence;  ///< by how far a line's residual of 1 moves the value
 
   [[nodiscard]] double variance() const { return sigma_s * sigma_s + form_s * form_s; }
 };

@@ -74,7 +74,7 @@ TEST(PairedDifference, BelowZeroItIsFilamentThatGapsLost) {
   const PairedDifference difference = Fit(TenLines(1, 0, 0.8, 0.015), 0);
   EXPECT_TRUE(difference.cut_off);
   EXPECT_GE(difference.value_s, -std::sqrt(difference.variance()) * 1.001);
-  for (const double moved_s : difference.moved_s) EXPECT_EQ(moved_s, 0);
+  for (const double influence : difference.influence) EXPECT_EQ(influence, 0);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/square.h"
 #include "pressure_advance/response/combine_transitions.h"
+#include "pressure_advance/response/crossing_pair.h"
 #include "pressure_advance/response/excess.h"
 #include "pressure_advance/response/responding_stretch.h"
 #include "pressure_advance/response/weigh_law.h"
@@ -149,17 +150,6 @@ Transitions Mirrored(const Transitions& seen, const Transitions& laid) {
   return mirrored;
 }
 
-// Variance of a crossing by how far each line's deviation from the law's moves it.
-double ScatterAbout(const TransitionSeries& laid, const TransitionSeries& seen,
-                    const signal::ZeroCrossing& fit) {
-  double sum = 0;
-  const double n = static_cast<double>(seen.excess_s.size());
-  for (std::size_t k = 0; k < seen.excess_s.size(); ++k) {
-    sum += Square(fit.influence[k] * (seen.excess_s[k] - laid.excess_s[k]));
-  }
-  return sum * n / std::max(1.0, n - 2);
-}
-
 // What the profiles' shapes tell beyond their crossings: only where lines are short, whole and to
 // scale.
 std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
@@ -193,12 +183,13 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   const auto narrow = [](double variance, BudgetedValue& value) {
     value.budget.lines = std::min(value.budget.lines, variance);
   };
-  narrow(ScatterAbout(laid.transitions.acceleration, prepared.transitions.acceleration,
-                      seen.acceleration),
-         *combined.first);
-  narrow(ScatterAbout(laid.transitions.deceleration, prepared.transitions.deceleration,
-                      seen.deceleration),
-         *combined.second);
+  const CrossingPair pair =
+      CorrectCrossings(prepared.transitions, seen, prepared.slope_has_scale, options);
+  const PairVariances about = LessSlip(
+      ScatterAbout(laid.transitions, prepared.transitions, seen, pair), EstimateSlip(pair));
+  combined.freedom += 2;  // neither slope nor bend is fitted
+  narrow(about.acceleration, *combined.first);
+  narrow(about.deceleration, *combined.second);
   LearntLaw learnt = WeighWithLaw(*law, of_twin, *options.law, combined);
   learnt.learnt_from_mm = span_mm;
   for (const LineProfile& line : of_law) {
