@@ -156,11 +156,11 @@ struct FootprintReader::Words {
       std::string_view number = text.substr(0, end);
       text.remove_prefix(end);
       if (letter < 'A' || letter > 'Z') continue;
-      words.command_behind = words.command_behind || letter == 'G' || letter == 'M';
       if (number.empty()) {
         if (words.bare.find(letter) == std::string::npos) words.bare += letter;
         continue;
       }
+      words.command_behind = words.command_behind || letter == 'G' || letter == 'M';
       if (number.front() == '+') number.remove_prefix(1);
       double value = 0;
       const auto [stop, code] =

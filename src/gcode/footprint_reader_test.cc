@@ -212,10 +212,10 @@ TEST(Footprint, RefusesWhatItCannotFollowByItsLine) {
     ASSERT_FALSE(print.has_value()) << line;
     EXPECT_THAT(print.error().message, HasSubstr(std::string(why))) << line;
   }
-  EXPECT_TRUE(
-      Read({"SET_GCODE_OFFSET X=0 Z=0.1 MOVE=1", "G92 E0", "PRINT_START BED=60", "T1", "M121",
-            "M605 S1", "G18", "G17", "M117 Layer G1 of M5", "G10", "G11", "G29", "M206 Z0.1",
-            "SET_DUAL_CARRIAGE CARRIAGE=1", "M204 S500", "G1 X5 Y5", "G92 X5", "G1 X50 E1"}));
+  EXPECT_TRUE(Read({"SET_GCODE_OFFSET X=0 Z=0.1 MOVE=1", "G92 E0", "PRINT_START BED=60", "T1",
+                    "M121", "M605 S1", "G18", "G17", "M117 Layer G1 of M5", "G10", "G11", "G29",
+                    "G29 G", "M206 Z0.1", "SET_DUAL_CARRIAGE CARRIAGE=1", "M204 S500", "G1 X5 Y5",
+                    "G92 X5", "G1 X50 E1"}));
 }
 
 TEST(Footprint, BoundsWhatAHostileFileMayCost) {
