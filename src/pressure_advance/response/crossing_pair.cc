@@ -210,10 +210,10 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
 PairVariances ScatterAbout(const Transitions& laid, const Transitions& seen,
                            const TransitionCrossings& crossings, const CrossingPair& pair) {
   Covariance lines = SumOfProducts(MovedBy(OffLaid(seen, laid), crossings, pair.own_share));
-  // The lag was learnt of the same lines: one unknown that follows the excesses.
+  // The lag and the flow that it adds were learnt of the same lines.
   const double n = static_cast<double>(seen.acceleration.excess_s.size());
   for (auto& row : lines) {
-    for (double& of : row) of *= n / std::max(1.0, n - 1);
+    for (double& of : row) of *= n / std::max(1.0, n - 2);
   }
   return LessTheTail(lines, pair.tail_share);
 }

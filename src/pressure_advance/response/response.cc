@@ -187,7 +187,7 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
       CorrectCrossings(prepared.transitions, seen, prepared.slope_has_scale, options);
   const PairVariances about = LessSlip(
       ScatterAbout(laid.transitions, prepared.transitions, seen, pair), EstimateSlip(pair));
-  combined.freedom += 2;  // neither slope nor bend is fitted
+  combined.freedom += 1;  // no bend is fitted
   narrow(about.acceleration, *combined.first);
   narrow(about.deceleration, *combined.second);
   LearntLaw learnt = WeighWithLaw(*law, of_twin, *options.law, combined);
