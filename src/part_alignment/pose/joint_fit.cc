@@ -84,7 +84,7 @@ void Whiten(const PoseProblem& problem, double machine_mm, Rows& rows) {
   ForEachView(problem.observations, [&](Index first, Index count) {
     const Whitener whitener(machine_mm * rows.by_theta.block(first, 0, count, 3));
     whitener.FromLeft(rows.by_theta.middleRows(first, count));
-    whitener.FromLeft(rows.by_error.middleRows(first, count));
+    if (rows.by_error.cols() > 0) whitener.FromLeft(rows.by_error.middleRows(first, count));
     whitener.FromLeft(rows.residuals.segment(first, count));
     rows.whiteners.push_back(whitener);
   });
