@@ -9,7 +9,6 @@
 #include "base/check.h"
 #include "base/square.h"
 #include "base/statistics.h"
-#include "pressure_advance/response/crossing_pair.h"
 #include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
@@ -217,6 +216,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
     return JudgeByBudget(answer.value_s, answer.budget, shared.freedom, tested, shared.widest);
   };
   CombinedTransitions result;
+  result.pair = pair;
+  result.slip = slip;
   result.freedom = shared.freedom;
   result.tested = tested;
   result.widest = shared.widest;

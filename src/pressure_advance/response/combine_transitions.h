@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "pressure_advance/response/crossing_pair.h"
 #include "pressure_advance/response/fit_transitions.h"
 #include "pressure_advance/response/response_options.h"
 #include "pressure_advance/response/tested_range.h"
@@ -28,6 +29,8 @@ struct CombinedTransitions {
   std::vector<std::string> notices;
   /// What the three were judged from; nothing where both transitions do not answer.
   std::optional<BudgetedValue> whole, first, second;
+  CrossingPair pair;
+  Slip slip;           ///< that was taken out of first and second
   double freedom = 1;  ///< of the lines' scatter
   Interval tested;
   double widest = 0;  ///< half width of an interval, as a part of the tested range

@@ -210,7 +210,8 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
 PairVariances ScatterAbout(const Transitions& laid, const Transitions& seen,
                            const TransitionCrossings& crossings, const CrossingPair& pair) {
   Covariance lines = SumOfProducts(MovedBy(OffLaid(seen, laid), crossings, pair.own_share));
-  // The lag and the flow that it adds were learnt of the same lines.
+  // Counts two unknowns that were learnt of the same lines: the lag, and how much filament it
+  // moves.
   const double n = static_cast<double>(seen.acceleration.excess_s.size());
   for (auto& row : lines) {
     for (double& of : row) of *= n / std::max(1.0, n - 2);

@@ -10,7 +10,6 @@
 #include "base/check.h"
 #include "base/square.h"
 #include "pressure_advance/response/combine_transitions.h"
-#include "pressure_advance/response/crossing_pair.h"
 #include "pressure_advance/response/excess.h"
 #include "pressure_advance/response/responding_stretch.h"
 #include "pressure_advance/response/weigh_law.h"
@@ -183,10 +182,8 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   const auto narrow = [](double variance, BudgetedValue& value) {
     value.budget.lines = std::min(value.budget.lines, variance);
   };
-  const CrossingPair pair =
-      CorrectCrossings(prepared.transitions, seen, prepared.slope_has_scale, options);
   const PairVariances about = LessSlip(
-      ScatterAbout(laid.transitions, prepared.transitions, seen, pair), EstimateSlip(pair));
+      ScatterAbout(laid.transitions, prepared.transitions, seen, combined.pair), combined.slip);
   combined.freedom += 1;  // no bend is fitted
   narrow(about.acceleration, *combined.first);
   narrow(about.deceleration, *combined.second);
