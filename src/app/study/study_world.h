@@ -29,10 +29,11 @@ struct StudyPrint {
 /// Prints, scans and analyses; each result is a file of its own, written whole. What is there
 /// already is not done again, so that a study that was cut off goes on where it was. The first
 /// pattern of each condition is followed by the comparison with lines without pressure advance.
-/// The truth is what the paper's cubics say on average: 34.8 ms with black filament, 36.7 ms with
-/// white. Recordings stand below `folder`/work meanwhile. Safe on several threads and in several
-/// processes for different prints.
-/// Errors: the folder or a result cannot be written or read.
+/// The truth is 31.5 ms with black filament and 33.5 ms with white: cubics through virtual prints
+/// have their minima some ms above the truth, so that these come near where the paper's lie on
+/// average (34.8 and 36.7 ms). Recordings stand below `folder`/work meanwhile. Safe on several
+/// threads and in several processes for different prints. Errors: the folder or a result cannot be
+/// written or read.
 [[nodiscard]] Result<void> RunStudyPrint(const StudyOptions& options, const StudyPrint& print);
 
 }  // namespace trammel::app

@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kNominalPxPerMm = 44;  // what the user believes; the eye's own scale differs
+constexpr double kNominalPxPerMm = 41;  // what the user believes; the eye's own scale differs
 
 // A line in the eye's frame, where it runs along +x or -x.
 struct Stroke {

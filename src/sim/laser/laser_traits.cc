@@ -27,7 +27,7 @@ void DrawPlate(const Condition& condition, Random& random, LaserTraits& traits) 
       plate.speckle = random.Uniform(0.28, 0.42);
       plate.glow = random.Uniform(0.08, 0.18);
       plate.glow_sigma_px = random.Uniform(7, 12);
-      look({32, 29, 26}, {4, 8, 8});
+      look({19, 17, 14}, {4, 8, 8});
       break;
     case Plate::kPei:
       plate.peak = random.Uniform(0.45, 0.75);
@@ -64,7 +64,7 @@ void DrawFilament(const Condition& condition, Random& random, LaserTraits& trait
 LaserTraits DrawLaserTraits(const Condition& condition, Random& random) {
   constexpr double kDegree = 0.017453292519943;
   LaserTraits traits;
-  traits.px_per_mm = 44 * random.Uniform(0.97, 1.03);
+  traits.px_per_mm = 41 * random.Uniform(0.97, 1.03);
   traits.stripe_column_px = 872 + random.Uniform(-3, 3);
   traits.line_row_px = 371 + random.Uniform(-4, 4);
   traits.stripe_tilt_rad = random.Uniform(-0.5, 0.5) * kDegree;
