@@ -20,6 +20,7 @@ using test::TemporaryFolder;
 using test::WriteWhole;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class TableCommand : public testing::Test {
  protected:
@@ -69,6 +70,37 @@ TEST_F(TableCommand, PutsCalibrationsBesideOneAnotherAndIntoASlicersProfile) {
   EXPECT_EQ(one.exit_code, 1);
   EXPECT_THAT(one.output, HasSubstr("two flows at least"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "other.json"));
+}
+
+// What is stored grows as the square root of flow: K = c / (sqrt(fast) + sqrt(slow)).
+TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
+  Calibrated("a", 60, 3000, 0.05220);
+  Calibrated("b", 100, 3000, 0.04257);
+  Calibrated("c", 150, 3000, 0.03597);
+  const CommandResult run = Run("a b c");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output,
+              AllOf(HasSubstr("law of flow       filament stored as flow to the power "
+                              "of 0.50"),
+                    HasSubstr("\npressure_advance_model: "), HasSubstr("\nnonlinear_offset: 0."),
+                    HasSubstr("1.75 mm filament")));
+  const auto table = nlohmann::json::parse(Run("a b c --json").output);
+  EXPECT_TRUE(table["bends"]);
+  EXPECT_NEAR(table["exponent"]["value"].get<double>(), 0.5, 0.01);
+  const auto& law = table["firmware_law"];
+  // As Kalico's extruder has it, in mm of another filament: thicker, so that it moves slower.
+  EXPECT_GT(law["offset_mm3"].get<double>(), 0);
+  const double area_mm2 = 2.85 * 2.85 * 0.7853982;
+  EXPECT_THAT(Run("a b c --filament-diameter 2.85").output,
+              AllOf(HasSubstr(fmt::format("\nnonlinear_offset: {:.4f}\n",
+                                          law["offset_mm3"].get<double>() / area_mm2)),
+                    HasSubstr(fmt::format("\nlinearization_velocity: {:.3f}\n",
+                                          law["knee_mm3_s"].get<double>() / area_mm2))));
+  EXPECT_EQ(Run("a b c --filament-diameter 0").exit_code, 1);
+  const CommandResult two = Run("a c");
+  EXPECT_THAT(two.output, HasSubstr("to the power of 0.50"));
+  EXPECT_THAT(two.output, Not(HasSubstr("pressure_advance_model")));
+  EXPECT_THAT(Run("a").output, HasSubstr("law of flow       not known: it takes two flows"));
 }
 
 TEST_F(TableCommand, RefusesWhatDoesNotBelongTogether) {

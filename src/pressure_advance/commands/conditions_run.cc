@@ -135,8 +135,8 @@ void SayRows(const std::vector<Row>& rows) {
   }
 }
 
-void SayTable(const FlowTable& table, const fs::path& folder) {
-  PrintTable(table);
+void SayTable(const FlowTable& table, double filament_diameter_mm, const fs::path& folder) {
+  PrintTable(table, filament_diameter_mm);
   const auto adaptive = AdaptiveRows(table);
   if (!adaptive.empty()) {
     fmt::print("OrcaSlicer        its adaptive pressure advance, value, flow, acceleration:\n{}\n",
@@ -162,7 +162,7 @@ int Say(const ConditionsRun& run, const std::vector<Row>& rows, const fs::path& 
     fmt::print("{}", JsonText(JsonOf(rows, table)));
   } else {
     SayRows(rows);
-    if (table) SayTable(*table, folder);
+    if (table) SayTable(*table, run.config.pattern.filament_diameter_mm, folder);
   }
   return good.size() == rows.size() ? kExitGood : kExitNotTrusted;
 }

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 #include "base/measured_json.h"
+#include "base/square.h"
 #include "document/interval_text.h"
 #include "files/whole_file.h"
 #include "gcode/bead.h"
@@ -20,6 +23,8 @@ namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
+using pressure_advance::AdvanceForm;
+using pressure_advance::AdvanceLaw;
 using pressure_advance::FlowPoint;
 using pressure_advance::FlowTable;
 using pressure_advance::FlowTrend;
@@ -103,6 +108,45 @@ std::string TrendText(const FlowTrend& trend, const std::string& unit) {
                      trend.significant ? "" : ", which is no change that could be seen");
 }
 
+// Kalico's word.
+const char* ModelOf(AdvanceForm form) { return form == AdvanceForm::kTanh ? "tanh" : "recipr"; }
+
+Json LawJson(const std::optional<AdvanceLaw>& law) {
+  if (!law) return nullptr;
+  return {{"model", ModelOf(law->form)},
+          {"linear_s", law->linear_s},
+          {"offset_mm3", law->offset_mm3},
+          {"knee_mm3_s", law->shape},
+          {"knee_interval95_mm3_s", {law->shape95.lo, law->shape95.hi}}};
+}
+
+void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
+  const pressure_advance::AdvanceLaws& laws = table.laws;
+  const Measured& exponent = laws.exponent;
+  if (!exponent.good()) {
+    fmt::print("law of flow       not known: {}\n", exponent.reason());
+    return;
+  }
+  fmt::print("law of flow       filament stored as flow to the power of {}{}{}\n",
+             report::WithInterval(exponent.quantity(), {"", 1, 2}),
+             laws.bends ? "" : ": one value is as right at all flows, as far as can be seen",
+             table.laws_acceleration_mm_s2
+                 ? fmt::format("; at {:.0f} mm/s2 alone", *table.laws_acceleration_mm_s2)
+                 : "");
+  if (!laws.firmware) return;
+  const AdvanceLaw& law = *laws.firmware;
+  const double area_mm2 = std::numbers::pi / 4 * Square(filament_diameter_mm);
+  fmt::print(
+      "non-linear        as firmware that has it (Kalico) is told for {:.2f} mm filament; misses a "
+      "row's own by up to {:.4f} s:\n"
+      "pressure_advance_model: {}\nlinear_advance: {:.4f}\nnonlinear_offset: {:.4f}\n"
+      "linearization_velocity: {:.3f}\n"
+      "                  a velocity of {:.3f} to {:.3f} fits as well, with another offset\n",
+      filament_diameter_mm, laws.greatest_miss_s, ModelOf(law.form), law.linear_s,
+      law.offset_mm3 / area_mm2, law.shape / area_mm2, law.shape95.lo / area_mm2,
+      law.shape95.hi / area_mm2);
+}
+
 }  // namespace
 
 Result<FlowTable> TableOf(const std::vector<std::string>& recordings) {
@@ -142,10 +186,15 @@ Json TableJson(const FlowTable& table) {
           {"greatest_miss_s", table.greatest_miss_s},
           {"change_per_mm3_s", MeasuredJson(table.over_flow.per_unit)},
           {"change_per_doubled_acceleration_s", MeasuredJson(table.over_acceleration.per_unit)},
+          {"exponent", MeasuredJson(table.laws.exponent)},
+          {"bends", table.laws.bends},
+          {"law_acceleration_mm_s2",
+           table.laws_acceleration_mm_s2 ? Json(*table.laws_acceleration_mm_s2) : Json(nullptr)},
+          {"firmware_law", LawJson(table.laws.firmware)},
           {"notices", table.notices}};
 }
 
-void PrintTable(const FlowTable& table) {
+void PrintTable(const FlowTable& table, double filament_diameter_mm) {
   fmt::print("  flow       acceleration   pressure advance\n");
   for (const FlowPoint& row : table.rows) {
     fmt::print("{:6.2f} mm3/s {:7.0f} mm/s2   {}{}\n", row.flow_mm3_s, row.acceleration_mm_s2,
@@ -156,6 +205,7 @@ void PrintTable(const FlowTable& table) {
              report::WithInterval(table.single_s, report::kSeconds), table.greatest_miss_s);
   fmt::print("over flow         {}\n", TrendText(table.over_flow, "s per mm3/s"));
   fmt::print("over acceleration {}\n", TrendText(table.over_acceleration, "s for each doubling"));
+  PrintLaws(table, filament_diameter_mm);
   for (const std::string& notice : table.notices) fmt::print("notice            {}\n", notice);
 }
 

@@ -20,6 +20,7 @@ namespace trammel::app {
 [[nodiscard]] nlohmann::ordered_json TableJson(const pressure_advance::FlowTable& table);
 
 /// As text on standard output.
-void PrintTable(const pressure_advance::FlowTable& table);
+/// @param filament_diameter_mm  > 0; firmware counts flow in mm of filament
+void PrintTable(const pressure_advance::FlowTable& table, double filament_diameter_mm);
 
 }  // namespace trammel::app

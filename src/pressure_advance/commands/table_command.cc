@@ -27,6 +27,7 @@ struct TableArguments {
   bool json = false;
   std::string orca;
   std::string out;
+  double filament_diameter_mm = 1.75;
   bool force = false;
 };
 
@@ -73,7 +74,7 @@ int RunTable(const TableArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}", JsonText(TableJson(*table)));
   } else {
-    PrintTable(*table);
+    PrintTable(*table, arguments.filament_diameter_mm);
     if (!profile.empty()) fmt::print("OrcaSlicer        {}\n", profile);
   }
   return kExitGood;
@@ -95,6 +96,11 @@ void AddTableCommand(CLI::App& parent, int& exit_code) {
                       "a filament profile exported from OrcaSlicer, for its adaptive pressure "
                       "advance");
   command->add_option("-o,--out", arguments->out, "the profile to import there");
+  command
+      ->add_option("--filament-diameter", arguments->filament_diameter_mm,
+                   "mm; for the law as firmware has it")
+      ->check(CLI::Range(1.0, 4.0))
+      ->capture_default_str();
   command->add_flag("--force", arguments->force, "overwrite it");
   command->callback([arguments, &exit_code] { exit_code = RunTable(*arguments); });
 }

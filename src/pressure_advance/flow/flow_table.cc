@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include "base/square.h"
@@ -117,10 +118,39 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
   const double left_over = count - levels - 1;
   const double excess = left_over > 0 ? std::sqrt(chi_square / left_over) : 1;
   const double u = std::max(1.0, excess) / std::sqrt(spread);
-  const double half = (excess > 1 ? StudentT95(left_over) : kNormal95) * u;
+  // The rows' own uncertainties are known: Birge's ratio (1932), not Student's t of few rows.
+  const double half = kNormal95 * u;
   trend.per_unit = Measured::Good(QuantityOf(slope, u, half));
   trend.significant = std::abs(slope) > half;
   return trend;
+}
+
+// Rows of the acceleration with the most of them; of several such, the highest.
+std::vector<FlowPoint> OfOneAcceleration(const std::vector<FlowPoint>& rows) {
+  std::vector<FlowPoint> most;
+  for (const FlowPoint& row : rows) {
+    std::vector<FlowPoint> alike;
+    std::ranges::copy_if(rows, std::back_inserter(alike), [&](const FlowPoint& other) {
+      return Same(other.acceleration_mm_s2, row.acceleration_mm_s2);
+    });
+    if (alike.size() >= most.size()) most = std::move(alike);
+  }
+  return most;
+}
+
+void FitLaws(FlowTable& table) {
+  std::vector<FlowPoint> rows = table.rows;
+  if (table.over_acceleration.significant) {
+    rows = OfOneAcceleration(rows);
+    table.laws_acceleration_mm_s2 = rows.front().acceleration_mm_s2;
+  }
+  std::vector<AdvanceValue> values;
+  for (const FlowPoint& row : rows) {
+    if (!(row.flow_mm3_s > row.slow_flow_mm3_s)) continue;
+    values.push_back({row.slow_flow_mm3_s, row.flow_mm3_s, row.pressure_advance_s.value,
+                      Sigma(row.pressure_advance_s)});
+  }
+  table.laws = FitAdvanceLaws(values);
 }
 
 }  // namespace
@@ -159,6 +189,7 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
   table.over_acceleration = CommonSlope(
       table.rows, flow, [](const FlowPoint& row) { return std::log2(row.acceleration_mm_s2); },
       "acceleration");
+  FitLaws(table);
   const auto [slowest, fastest] =
       std::ranges::minmax(table.rows, {}, [](const FlowPoint& row) { return row.slow_flow_mm3_s; });
   if (!Same(slowest.slow_flow_mm3_s, fastest.slow_flow_mm3_s)) {

@@ -8,6 +8,7 @@
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "pressure_advance/flow/advance_law.h"
 
 namespace trammel::pressure_advance {
 
@@ -35,12 +36,16 @@ struct FlowTable {
   double greatest_miss_s = 0;  ///< of a row's value from `single_s`
   FlowTrend over_flow;
   FlowTrend over_acceleration;
+  /// How the value goes with flow: of all rows, or of one acceleration's where that matters, too.
+  AdvanceLaws laws;
+  std::optional<double> laws_acceleration_mm_s2;  ///< that one
   std::vector<std::string> notices;
 };
 
 /// Combines points under the same conditions (within 2 %; means by their uncertainties, which grow
 /// where they scatter more than they state) and fits how the value changes: one slope over flow for
-/// all accelerations, one over the logarithm of acceleration for all flows.
+/// all accelerations, one over the logarithm of acceleration for all flows; and a law of flow
+/// (FitAdvanceLaws).
 /// Errors (kInput): no point; a flow or acceleration that is no positive number.
 [[nodiscard]] Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points);
 
