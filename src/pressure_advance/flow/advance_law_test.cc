@@ -151,5 +151,23 @@ TEST(AdvanceLaw, CannotTellFromTooLittle) {
   EXPECT_FALSE(two.firmware);
 }
 
+// Results are read from files: numbers that no printer has end in a verdict all the same.
+TEST(AdvanceLaw, SurvivesNumbersThatNoPrinterHas) {
+  for (const double value_s : {-1.0, 0.0, 1e-300, 1e300}) {
+    for (const double sigma_s : {1e-300, 1e-12, 1e300}) {
+      for (const double flow : {1e-9, 1.0, 1e200}) {
+        const std::vector<AdvanceValue> values = {{0, flow, value_s, sigma_s},
+                                                  {0, 2 * flow, value_s, sigma_s},
+                                                  {flow, 4 * flow, value_s, sigma_s}};
+        const AdvanceLaws laws = FitAdvanceLaws(values);
+        if (!laws.exponent.good()) continue;
+        const Interval& interval = laws.exponent.quantity().interval95;
+        EXPECT_LE(interval.lo, laws.exponent.quantity().value);
+        EXPECT_GE(interval.hi, laws.exponent.quantity().value);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trammel::pressure_advance
