@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "base/measured_json.h"
@@ -120,6 +121,12 @@ Json LawJson(const std::optional<AdvanceLaw>& law) {
           {"knee_interval95_mm3_s", {law->shape95.lo, law->shape95.hi}}};
 }
 
+std::string_view WordsOfBend(const pressure_advance::AdvanceLaws& laws) {
+  if (!laws.bends) return ": one value is as right at all flows, as far as can be seen";
+  return laws.exponent.quantity().value < 1 ? ": the faster, the less pressure advance"
+                                            : ": the faster, the more pressure advance";
+}
+
 void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
   const pressure_advance::AdvanceLaws& laws = table.laws;
   const Measured& exponent = laws.exponent;
@@ -128,12 +135,17 @@ void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
     return;
   }
   fmt::print("law of flow       filament stored as flow to the power of {}{}{}\n",
-             report::WithInterval(exponent.quantity(), {"", 1, 2}),
-             laws.bends ? "" : ": one value is as right at all flows, as far as can be seen",
+             report::WithInterval(exponent.quantity(), {"", 1, 2}), WordsOfBend(laws),
              table.laws_acceleration_mm_s2
                  ? fmt::format("; at {:.0f} mm/s2 alone", *table.laws_acceleration_mm_s2)
                  : "");
-  if (!laws.firmware) return;
+  if (!laws.firmware) {
+    if (laws.bends && exponent.quantity().value < 1) {
+      fmt::print(
+          "non-linear        a third fast speed would tell what firmware that has it wants\n");
+    }
+    return;
+  }
   const AdvanceLaw& law = *laws.firmware;
   const double area_mm2 = std::numbers::pi / 4 * Square(filament_diameter_mm);
   fmt::print(
