@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSlow_mm_s = 5;
+constexpr double kSlow_mm_s = 10;  // of the default pattern
 constexpr double kSpeeds_mm_s[] = {60, 100, 150};
 constexpr double kBetween_mm_s[] = {75, 125};
 
@@ -42,6 +42,7 @@ std::optional<pressure_advance::FlowPoint> Measure(const sim::PrinterTraits& tra
   settings::ScanSettings scan;
   ApplyPreset(pressure_advance::kDefaultPreset, config, scan);
   config.material = "abs";
+  EXPECT_EQ(config.segments.front().speed_mm_s, kSlow_mm_s);
   config.segments[1].speed_mm_s = speed_mm_s;
   const auto layout = pressure_advance::LayOut(config);
   const auto plan = sim::ParsePlan(
@@ -126,7 +127,7 @@ int FromEnvironment(const char* name, int fallback) {
 TEST(FlowStudy, SaysHowTheValueGoesWithFlowWhateverTheExtruder) {
   const int seeds = FromEnvironment("TRAMMEL_STUDY_SEEDS", 40);
   const auto first =
-      static_cast<std::uint64_t>(FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 175000));
+      static_cast<std::uint64_t>(FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 180000));
   const fs::path scratch = fs::temp_directory_path() / fmt::format("trammel-flow-{}", ::getpid());
   fs::create_directories(scratch);
   std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
