@@ -1,9 +1,10 @@
-// A Measured as every file and every --json of trammel has it.
+// A Measured, and an adjustment's check, as every file and every --json of trammel has them.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 
 namespace trammel {
 
@@ -21,6 +22,14 @@ namespace trammel {
   json["standard_uncertainty"] = quantity.standard_uncertainty;
   json["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
   return json;
+}
+
+/// {"redundancy", "observations", "rejected", "rejected_share"}
+[[nodiscard]] inline nlohmann::ordered_json CheckJson(const AdjustmentCheck& check) {
+  return {{"redundancy", check.redundancy},
+          {"observations", check.observations},
+          {"rejected", check.rejected},
+          {"rejected_share", check.rejected_share()}};
 }
 
 }  // namespace trammel

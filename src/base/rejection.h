@@ -1,0 +1,51 @@
+// The rule of every adjustment: what checks its answer, and how much it may reject.
+#pragma once
+
+#include <initializer_list>
+#include <map>
+#include <string>
+
+namespace trammel {
+
+/// Outliers are at most this share of the observations; what is more contradicts the model itself.
+/// Routine measurements have 1 to 10 % of them (Hampel et al., Robust Statistics, 1986).
+inline constexpr double kMostRejected = 0.05;
+
+/// Part of every adjustment's answer, in its text (CheckWords) and its JSON (CheckJson).
+struct AdjustmentCheck {
+  int observations = 0;  ///< used and rejected
+  int rejected = 0;      ///< of these, because they contradict the others
+  int redundancy = 0;    ///< equations of those used, less the unknowns
+  /// Not empty: more is rejected than outliers can be, with the figures and the owner of most of
+  /// it. The verdict then is not good, and this its reason.
+  std::string contradiction;
+
+  [[nodiscard]] double rejected_share() const {
+    return observations > 0 ? static_cast<double>(rejected) / observations : 0;
+  }
+};
+
+/// Counts what an adjustment uses and rejects. Observations that the adjustment cannot use for want
+/// of others (a target in two pictures only) are neither.
+class RejectionTally {
+ public:
+  /// @param owners  what may be wrong as a whole, in people's words: {"picture 7.jpg", "target 3"}.
+  void Add(std::initializer_list<std::string> owners, bool rejected);
+
+  /// Outliers are kMostRejected of the observations, and besides one picture, target or constraint
+  /// as a whole: the one with most of the rejected.
+  [[nodiscard]] AdjustmentCheck Check(int redundancy) const;
+
+ private:
+  struct Count {
+    int observations = 0;
+    int rejected = 0;
+  };
+  Count all_;
+  std::map<std::string, Count> owners_;
+};
+
+/// "redundancy 1210; 12 of 900 observations rejected (1.3 %)"
+[[nodiscard]] std::string CheckWords(const AdjustmentCheck& check);
+
+}  // namespace trammel
