@@ -165,16 +165,60 @@ Result<void> ReadOpenCvSize(const json& root, const std::string& file, OpenCvCam
       fmt::format("{}: the picture's size (image_width, image_height) is missing: add it", file));
 }
 
-Result<OpenCvCamera> FromOpenCvFile(const json& root, const std::string& file) {
-  for (const char* key : {"distortion_model", "camera_model", "model"}) {
-    if (!root.contains(key) || !root[key].is_string()) continue;
-    const auto model = root[key].get<std::string>();
-    if (model.find("fisheye") != std::string::npos ||
-        model.find("equidistant") != std::string::npos) {
-      return Fail(fmt::format("{}: {} is {}: fisheye lenses cannot be converted", file, key,
-                              Show(root[key])));
-    }
+// Lower-case letters and digits alone: "Plumb Bob" and plumb_bob are one name.
+std::string Plain(const std::string& name) {
+  std::string plain;
+  for (const char letter : name) {
+    if (letter >= 'A' && letter <= 'Z') plain += static_cast<char>(letter - 'A' + 'a');
+    if ((letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9')) plain += letter;
   }
+  return plain;
+}
+
+// Keys that may name the lens's model, whatever program wrote them. xi is of cv::omnidir.
+bool MayNameModel(const std::string& plain_key) {
+  if (plain_key == "xi") return true;
+  for (const char* part : {"model", "fisheye", "omnidir", "distortiontype", "lenstype",
+                           "cameratype", "projectiontype"}) {
+    if (plain_key.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+// True of the names of OpenCV's usual model, and where another one is denied (fisheye_model: 0).
+bool IsUsualModel(const std::string& plain_key, const json& value) {
+  if (value.is_null()) return true;
+  const bool of_other = plain_key == "xi" || plain_key.find("fisheye") != std::string::npos ||
+                        plain_key.find("omnidir") != std::string::npos;
+  if (of_other && value.is_boolean()) return !value.get<bool>();
+  if (of_other && value.is_number()) return value.get<double>() == 0;
+  if (!value.is_string()) return false;
+  const std::string name = Plain(value.get<std::string>());
+  if (of_other) return name == "0" || name == "false" || name == "no";
+  for (const char* known : {"", "plumbbob", "rationalpolynomial", "radtan", "radialtangential",
+                            "pinhole", "pinholeradtan", "brown", "perspective"}) {
+    if (name == known) return true;
+  }
+  return false;
+}
+
+// Coefficients of another model have the same number and another meaning: only known models are
+// converted.
+Result<void> CheckModel(const json& root, const std::string& file) {
+  for (const auto& [key, value] : root.items()) {
+    const std::string plain_key = Plain(key);
+    if (!MayNameModel(plain_key) || IsUsualModel(plain_key, value)) continue;
+    return Fail(fmt::format(
+        "{}: {} is {}, a lens model that cannot be converted: plumb_bob, rational_polynomial, "
+        "radtan, pinhole and brown can (cv::calibrateCamera makes one; cv::fisheye does not); "
+        "calibrate so, or remove {} where it does not name the lens's model",
+        file, key, Show(value), key));
+  }
+  return {};
+}
+
+Result<OpenCvCamera> FromOpenCvFile(const json& root, const std::string& file) {
+  if (auto known = CheckModel(root, file); !known) return tl::unexpected(known.error());
   const auto matrix = Find(root, file,
                            {"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix",
                             "intrinsic_matrix", "mtx", "K", "M1"});

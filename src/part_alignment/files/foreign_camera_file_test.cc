@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <utility>
+
 namespace trammel::files {
 namespace {
 
@@ -134,6 +139,62 @@ TEST(ForeignCameraFile, WhatCannotBeConvertedIsNamed) {
   EXPECT_THAT(Complaint(Replaced(kJson, "-0.00047]]", "-0.00047, 0, 0, 0, 0, 0.1, 0, 0, 0]]")),
               HasSubstr("thin prisms"));
   EXPECT_THAT(Complaint(Replaced(kXml, "720</image", "7.5</image")), HasSubstr("whole"));
+}
+
+// The same four coefficients mean another lens in each of these.
+TEST(ForeignCameraFile, OtherLensModelsAreRefusedByName) {
+  for (const std::string entry : {"distortion_model: equidistant",
+                                  "distortion_model: Kannala Brandt4",
+                                  "distortion_model: kannala_brandt",
+                                  "distortion_model: division",
+                                  "camera_model: omni",
+                                  "camera_model: eucm",
+                                  "camera_model: ds",
+                                  "model: OPENCV_FISHEYE",
+                                  "model: FOV",
+                                  "distortion_model: thin_prism_fisheye",
+                                  "distortion_model: inverse_brown_conrady",
+                                  "distortion_model: ftheta",
+                                  "lens_type: fisheye",
+                                  "projection_type: spherical",
+                                  "distortion_model: plumb_bob_fisheye",
+                                  "fisheye_model: 1",
+                                  "Fisheye: 1",
+                                  "fisheye: true",
+                                  "fisheye: yes",
+                                  "xi: 1.2",
+                                  "distortion_model: 4",
+                                  "distortion_model: [plumb_bob, ds]"}) {
+    const std::string key = entry.substr(0, entry.find(':'));
+    const std::string text = Replaced(kRos, "distortion_model: plumb_bob", entry);
+    EXPECT_THAT(Complaint(text), HasSubstr("f: " + key + " is ")) << entry;
+    EXPECT_THAT(Complaint(text), HasSubstr("plumb_bob, rational_polynomial")) << entry;
+  }
+}
+
+TEST(ForeignCameraFile, TheUsualLensModelHasManyNames) {
+  for (const std::string entry :
+       {"distortion_model: plumb_bob", "distortion_model: Plumb Bob",
+        "distortion_model: rational_polynomial", "distortion_model: radtan",
+        "camera_model: pinhole", "model: brown", "distortion_model: ''", "fisheye_model: 0",
+        "fisheye: false", "xi: 0", "camera_serial: '4711'"}) {
+    const auto camera =
+        ParseForeignCamera(Replaced(kRos, "distortion_model: plumb_bob", entry), "f");
+    EXPECT_TRUE(camera) << entry << ": " << camera.error().message;
+  }
+}
+
+TEST(ForeignCameraFile, FisheyesAsTheirProgramsWriteThemAreRefused) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with field/10/";
+  const std::filesystem::path folder = std::filesystem::path(data) / "field/10";
+  for (const auto& [name, key] :
+       {std::pair("cvfish.yml", "fisheye_model"), std::pair("metacv.xml", "Fisheye"),
+        std::pair("kb4.yaml", "distortion_model")}) {
+    const auto camera = ReadForeignCameraFile(folder / name);
+    ASSERT_FALSE(camera) << name;
+    EXPECT_THAT(camera.error().message, HasSubstr(std::string(key) + " is "));
+  }
 }
 
 // Every beginning of every file, and bytes turned at random: an error or a camera, never a crash.
