@@ -38,6 +38,14 @@ std::string HeadCard(Verdict verdict, std::string_view body, std::string_view wo
       ToString(verdict), words.empty() ? VerdictWords(verdict) : EscapeHtml(words), body);
 }
 
+std::string UncheckedHtml(const std::vector<std::string>& unchecked) {
+  std::string html;
+  for (const std::string& what : unchecked) {
+    html += fmt::format("<p class=\"reason\">Unchecked: {}</p>\n", EscapeHtml(what));
+  }
+  return html;
+}
+
 std::string AnswerLine(std::string_view value, std::string_view interval) {
   return fmt::format("<p class=\"value\">{} <small>{}</small></p>\n", EscapeHtml(value),
                      EscapeHtml(interval));

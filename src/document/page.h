@@ -23,6 +23,8 @@ namespace trammel::report {
 /// @param words  instead of the verdict's own, where it speaks of several; plain text.
 [[nodiscard]] std::string HeadCard(Verdict verdict, std::string_view body,
                                    std::string_view words = {});
+/// What an answer rests on and nothing checks: for its head, above the rest. Plain text.
+[[nodiscard]] std::string UncheckedHtml(const std::vector<std::string>& unchecked);
 /// The answer's line: what it is, in small letters its interval. Plain text.
 [[nodiscard]] std::string AnswerLine(std::string_view value, std::string_view interval);
 /// A value with its interval below it, in small letters: for a table's cell. Plain text.

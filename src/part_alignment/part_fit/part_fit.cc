@@ -281,7 +281,8 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
   const BarScale bars = ScaleOf(input, options);
   fit.scale = bars.scale;
   fit.scale_sigma = bars.sigma;
-  if (!bars.notice.empty()) fit.notices.push_back(bars.notice);
+  fit.notices = bars.notices;
+  if (!bars.unchecked.empty()) fit.unchecked.push_back(bars.unchecked);
   if (options.target_thickness_mm > 0) {
     fit.notices.push_back(fmt::format(
         "{:.3f} mm (k = 1: {:.3f} mm) of target were subtracted from every stock allowance, along "

@@ -94,6 +94,7 @@ struct FittedTarget {
 struct PartFit {
   Verdict verdict = Verdict::kRefused;
   std::string reason;
+  std::vector<std::string> unchecked;  ///< that the answer rests on, whatever the verdict
   geometry::Pose ideal_from_measured;  ///< after the scale
   double scale = 1;
   double scale_sigma = 0;

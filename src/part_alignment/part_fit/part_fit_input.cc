@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -162,54 +163,47 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
 }
 
 BarScale ScaleOf(const PartFitInput& input, const PartFitOptions& options) {
-  BarScale result;
   if (input.bars.empty()) {
-    result.notice =
-        "no scale bar: the scale of the measurement is taken as it is, and its error is not in the "
-        "covariance";
-    return result;
+    BarScale as_it_is;
+    as_it_is.unchecked =
+        "the scale is that of the measurement, without a scale bar: its error is not in the "
+        "covariance; add two bars";
+    return as_it_is;
   }
-  const auto point = [&input](const std::string& id) {
+  const auto count = std::ssize(input.bars);
+  FoundBars found{input.bars, Eigen::VectorXd(count), {}};
+  std::map<std::string, Eigen::Index> columns;  // three for each end
+  Eigen::MatrixXd by_sigma = Eigen::MatrixXd::Zero(count, 6 * count);
+  const auto end_of = [&](const std::string& id) {
     return *std::find_if(input.points.begin(), input.points.end(),
-                         [&id](const MeasuredPoint& p) { return p.id == id; });
+                         [&id](const MeasuredPoint& point) { return point.id == id; });
   };
-  struct Read {
-    double measured_mm;
-    double sigma_mm;
-  };
-  std::vector<Read> reads;
-  double top = 0;
-  double bottom = 0;
-  for (const ScaleBar& bar : input.bars) {
-    const MeasuredPoint from = point(bar.from);
-    const MeasuredPoint to = point(bar.to);
-    const Read read{(from.at_mm - to.at_mm).norm(),
-                    std::hypot(bar.sigma_mm, from.sigma_mm, to.sigma_mm)};
-    reads.push_back(read);
-    const double weight = 1 / (read.sigma_mm * read.sigma_mm);
-    top += weight * read.measured_mm * bar.length_mm;
-    bottom += weight * read.measured_mm * read.measured_mm;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ScaleBar& bar = input.bars[static_cast<std::size_t>(i)];
+    const MeasuredPoint from = end_of(bar.from);
+    const MeasuredPoint to = end_of(bar.to);
+    const Eigen::Vector3d along = to.at_mm - from.at_mm;
+    found.lengths[i] = along.norm();
+    if (!(found.lengths[i] > 0)) {
+      BarScale none;
+      none.fault = fmt::format("the scale bar {}-{} has both of its ends at one place: check them",
+                               bar.from, bar.to);
+      return none;
+    }
+    const Eigen::RowVector3d share = (along / along.squaredNorm()).transpose();
+    for (const auto& [end, signed_share] :
+         {std::pair(&to, share), std::pair(&from, Eigen::RowVector3d(-share))}) {
+      const auto column = columns.emplace(end->id, 3 * std::ssize(columns)).first->second;
+      by_sigma.block<1, 3>(i, column) += end->sigma_mm * signed_share;
+    }
   }
-  result.scale = top / bottom;
-  result.sigma = 1 / std::sqrt(bottom);
-  if (!(std::abs(result.scale - 1) <= options.most_scale_change)) {
+  found.covariance = by_sigma * by_sigma.transpose();
+  BarScale result = TestBars(found);
+  if (result.fault.empty() && !(std::abs(result.scale - 1) <= options.most_scale_change)) {
     result.fault = fmt::format(
         "the scale bars ask for a scale of {:.6f}, at most {:g} from 1 is accepted: a bar's "
-        "length, "
-        "its ends or the unit of the table are wrong",
+        "length, its ends or the unit of the table are wrong",
         result.scale, options.most_scale_change);
-    return result;
-  }
-  constexpr double kAgree = 4;
-  for (std::size_t i = 0; i < reads.size(); ++i) {
-    const ScaleBar& bar = input.bars[i];
-    const double off_mm = reads[i].measured_mm * result.scale - bar.length_mm;
-    if (std::abs(off_mm) > kAgree * reads[i].sigma_mm) {
-      result.fault = fmt::format(
-          "scale bar {}-{} is {:+.3f} mm off what the bars say together, {:.1f} of its sigmas: the "
-          "bars contradict one another",
-          bar.from, bar.to, off_mm, std::abs(off_mm) / reads[i].sigma_mm);
-    }
   }
   return result;
 }

@@ -77,6 +77,7 @@ std::string FitHead(const PartFitInput& input, const PartFit& fit) {
   }
   std::string body = fmt::format(
       "<p class=\"value\">{:.3f} mm <small>stock allowance at least</small></p>\n", fit.least_mm);
+  body += UncheckedHtml(fit.unchecked);
   body += Quiet(fmt::format("Mean {:.3f} mm; uneven by {:.3f} mm (root mean square).", fit.mean_mm,
                             fit.uneven_mm));
   if (const std::string least = LeastWords(input, fit); !least.empty()) {

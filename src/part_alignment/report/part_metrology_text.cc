@@ -129,6 +129,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
       {{"format", 1},
        {"verdict", ToString(fit.verdict)},
        {"reason", fit.reason},
+       {"unchecked", fit.unchecked},
        {"targets", good ? targets : Json(nullptr)},
        {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
        {"bar_ends", bar_ends},
@@ -201,6 +202,9 @@ std::string CalibrationText(const CameraCalibration& calibration) {
 
 std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
   std::string text = Verdicts(fit.verdict, fit.reason);
+  for (const std::string& unchecked : fit.unchecked) {
+    text += fmt::format("unchecked {}\n", unchecked);
+  }
   if (fit.verdict == Verdict::kGood) {
     text += fmt::format(
         "allowance at least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "base/json_text.h"
+#include "base/measured_json.h"
+#include "base/rejection.h"
 #include "base/statistics.h"
 #include "document/html.h"
 #include "document/interval_text.h"
@@ -85,13 +87,15 @@ Json OutliersJson(const Survey& survey) {
 Json BarsJson(const Survey& survey) {
   Json bars = Json::array();
   for (const SurveyedBar& bar : survey.bars) {
+    const bool checked = bar.test.detectable_mm > 0;
     bars.push_back({{"from", bar.bar.from},
                     {"to", bar.bar.to},
                     {"length_mm", Number(bar.bar.length_mm)},
                     {"sigma_mm", Number(bar.bar.sigma_mm)},
-                    {"used", bar.used},
-                    {"misfit_mm", Number(bar.misfit_mm)},
-                    {"test_sigmas", Number(bar.test)}});
+                    {"used", bar.test.used},
+                    {"misclosure_mm", checked ? Number(bar.test.misclosure_mm) : Json(nullptr)},
+                    {"test_sigmas", checked ? Number(bar.test.test) : Json(nullptr)},
+                    {"detectable_mm", checked ? Number(bar.test.detectable_mm) : Json(nullptr)}});
   }
   return bars;
 }
@@ -155,9 +159,15 @@ std::string OutlierWords(const SurveyOutlier& outlier) {
 }
 
 std::string BarWords(const SurveyedBar& bar) {
-  return fmt::format("{}-{}: {:.4f} mm adjusted to {:+.4f} mm of it, {:.1f} sigmas{}", bar.bar.from,
-                     bar.bar.to, bar.bar.length_mm, bar.misfit_mm, std::abs(bar.test),
-                     bar.used ? "" : "; not used");
+  const std::string name =
+      fmt::format("{}-{}: {:.4f} mm", bar.bar.from, bar.bar.to, bar.bar.length_mm);
+  const part_alignment::BarTest& test = bar.test;
+  if (test.detectable_mm == 0) return name + (test.used ? ", unchecked" : "; not used");
+  return name + fmt::format(
+                    ", {:+.4f} mm by the other bars ({:.1f} sigmas); errors are detected "
+                    "from {:.3f} mm{}",
+                    test.misclosure_mm, std::abs(test.test), test.detectable_mm,
+                    test.used ? "" : "; not used");
 }
 
 std::vector<std::string> Advice(const Survey& survey) {
@@ -218,11 +228,14 @@ std::string LensCard(const Survey& survey) {
 }
 
 std::string Head(const Survey& survey) {
+  const std::string checks = UncheckedHtml(survey.unchecked) +
+                             fmt::format("<p class=\"quiet\">{}.</p>\n", CheckWords(survey.check));
   if (survey.verdict != Verdict::kGood) {
     return HeadCard(
         survey.verdict,
         fmt::format("<p class=\"value\">No coordinates</p>\n<p class=\"reason\">{}</p>\n",
-                    EscapeHtml(survey.reason)));
+                    EscapeHtml(survey.reason)) +
+            checks);
   }
   double worst_mm = 0;
   for (const SurveyedTarget& target : survey.targets) {
@@ -230,12 +243,10 @@ std::string Head(const Survey& survey) {
   }
   return HeadCard(
       Verdict::kGood,
-      fmt::format(
-          "<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
-          "95 %</small></p>\n<p class=\"quiet\">{} of {} pictures, {} observations, {} left out. "
-          "Datum: {}.</p>\n",
-          survey.targets.size(), kNormal95 * worst_mm, UsedStations(survey), survey.stations.size(),
-          survey.observations, survey.outliers.size(), kDatum));
+      fmt::format("<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
+                  "95 %</small></p>\n{}<p class=\"quiet\">{} of {} pictures. Datum: {}.</p>\n",
+                  survey.targets.size(), kNormal95 * worst_mm, checks, UsedStations(survey),
+                  survey.stations.size(), kDatum));
 }
 
 }  // namespace
@@ -273,6 +284,8 @@ std::string ToJson(const Survey& survey) {
   return JsonText({{"format", 1},
                    {"verdict", ToString(survey.verdict)},
                    {"reason", survey.reason},
+                   {"unchecked", survey.unchecked},
+                   {"check", CheckJson(survey.check)},
                    {"datum", kDatum},
                    {"targets", good ? targets : Json(nullptr)},
                    {"targets_covariance_mm2",
@@ -283,8 +296,6 @@ std::string ToJson(const Survey& survey) {
                    {"precision", good ? precision : Json(nullptr)},
                    {"lens", good ? LensJson(survey) : Json(nullptr)},
                    {"variance_root", good ? Number(survey.variance_root) : Json(nullptr)},
-                   {"observations", survey.observations},
-                   {"redundancy", survey.redundancy},
                    {"stations", StationsJson(survey)},
                    {"outliers", OutliersJson(survey)},
                    {"scale_bars", BarsJson(survey)},
@@ -295,21 +306,23 @@ std::string ToJson(const Survey& survey) {
 std::string SurveyText(const Survey& survey) {
   std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(survey.verdict),
                                  survey.reason.empty() ? "" : ": ", survey.reason);
+  for (const std::string& unchecked : survey.unchecked) {
+    text += fmt::format("unchecked {}\n", unchecked);
+  }
+  text += fmt::format("check     {}\n", CheckWords(survey.check));
   if (survey.verdict == Verdict::kGood) {
     text += fmt::format(
-        "pictures  {} of {}, {} observations; centres scatter by {:.2f} of what was stated of "
-        "them\n"
+        "pictures  {} of {}; centres scatter by {:.2f} of what was stated of them\n"
         "datum     {}\n"
         "lens      focal length {}\n",
-        UsedStations(survey), survey.stations.size(), survey.observations, survey.variance_root,
-        kDatum,
+        UsedStations(survey), survey.stations.size(), survey.variance_root, kDatum,
         WithInterval(survey.lens[part_alignment::kFocal],
                      NormalInterval95(survey.lens[part_alignment::kFocal],
                                       survey.lens_sigma[part_alignment::kFocal]),
                      {.unit = "px"}));
   }
   for (const SurveyedBar& bar : survey.bars) {
-    if (survey.verdict == Verdict::kGood) text += fmt::format("bar       {}\n", BarWords(bar));
+    text += fmt::format("bar       {}\n", BarWords(bar));
   }
   for (const SurveyedTarget& target : survey.targets) {
     if (survey.verdict != Verdict::kGood) break;

@@ -11,7 +11,6 @@ namespace trammel::part_alignment {
 
 /// Which of the lens's parameters are solved for; the others stay.
 using FreeLens = std::array<bool, kLensParameters>;
-inline constexpr FreeLens kLensFixed{};
 inline constexpr FreeLens kFocalFree{true};
 inline constexpr FreeLens kFocalAndRadialFree{true, false, false, true};
 inline constexpr FreeLens kLensFree{true, true, true, true, true, true, true, true};

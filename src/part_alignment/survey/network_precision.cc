@@ -150,29 +150,6 @@ void CheckObservations(const Network& network, const ReducedNormal& normal, cons
   }
 }
 
-void CheckBars(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
-               NetworkPrecision& precision) {
-  for (std::size_t i = 0; i < network.bars.size(); ++i) {
-    const NetworkBar& bar = network.bars[i];
-    if (!TakesPart(network, bar)) continue;
-    const Eigen::Vector3d along = network.points[bar.to].at - network.points[bar.from].at;
-    const Eigen::Vector3d unit = along.normalized();
-    const Index from = normal.first_of_point[bar.from];
-    const Index to = normal.first_of_point[bar.to];
-    const Eigen::Matrix3d of_difference =
-        inverse.block<3, 3>(from, from) + inverse.block<3, 3>(to, to) -
-        inverse.block<3, 3>(from, to) - inverse.block<3, 3>(to, from);
-    const double variance = unit.dot(of_difference * unit);
-    auto& check = precision.bars[i];
-    check.misfit = along.norm() - bar.length;
-    check.redundancy = 1 - variance / (bar.sigma * bar.sigma);
-    constexpr double kSole = 1e-6;  // rounding: one bar alone sets the scale and checks nothing
-    if (check.redundancy > kSole) {
-      check.test = check.misfit / (bar.sigma * std::sqrt(check.redundancy));
-    }
-  }
-}
-
 }  // namespace
 
 NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool bars) {
@@ -187,7 +164,6 @@ NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool 
   const MatrixXd inverse = InverseInDatum(
       Reduce(normal, 0, right), DatumMotions(network, normal, bars), points, precision.determined);
   precision.observations.resize(network.observations.size());
-  precision.bars.resize(network.bars.size());
   precision.points = inverse.topLeftCorner(points, points);
   for (std::size_t i = 0; i < kLensParameters; ++i) {
     for (std::size_t j = 0; j < kLensParameters; ++j) {
@@ -199,7 +175,6 @@ NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool 
     }
   }
   CheckObservations(network, normal, inverse, precision);
-  if (bars) CheckBars(network, normal, inverse, precision);
   return precision;
 }
 

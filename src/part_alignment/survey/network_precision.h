@@ -27,13 +27,6 @@ struct NetworkPrecision {
     double test = 0;
   };
   std::vector<ObservationCheck> observations;
-  /// One for each of network.bars.
-  struct BarCheck {
-    double misfit = 0;  ///< adjusted less calibrated length
-    double test = 0;    ///< misfit in units of its standard deviation; 0 if not checked at all
-    double redundancy = 0;
-  };
-  std::vector<BarCheck> bars;
   /// Of each station that takes part: covariance of its place, its turn before the camera and the
   /// lens (rows of parameters that were not free are 0), in the same datum.
   struct StationPrecision {

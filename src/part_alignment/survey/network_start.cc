@@ -236,7 +236,6 @@ std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Observatio
   network.stations[pair.first] = {Eigen::Matrix3d::Identity(), Vector3d::Zero(), true};
   network.stations[pair.second] = {orientation.rotation, orientation.place, true};
   PlacePoints(wide_px, network);
-  const bool known = options.focal_guesses_px.empty();
   for (const std::size_t station : NextStations(network, observations, 6)) {
     if (Placed(network) >= kSeedStations) break;
     if (PlaceStation(station, observations, wide_px, network, random)) {
@@ -248,7 +247,7 @@ std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Observatio
     Gate(tolerance_px, network);
     if (Errors(network).size() < 2 * observations.size() && Errors(network).size() < 12)
       return std::nullopt;
-    Adjust(known ? kLensFixed : kFocalAndRadialFree, kLossShare * tolerance_px, network);
+    Adjust(kFocalAndRadialFree, kLossShare * tolerance_px, network);
   }
   Gate(wide_px, network);
   const std::vector<double> errors = Errors(network);
@@ -266,11 +265,9 @@ std::optional<Seed> BestSeed(const NetworkStartOptions& options, const Observati
                              const Network& network, Random& random) {
   constexpr double kGoodEnough = 1e-4;  // of the side
   const double side_px = options.longer_side_px;
-  std::vector<double> focals = options.focal_guesses_px;
-  if (focals.empty()) focals = {network.lens[kFocal]};
   std::optional<Seed> best;
   for (const Pair& pair : BestPairs(network, observations, options.longer_side_px)) {
-    for (const double focal : focals) {
+    for (const double focal : options.focal_guesses_px) {
       Network start = network;
       start.lens[kFocal] = focal;
       std::vector<Vector3d> first;
@@ -305,7 +302,6 @@ Observations ObservationsByStation(const Network& network) {
 
 void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& random) {
   const Observations observations = ObservationsByStation(network);
-  const bool known = options.focal_guesses_px.empty();
   const double side_px = options.longer_side_px;
   double tolerance_px = kWide * side_px;
   constexpr double kSpread = 10;  // medians within which an observation is taken
@@ -321,10 +317,7 @@ void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& r
     PlacePoints(tolerance_px, network);
     Gate(tolerance_px, network);
     const bool whole_lens = Placed(network) >= kLensStations;
-    Adjust(known        ? kLensFixed
-           : whole_lens ? kLensFree
-                        : kFocalAndRadialFree,
-           0.2 * tolerance_px, network);
+    Adjust(whole_lens ? kLensFree : kFocalAndRadialFree, 0.2 * tolerance_px, network);
     const std::vector<double> errors = Errors(network);
     const bool grew = Placed(network) > before;
     const double last_px = tolerance_px;

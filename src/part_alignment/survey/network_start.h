@@ -10,7 +10,7 @@
 namespace trammel::part_alignment {
 
 struct NetworkStartOptions {
-  /// Focal lengths to begin with, px; each is tried. Empty: network.lens is known and stays.
+  /// Focal lengths to begin with, px; each is tried.
   std::vector<double> focal_guesses_px;
   int longer_side_px = 0;  ///< of the pictures: tolerances follow it
 };

@@ -1,5 +1,6 @@
 #include "part_alignment/survey/snooping.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -173,6 +174,124 @@ std::vector<MovedPoint> FindMovedPoints(const Network& network) {
     }
   }
   return moved;
+}
+
+namespace {
+
+// What one station alone asks of a point: normal equations of its place.
+struct PointPull {
+  std::size_t station = 0;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+};
+using PullsOfPoint = std::vector<std::vector<PointPull>>;
+
+PullsOfPoint PullsOf(const Network& network) {
+  PullsOfPoint pulls(network.points.size());
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    const ObservationPartials partials = PartialsOf(network, observation);
+    pulls[observation.point].push_back({observation.station,
+                                        partials.by_point.transpose() * partials.by_point,
+                                        -partials.by_point.transpose() * partials.residual});
+  }
+  return pulls;
+}
+
+// From where the stations before put a point to where those after do.
+struct PointStep {
+  double chi_square = 0;  // of three degrees
+  double by = 0;
+};
+
+std::optional<PointStep> StepOf(const std::vector<PointPull>& pulls,
+                                const std::vector<std::size_t>& rank, std::size_t first_after) {
+  constexpr int kLeastOfSide = 3;
+  PointPull before;
+  PointPull after;
+  int of_before = 0;
+  int of_after = 0;
+  for (const PointPull& pull : pulls) {
+    const bool is_after = rank[pull.station] >= first_after;
+    PointPull& side = is_after ? after : before;
+    side.normal += pull.normal;
+    side.right += pull.right;
+    ++(is_after ? of_after : of_before);
+  }
+  if (of_before < kLeastOfSide || of_after < kLeastOfSide) return std::nullopt;
+  const Eigen::Matrix3d of_before_mm2 = before.normal.inverse();
+  const Eigen::Matrix3d of_after_mm2 = after.normal.inverse();
+  const Vector3d by = of_after_mm2 * after.right - of_before_mm2 * before.right;
+  const Eigen::Matrix3d covariance = of_before_mm2 + of_after_mm2;
+  if (!covariance.allFinite()) return std::nullopt;
+  return PointStep{by.dot(covariance.inverse() * by), by.norm()};
+}
+
+// The step that all points together show most, in the stations' order by `rank`.
+struct JointStep {
+  std::size_t first_after = 0;  // rank
+  double sigmas = 0;            // of the sum of chi-squares beyond its mean
+  double share = 0;             // the sum over its mean
+};
+
+JointStep FindJointStep(const PullsOfPoint& pulls, const std::vector<std::size_t>& rank) {
+  constexpr double kOfPoint = 3;  // degrees of freedom
+  constexpr int kLeastPoints = 4;
+  JointStep most;
+  for (std::size_t first_after = 1; first_after < rank.size(); ++first_after) {
+    double sum = 0;
+    int points = 0;
+    for (const auto& of_point : pulls) {
+      if (const auto step = StepOf(of_point, rank, first_after)) {
+        sum += step->chi_square;
+        ++points;
+      }
+    }
+    if (points < kLeastPoints) continue;
+    const double mean = kOfPoint * points;
+    const double sigmas = (sum - mean) / std::sqrt(2 * mean);
+    if (sigmas > most.sigmas) most = {first_after, sigmas, sum / mean};
+  }
+  return most;
+}
+
+}  // namespace
+
+std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random) {
+  constexpr double kLeastSigmas = 5;
+  constexpr double kLeastShare = 1.5;  // less changes no target beyond its uncertainty
+  constexpr int kOrders = 20;
+  constexpr double kBeyondOrders = 5;    // their standard deviations above their mean
+  constexpr double kOfOnePoint = 16.27;  // chi-square of three degrees: 0.1 %
+  const PullsOfPoint pulls = PullsOf(network);
+  std::vector<std::size_t> rank(network.stations.size());
+  for (std::size_t s = 0; s < rank.size(); ++s) rank[s] = s;
+  const JointStep step = FindJointStep(pulls, rank);
+  if (step.sigmas < kLeastSigmas || step.share < kLeastShare) return std::nullopt;
+  double sum = 0;
+  double squares = 0;
+  for (int order = 0; order < kOrders; ++order) {
+    for (std::size_t i = rank.size(); i > 1; --i) std::swap(rank[i - 1], rank[random.Below(i)]);
+    const double sigmas = FindJointStep(pulls, rank).sigmas;
+    sum += sigmas;
+    squares += sigmas * sigmas;
+  }
+  const double mean = sum / kOrders;
+  const double deviation = std::sqrt(std::max(squares / kOrders - mean * mean, 0.0));
+  if (step.sigmas < mean + kBeyondOrders * std::max(deviation, 1.0)) return std::nullopt;
+  for (std::size_t s = 0; s < rank.size(); ++s) rank[s] = s;
+  ShapeStep found{step.first_after, 0, 0, 0};
+  double most = 0;
+  for (std::size_t p = 0; p < pulls.size(); ++p) {
+    const auto of_point = StepOf(pulls[p], rank, step.first_after);
+    if (!of_point) continue;
+    found.points += of_point->chi_square > kOfOnePoint ? 1 : 0;
+    if (of_point->chi_square <= most) continue;
+    most = of_point->chi_square;
+    found.most = p;
+    found.by = of_point->by;
+  }
+  return found;
 }
 
 namespace {

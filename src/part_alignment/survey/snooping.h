@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/random.h"
 #include "part_alignment/survey/bundle.h"
 #include "part_alignment/survey/network_precision.h"
 
@@ -32,6 +33,19 @@ struct MovedPoint {
 /// after one station (stations in the order of time). Looks at all observations of placed points
 /// and stations, the unused ones too.
 [[nodiscard]] std::vector<MovedPoint> FindMovedPoints(const Network& network);
+
+/// A change of the part's shape between two stations, of many points together.
+struct ShapeStep {
+  std::size_t first_after = 0;  ///< station
+  std::size_t points = 0;       ///< that changed, each by itself beyond 0.1 %
+  std::size_t most = 0;         ///< the point that changed most in its sigmas
+  double by = 0;                ///< how far
+};
+/// Compares where the stations before and after each station in turn have all points, jointly: of
+/// half a part each target may have moved by less than shows in it alone. What the step exceeds is
+/// what the same stations show in random orders, so that a lens that no model describes is none.
+/// REQUIRES a network at its least squares with sigmas that are the observations'.
+[[nodiscard]] std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random);
 
 /// A change of the focal length between two stations.
 struct FocalStep {

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "base/random.h"
+#include "base/rejection.h"
+#include "geometry/linear_systems.h"
+#include "part_alignment/part_fit/scale_bars.h"
 #include "part_alignment/survey/bundle.h"
 #include "part_alignment/survey/network_precision.h"
 #include "part_alignment/survey/network_start.h"
@@ -20,9 +24,11 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr double kLossWidth = 3;    // sigmas, of Cauchy's loss
+constexpr double kLossWidth = 3;  // sigmas, of Cauchy's loss
+constexpr const char* kUndetermined =
+    "the pictures do not determine where all of this is: the targets lie along one line, or the "
+    "pictures are all from one place; take them from all around";
 constexpr double kGrossSigma = 30;  // beyond it an observation is wrong before any test of it
-constexpr double kBarLimit = 3.29;  // sigmas: 0.1 %
 constexpr double kLeastScatter =
     0.2;  // stated sigmas may be too large by that, no more is believed
 
@@ -35,7 +41,6 @@ Survey Ended(Survey survey, Verdict verdict, std::string reason) {
 NetworkStartOptions StartOptionsOf(const SurveyInput& input, int side_px) {
   NetworkStartOptions options;
   options.longer_side_px = side_px;
-  if (input.lens) return options;
   if (input.focal_length_px) {
     options.focal_guesses_px = {*input.focal_length_px};
   } else {
@@ -46,15 +51,11 @@ NetworkStartOptions StartOptionsOf(const SurveyInput& input, int side_px) {
   return options;
 }
 
-FreeLens FreeLensOf(const SurveyInput& input) { return input.lens ? kLensFixed : kLensFree; }
-
 // Brings the network to rest with Cauchy's loss, all observations that are not gross taking part.
-void Settle(const NetworkStartOptions& start, const FreeLens& free, Network& network,
-            Random& random) {
+void Settle(const NetworkStartOptions& start, Network& network, Random& random) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
     BundleOptions options;
-    options.free = free;
     options.bars = false;
     options.loss_sigma = kLossWidth * std::max(RobustScatter(network), kLeastScatter);
     (void)AdjustBundle(options, network);
@@ -101,26 +102,70 @@ bool DropWeak(const SurveyOptions& options, const IndexedSurvey& indexed, Survey
     network.stations[s].placed = false;
     survey.stations[s].reason =
         fmt::format("agrees with the others in {} of its targets only", of_station[s]);
+    survey.stations[s].contradicts = true;
     dropped = true;
   }
   return dropped;
 }
 
-void LeaveOutMoved(const SurveyInput& input, const std::vector<std::string>& ids, Survey& survey,
-                   Network& network) {
+// @returns the points that moved.
+std::set<std::size_t> LeaveOutMoved(const SurveyInput& input, const std::vector<std::string>& ids,
+                                    Survey& survey, Network& network) {
+  std::set<std::size_t> points;
   const double size = ScaleOf(network).value_or(0);
   for (const MovedPoint& moved : FindMovedPoints(network)) {
     network.points[moved.point].placed = false;
+    points.insert(moved.point);
     survey.notices.push_back(fmt::format(
         "target {} moved{} before {}, against all others: it is left out{}", ids[moved.point],
         size > 0 ? fmt::format(" by {:.2f} mm", size * moved.by) : std::string(),
         input.pictures[moved.first_after].name,
         size > 0 ? "" : "; by how much, no scale bar tells"));
   }
+  return points;
+}
+
+// Leaves out codes that are read where another target stands: of two at one place the one that
+// fewer pictures show, and both where that decides nothing. True if there were any.
+bool DropTwins(const IndexedSurvey& indexed, const NetworkPrecision& precision, Survey& survey,
+               Network& network) {
+  constexpr double kOnePlace = 25;  // squared sigmas: no two targets are so near
+  constexpr double kClear = 2;      // times as many pictures
+  std::vector<std::size_t> placed;
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    if (network.points[p].placed) placed.push_back(p);
+  }
+  const auto support = SupportOf(network);
+  bool dropped = false;
+  const auto drop = [&](std::size_t p, std::size_t other) {
+    network.points[p].placed = false;
+    dropped = true;
+    survey.notices.push_back(fmt::format(
+        "target {} is not given: it is at the place of target {}, so that one of the two codes was "
+        "misread (in {} and {} pictures)",
+        indexed.ids[p], indexed.ids[other], support[p].observations, support[other].observations));
+  };
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    for (std::size_t k = i + 1; k < placed.size() && placed[k] < indexed.coded; ++k) {
+      const auto a = 3 * static_cast<Eigen::Index>(i);
+      const auto b = 3 * static_cast<Eigen::Index>(k);
+      const Eigen::Vector3d apart = network.points[placed[k]].at - network.points[placed[i]].at;
+      const Eigen::MatrixXd& points = precision.points;
+      const Eigen::Matrix3d covariance = points.block<3, 3>(a, a) + points.block<3, 3>(b, b) -
+                                         points.block<3, 3>(a, b) - points.block<3, 3>(b, a);
+      if (geometry::SquaredMahalanobisDistance(covariance, apart) > kOnePlace) continue;
+      const double of_i = support[placed[i]].observations;
+      const double of_k = support[placed[k]].observations;
+      if (of_k <= kClear * of_i) drop(placed[k], placed[i]);
+      if (of_i <= kClear * of_k) drop(placed[i], placed[k]);
+    }
+  }
+  return dropped;
 }
 
 struct Adjusted {
   NetworkPrecision precision;
+  BarScale scale;            // of the bars between points that are given
   double scatter = 1;        // of coded targets' centres
   double plain_scatter = 1;  // of plain ones'
 };
@@ -142,14 +187,71 @@ double ScatterOf(const Network& network, const NetworkPrecision& precision, std:
   return std::max(std::sqrt(squares / std::max(redundancy, 1.0)), kLeastScatter);
 }
 
-// Least squares with data snooping; the observations' sigmas then are what they scatter by.
-Adjusted Adjust(const BundleOptions& bundle, const SurveyOptions& options,
-                const IndexedSurvey& indexed, Survey& survey, Network& network) {
+// Bars with both ends in the network, and what the network without bars has between them.
+// @param of_bars  indices into network.bars.
+FoundBars FindBars(const SurveyInput& input, const IndexedSurvey& indexed,
+                   const Eigen::MatrixXd& of_points, const std::vector<std::size_t>& of_bars) {
+  const Network& network = indexed.network;
+  std::vector<Eigen::Index> first_of_point;
+  Eigen::Index unknowns = 0;
+  for (const NetworkPoint& point : network.points) {
+    first_of_point.push_back(unknowns);
+    if (point.placed) unknowns += 3;
+  }
+  const auto count = std::ssize(of_bars);
+  FoundBars found;
+  found.lengths.resize(count);
+  Eigen::MatrixXd by_points = Eigen::MatrixXd::Zero(count, unknowns);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::size_t b = of_bars[static_cast<std::size_t>(i)];
+    const NetworkBar& bar = network.bars[b];
+    const Eigen::Vector3d along = network.points[bar.to].at - network.points[bar.from].at;
+    found.bars.push_back(input.bars[indexed.bar_of[b]]);
+    found.lengths[i] = along.norm();
+    const Eigen::RowVector3d share = (along / along.squaredNorm()).transpose();
+    by_points.block<1, 3>(i, first_of_point[bar.to]) += share;
+    by_points.block<1, 3>(i, first_of_point[bar.from]) -= share;
+  }
+  found.covariance = by_points * of_points * by_points.transpose();
+  return found;
+}
+
+// Tests the bars against the network without them, and gives it their scale.
+BarScale LayScale(const SurveyInput& input, const Eigen::MatrixXd& of_points,
+                  IndexedSurvey& indexed, Survey& survey) {
+  Network& network = indexed.network;
+  std::vector<std::size_t> of_bars;
+  for (std::size_t b = 0; b < network.bars.size(); ++b) {
+    network.bars[b].used = true;
+    survey.bars[indexed.bar_of[b]].test = {};
+    if (TakesPart(network, network.bars[b])) of_bars.push_back(b);
+  }
+  BarScale scale = TestBars(FindBars(input, indexed, of_points, of_bars));
+  for (std::size_t i = 0; i < of_bars.size(); ++i) {
+    survey.bars[indexed.bar_of[of_bars[i]]].test = scale.bars[i];
+    network.bars[of_bars[i]].used = scale.bars[i].used;
+  }
+  if (!of_bars.empty() && scale.fault.empty()) {
+    Transform(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), scale.scale, network);
+  }
+  return scale;
+}
+
+// Least squares with data snooping and without bars, so that a wrong one makes no observation
+// wrong; the observations' sigmas then are what they scatter by. Then the bars join. The precision
+// is that without bars where they cannot.
+Adjusted Adjust(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
+                Survey& survey) {
+  Network& network = indexed.network;
+  BundleOptions free;
+  free.bars = false;
   Adjusted adjusted;
   (void)DropWeak(options, indexed, survey, network);
   do {
-    adjusted.precision = SnoopObservations(bundle, options.false_alarm, network);
-  } while (DropWeak(options, indexed, survey, network));
+    adjusted.precision = SnoopObservations(free, options.false_alarm, network);
+  } while (
+      (adjusted.precision.determined && DropTwins(indexed, adjusted.precision, survey, network)) ||
+      DropWeak(options, indexed, survey, network));
   adjusted.scatter = ScatterOf(network, adjusted.precision, 0, indexed.coded);
   adjusted.plain_scatter =
       ScatterOf(network, adjusted.precision, indexed.coded, network.points.size());
@@ -157,74 +259,15 @@ Adjusted Adjust(const BundleOptions& bundle, const SurveyOptions& options,
     observation.sigma_px *=
         observation.point < indexed.coded ? adjusted.scatter : adjusted.plain_scatter;
   }
-  (void)AdjustBundle(bundle, network);
-  adjusted.precision = PrecisionOf(network, bundle.free, bundle.bars);
+  (void)AdjustBundle(free, network);
+  adjusted.precision = PrecisionOf(network, free.free, false);
+  if (!adjusted.precision.determined) return adjusted;
+  adjusted.scale = LayScale(input, adjusted.precision.points, indexed, survey);
+  if (adjusted.scale.bars.empty() || !adjusted.scale.fault.empty()) return adjusted;
+  const BundleOptions with_bars;
+  (void)AdjustBundle(with_bars, network);
+  adjusted.precision = PrecisionOf(network, with_bars.free, true);
   return adjusted;
-}
-
-// The bar that contradicts the others most, if any does.
-std::optional<std::size_t> ContradictingBar(const NetworkPrecision& precision) {
-  std::optional<std::size_t> worst;
-  for (std::size_t b = 0; b < precision.bars.size(); ++b) {
-    const double test = std::abs(precision.bars[b].test);
-    if (test > kBarLimit && (!worst || test > std::abs(precision.bars[*worst].test))) worst = b;
-  }
-  return worst;
-}
-
-std::size_t UsedBars(const Network& network) {
-  return static_cast<std::size_t>(
-      std::count_if(network.bars.begin(), network.bars.end(),
-                    [&](const NetworkBar& bar) { return TakesPart(network, bar); }));
-}
-
-std::string BarName(const ScaleBar& bar) { return fmt::format("{}-{}", bar.from, bar.to); }
-
-// Adjusts with the bars, leaving out one that contradicts two others or more. The reason where the
-// bars cannot all be right and none is the odd one out.
-std::optional<std::string> AdjustWithBars(const SurveyInput& input, const SurveyOptions& options,
-                                          const IndexedSurvey& indexed, Survey& survey,
-                                          Network& network, Adjusted& adjusted) {
-  BundleOptions bundle;
-  bundle.free = FreeLensOf(input);
-  const std::vector<NetworkObservation> as_stated = network.observations;
-  while (true) {
-    for (std::size_t i = 0; i < as_stated.size(); ++i) {
-      network.observations[i].sigma_px = as_stated[i].sigma_px;
-    }
-    adjusted = Adjust(bundle, options, indexed, survey, network);
-    NoteBars(input, indexed, adjusted.precision, network, survey);
-    const auto worst = ContradictingBar(adjusted.precision);
-    if (!worst) return std::nullopt;
-    const ScaleBar& bar = input.bars[indexed.bar_of[*worst]];
-    const auto& check = adjusted.precision.bars[*worst];
-    if (UsedBars(network) < 3) {
-      std::string names;
-      for (std::size_t b = 0; b < network.bars.size(); ++b) {
-        if (TakesPart(network, network.bars[b]))
-          names += (names.empty() ? "" : " and ") + BarName(input.bars[indexed.bar_of[b]]);
-      }
-      return fmt::format(
-          "the scale bars {} contradict one another by {:.3f} mm, {:.1f} times what their "
-          "uncertainty and the pictures let expect: check their lengths and ends, or add a third",
-          names, std::abs(check.misfit / check.redundancy), std::abs(check.test));
-    }
-    network.bars[*worst].used = false;
-    survey.notices.push_back(fmt::format(
-        "the scale bar {} is {:.3f} mm {} than the others say ({:.1f} sigmas): it is left out",
-        BarName(bar), std::abs(check.misfit / check.redundancy),
-        check.misfit < 0 ? "longer" : "shorter", std::abs(check.test)));
-  }
-}
-
-// Plain targets join the network, and all of it is adjusted together.
-Adjusted AdjustWithPlain(const SurveyInput& input, const SurveyOptions& options,
-                         const PlainSearch& search, IndexedSurvey& indexed, Survey& survey,
-                         std::vector<std::size_t>& moved) {
-  LeaveOutMovedPlain(search, indexed, moved);
-  BundleOptions bundle;
-  bundle.free = FreeLensOf(input);
-  return Adjust(bundle, options, indexed, survey, indexed.network);
 }
 
 // Pictures that the codes do not connect join by plain targets; what these show is searched anew.
@@ -234,20 +277,24 @@ void JoinByPlain(const SurveyInput& input, const SurveyOptions& options, Indexed
   Network& network = indexed.network;
   const auto joined = JoinPictures(input, indexed.coded, network, random);
   if (joined.empty()) return;
-  for (const std::size_t station : joined) survey.stations[station].reason.clear();
+  for (const std::size_t station : joined) {
+    survey.stations[station].reason.clear();
+    survey.stations[station].contradicts = false;
+  }
   std::vector<std::optional<ImageEllipse>> discs = indexed.discs;
   discs.resize(network.observations.size());
   CorrectDiscs(discs, indexed.corrected, network);
   std::vector<std::size_t> moved;
+  LeaveOutMovedPlain(search, indexed, moved);
   const double before = adjusted.scatter;
-  adjusted = AdjustWithPlain(input, options, search, indexed, survey, moved);
+  adjusted = Adjust(input, options, indexed, survey);
   adjusted.scatter *= before;
   RemovePlainTargets(search, indexed);
   LayDatum(network);
-  search = AddPlainTargets(input, PrecisionOf(network, FreeLensOf(input), true), adjusted.scatter,
-                           indexed);
+  search = AddPlainTargets(input, PrecisionOf(network, kLensFree, true), adjusted.scatter, indexed);
 }
 
+// Plain targets join the network, and all of it is adjusted together.
 void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
               Survey& survey, Adjusted& adjusted, Random& random) {
   Network& network = indexed.network;
@@ -258,12 +305,12 @@ void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSur
     JoinByPlain(input, options, indexed, survey, adjusted, search, random);
   }
   if (network.points.size() > search.first_point) {
+    LeaveOutMovedPlain(search, indexed, moved);
     const double before = adjusted.scatter;
-    adjusted = AdjustWithPlain(input, options, search, indexed, survey, moved);
+    adjusted = Adjust(input, options, indexed, survey);
     adjusted.scatter *= before;
-    NoteBars(input, indexed, adjusted.precision, network, survey);
     LayDatum(network);
-    adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
+    adjusted.precision = PrecisionOf(network, kLensFree, true);
     variance_root = search.noise * adjusted.plain_scatter;
   }
   survey.plain = SummarisePlain(input, search, moved, network);
@@ -280,23 +327,33 @@ std::optional<std::string> FocalReason(const SurveyInput& input, const Network& 
       step->before_px, step->after_px, input.pictures[step->first_after].name);
 }
 
+std::optional<std::string> StepReason(const SurveyInput& input, const IndexedSurvey& indexed,
+                                      Random& random) {
+  const auto step = FindShapeStep(indexed.network, random);
+  if (!step) return std::nullopt;
+  return fmt::format(
+      "the part changed its shape before {}: {} targets moved against the others, target {} most, "
+      "by {:.3f} mm; survey the pictures before and after as two, or let nothing move and "
+      "photograph anew",
+      input.pictures[step->first_after].name, step->points, indexed.ids[step->most], step->by);
+}
+
 std::optional<std::string> TooFew(const SurveyInput& input, const Network& network) {
   std::size_t with_targets = 0;
   for (const SurveyPicture& picture : input.pictures) {
     if (picture.observations.size() >= 4) ++with_targets;
   }
-  const std::size_t least = input.lens ? 3 : 6;
-  if (with_targets >= least) return std::nullopt;
+  constexpr std::size_t kLeast = 6;
+  if (with_targets >= kLeast) return std::nullopt;
   return fmt::format(
-      "{} of {} pictures show four coded targets or more ({} targets in all); {} are the least{}, "
+      "{} of {} pictures show four coded targets or more ({} targets in all); {} are the least, "
       "some 50 make a good survey",
-      with_targets, input.pictures.size(), network.points.size(), least,
-      input.lens ? "" : " where the lens is not given");
+      with_targets, input.pictures.size(), network.points.size(), kLeast);
 }
 
 // Why no two pictures were oriented.
 std::string NoStart(const SurveyInput& input, const IndexedSurvey& indexed, Random& random) {
-  if (input.focal_length_px && !input.lens) {
+  if (input.focal_length_px) {
     SurveyInput without = input;
     without.focal_length_px.reset();
     Network network = IndexSurvey(without).network;
@@ -334,7 +391,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   if (!StartNetwork(start, network, random)) {
     return Ended(survey, Verdict::kCannotTell, NoStart(input, indexed, random));
   }
-  Settle(start, FreeLensOf(input), network, random);
+  Settle(start, network, random);
   CorrectDiscs(indexed.discs, indexed.corrected, network);
   const auto other_focals = NoteUnplaced(input, network, indexed.longer_side_px, random, survey);
   if (const auto focal = FocalReason(input, network)) {
@@ -342,52 +399,56 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   }
   if (other_focals) return Ended(survey, Verdict::kRefused, *other_focals);
   NoteUnplacedTargets(indexed, survey);
-  LeaveOutMoved(input, indexed.ids, survey, network);
+  const std::set<std::size_t> moved = LeaveOutMoved(input, indexed.ids, survey, network);
   if (const auto apart = FallsApart(input, survey, network)) {
     return Ended(survey, Verdict::kCannotTell, *apart);
   }
-  const auto scale = ScaleOf(network);
-  if (scale) {
-    Transform(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), *scale, network);
-  } else {
+  Adjusted adjusted = Adjust(input, options, indexed, survey);
+  const auto ended = [&](Verdict verdict, const std::string& reason) {
     NoteOutliers(input, indexed, network, survey);
-    return Ended(survey, Verdict::kCannotTell,
+    survey.check = CheckOf(indexed, options, moved, adjusted.precision, survey);
+    return Ended(survey, verdict, reason);
+  };
+  if (const auto apart = FallsApart(input, survey, network)) {
+    return ended(Verdict::kCannotTell, *apart);
+  }
+  if (!adjusted.precision.determined) return ended(Verdict::kCannotTell, kUndetermined);
+  if (adjusted.scale.bars.empty()) {
+    return ended(Verdict::kCannotTell,
                  "no scale bar has both of its ends in the survey: the shape is known, no length "
                  "is; put bars of known length beside the part and name their ends");
   }
-  Adjusted adjusted;
-  if (const auto bars = AdjustWithBars(input, options, indexed, survey, network, adjusted)) {
-    return Ended(survey, Verdict::kRefused, *bars);
-  }
-  if (const auto apart = FallsApart(input, survey, network)) {
-    NoteOutliers(input, indexed, network, survey);
-    return Ended(survey, Verdict::kCannotTell, *apart);
+  if (!adjusted.scale.fault.empty()) return ended(Verdict::kRefused, adjusted.scale.fault);
+  if (const auto step = StepReason(input, indexed, random)) {
+    return ended(Verdict::kCannotTell, *step);
   }
   LayDatum(network);
-  adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
-  if (adjusted.precision.determined && adjusted.scatter <= options.most_variance_root &&
-      HasPlainPoints(input)) {
+  adjusted.precision = PrecisionOf(network, kLensFree, true);
+  if (adjusted.scatter <= options.most_variance_root && HasPlainPoints(input)) {
     AddPlain(input, options, indexed, survey, adjusted, random);
-  }
-  NoteOutliers(input, indexed, network, survey);
-  if (!adjusted.precision.determined) {
-    return Ended(survey, Verdict::kCannotTell,
-                 "the pictures do not determine where all of this is: the targets lie along one "
-                 "line, or the pictures are all from one place; take them from all around");
+    if (!adjusted.precision.determined) return ended(Verdict::kCannotTell, kUndetermined);
+    if (!adjusted.scale.fault.empty()) return ended(Verdict::kRefused, adjusted.scale.fault);
   }
   DropNoticesOfGiven(indexed, survey);
   FillAnswer(input, indexed, adjusted.precision, survey);
   survey.variance_root = adjusted.scatter;
+  survey.notices.insert(survey.notices.end(), adjusted.scale.notices.begin(),
+                        adjusted.scale.notices.end());
+  if (!adjusted.scale.unchecked.empty()) survey.unchecked.push_back(adjusted.scale.unchecked);
   if (adjusted.scatter > options.most_variance_root) {
-    return Ended(survey, Verdict::kRefused,
+    return ended(Verdict::kRefused,
                  fmt::format("the targets' centres scatter by {:.1f} times what is stated of them "
                              "(at most {:.1f}): a lens that moves (autofocus, stabiliser), a part "
                              "that bends, or stated uncertainties far too small",
                              adjusted.scatter, options.most_variance_root));
   }
-  if (const auto weak = WeakLens(survey)) return Ended(survey, Verdict::kCannotTell, *weak);
-  survey.verdict = Verdict::kGood;
-  return survey;
+  if (const auto weak = WeakLens(survey)) return ended(Verdict::kCannotTell, *weak);
+  survey = ended(Verdict::kGood, {});
+  if (survey.check.contradiction.empty()) return survey;
+  return Ended(survey, Verdict::kCannotTell,
+               survey.check.contradiction +
+                   ": something moved, or codes were misread; let part, bars and targets be still "
+                   "and photograph anew");
 }
 
 }  // namespace trammel::part_alignment

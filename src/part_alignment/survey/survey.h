@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 #include "base/result.h"
-#include "part_alignment/part_fit/part_fit.h"
+#include "part_alignment/part_fit/scale_bars.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/survey/lens.h"
 #include "part_alignment/targets/image_ellipse.h"
@@ -45,8 +46,6 @@ struct SurveyInput {
   /// Roughly, from EXIF or the lens: px. Absent: it is searched for from half the picture's longer
   /// side to three times that.
   std::optional<double> focal_length_px;
-  /// A calibrated lens, which is then not solved for.
-  std::optional<Lens> lens;
 };
 
 struct SurveyOptions {
@@ -80,7 +79,8 @@ struct SurveyedTarget {
 struct SurveyStation {
   std::string picture;
   bool used = false;
-  std::string reason;  ///< why not
+  std::string reason;        ///< why not
+  bool contradicts = false;  ///< for that, not for want of targets
   Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_survey = Eigen::Matrix3d::Identity();
   int observations = 0;
@@ -97,9 +97,7 @@ struct SurveyOutlier {
 
 struct SurveyedBar {
   ScaleBar bar;
-  bool used = false;
-  double misfit_mm = 0;  ///< adjusted less calibrated
-  double test = 0;       ///< in its standard deviations; 0 for the only bar
+  BarTest test;
 };
 
 /// What became of the plain points in the pictures that are used.
@@ -122,6 +120,8 @@ struct PlainSummary {
 struct Survey {
   Verdict verdict = Verdict::kRefused;
   std::string reason;
+  std::vector<std::string> unchecked;  ///< that the answer rests on, whatever the verdict
+  AdjustmentCheck check;
   /// By id: numbers ascending, then texts; then the plain ones, P1, P2, …, by x.
   std::vector<SurveyedTarget> targets;
   /// (3 · targets)², mm², k = 1: x, y, z of each target in turn; singular by six. Datum: free
@@ -132,26 +132,24 @@ struct Survey {
   std::vector<SurveyOutlier> outliers;
   std::vector<SurveyedBar> bars;
   Lens lens = Lens::Zero();
-  Lens lens_sigma = Lens::Zero();  ///< k = 1; 0 where it was given
+  Lens lens_sigma = Lens::Zero();  ///< k = 1
   /// What the observations scatter by, in their stated sigmas. The covariance has it in.
   double variance_root = 0;
-  int observations = 0;
-  int redundancy = 0;
   PlainSummary plain;
   std::vector<std::string> notices;
 };
 
-/// Starting values from codes alone; then a bundle adjustment of stations, targets and lens.
-/// Outliers are found by data snooping (Baarda), one at a time in each picture and target; a moved
-/// target, exchanged codes, a picture of something else, a change of focal length and bars that
-/// disagree are told apart and named. Plain targets are matched between the stations that the coded
-/// ones give (plain_matching.h), and all are adjusted together.
-/// Verdicts other than good: pictures of different sizes, a focal length that changed, bars that
-/// contradict one another, residuals beyond reason (refused); pictures that do not hang together,
-/// no bar (cannot_tell).
-/// Errors (kInput): numbers that cannot be, a target twice in a picture, a bar between a target and
-/// itself.
-/// Accuracy and cost: survey_study.
+/// Starting values from codes alone; then a bundle adjustment of stations, targets and lens, free
+/// of scale: outliers are found by data snooping (Baarda), one at a time in each picture and
+/// target, so that no bar makes an observation wrong. The bars are tested against that shape
+/// (scale_bars.h) and then join. A moved target, exchanged codes, a picture of something else, a
+/// change of focal length and a bar that contradicts the others are told apart and named. Plain
+/// targets are matched between the stations that the coded ones give (plain_matching.h), and all
+/// are adjusted together. Verdicts other than good: pictures of different sizes, a focal length
+/// that changed, bars that contradict one another, residuals beyond reason (refused); pictures that
+/// do not hang together, more observations rejected than outliers can be (rejection.h), no bar
+/// (cannot_tell). Errors (kInput): numbers that cannot be, a target twice in a picture, a bar
+/// between a target and itself. Accuracy and cost: survey_study.
 [[nodiscard]] Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& options);
 
 }  // namespace trammel::part_alignment

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/resection.h"
@@ -52,6 +53,30 @@ std::optional<std::size_t> PointAt(const Network& network, const NetworkObservat
     if (misclosure && misclosure->norm() < std::max(1.0, kThere * observation.sigma_px)) return p;
   }
   return std::nullopt;
+}
+
+// Between two of these unit lines, up to 90 degrees.
+double WidestAngle(const std::vector<Vector3d>& lines) {
+  double least_cosine = 1;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    for (std::size_t j = i + 1; j < lines.size(); ++j) {
+      least_cosine = std::min(least_cosine, std::abs(lines[i].dot(lines[j])));
+    }
+  }
+  return std::acos(least_cosine);
+}
+
+// Each point's lines of sight from the stations that are placed, whether or not they meet.
+std::vector<std::vector<Vector3d>> RaysOf(const Network& network) {
+  std::vector<std::vector<Vector3d>> rays(network.points.size());
+  for (const NetworkObservation& observation : network.observations) {
+    const Station& station = network.stations[observation.station];
+    if (!station.placed) continue;
+    if (const auto line = ObservationLine(network.lens, observation.pixel)) {
+      rays[observation.point].emplace_back(station.rotation.transpose() * *line);
+    }
+  }
+  return rays;
 }
 
 // The focal length with which a picture fits the placed points, if there is one.
@@ -100,28 +125,18 @@ std::vector<PointSupport> SupportOf(const Network& network) {
     Vector3d sum = Vector3d::Zero();
     for (const Vector3d& line : lines[p]) sum -= line;
     if (sum.norm() > 0) support[p].seen_from = sum.normalized();
-    double least_cosine = 1;
-    for (std::size_t i = 0; i < lines[p].size(); ++i) {
-      for (std::size_t j = i + 1; j < lines[p].size(); ++j) {
-        least_cosine = std::min(least_cosine, std::abs(lines[p][i].dot(lines[p][j])));
-      }
-    }
-    support[p].widest_angle_rad = std::acos(least_cosine);
+    support[p].widest_angle_rad = WidestAngle(lines[p]);
   }
   return support;
 }
 
 std::optional<double> ScaleOf(const Network& network) {
-  double sum = 0;
-  double weight = 0;
+  std::vector<double> ratios;
   for (const NetworkBar& bar : network.bars) {
     if (!TakesPart(network, bar)) continue;
-    const double found = (network.points[bar.to].at - network.points[bar.from].at).norm();
-    const double of_bar = std::pow(bar.length / bar.sigma, 2);
-    sum += of_bar * bar.length / found;
-    weight += of_bar;
+    ratios.push_back(bar.length / (network.points[bar.to].at - network.points[bar.from].at).norm());
   }
-  return weight > 0 ? std::optional(sum / weight) : std::nullopt;
+  return ratios.empty() ? std::nullopt : std::optional(Median(ratios));
 }
 
 void LayDatum(Network& network) {
@@ -163,7 +178,7 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
     if (picture.observations.empty()) station.reason = "shows no coded target";
   }
   for (std::size_t b = 0; b < input.bars.size(); ++b) {
-    survey.bars.push_back({input.bars[b], false, 0, 0});
+    survey.bars.push_back({input.bars[b], {}});
     const auto& known = indexed.bar_of;
     if (std::find(known.begin(), known.end(), b) != known.end()) continue;
     survey.notices.push_back(fmt::format("the scale bar {}-{} is not used: no picture shows {}",
@@ -193,6 +208,7 @@ std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network&
     if (focal) {
       reason = fmt::format("was taken with a focal length of {:.0f} px, the others with {:.0f}",
                            *focal, network.lens[kFocal]);
+      survey.stations[s].contradicts = true;
       other_focal.push_back(input.pictures[s].name);
       last_focal_px = *focal;
     } else {
@@ -200,6 +216,7 @@ std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network&
           "contradicts the others: its {} targets stand otherwise in them (another part, a moved "
           "one, or exchanged codes)",
           known);
+      survey.stations[s].contradicts = true;
     }
   }
   if (other_focal.size() < 3) return std::nullopt;
@@ -290,23 +307,29 @@ void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const 
   }
 }
 
-void NoteBars(const SurveyInput& input, const IndexedSurvey& indexed,
-              const NetworkPrecision& precision, const Network& network, Survey& survey) {
-  std::size_t used = 0;
-  for (std::size_t b = 0; b < network.bars.size(); ++b) {
-    SurveyedBar& bar = survey.bars[indexed.bar_of[b]];
-    bar.bar = input.bars[indexed.bar_of[b]];
-    const bool was = bar.used;
-    bar.used = TakesPart(network, network.bars[b]);
-    if (!bar.used && was) continue;  // what was left out keeps its misfit
-    bar.misfit_mm = precision.bars[b].misfit;
-    bar.test = precision.bars[b].test;
-    if (bar.used) ++used;
+AdjustmentCheck CheckOf(const IndexedSurvey& indexed, const SurveyOptions& options,
+                        const std::set<std::size_t>& moved, const NetworkPrecision& precision,
+                        const Survey& survey) {
+  const Network& network = indexed.network;
+  std::vector<bool> disagrees(network.points.size());
+  const auto rays = RaysOf(network);
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    const bool seen_enough = std::ssize(rays[p]) > options.least_observations &&
+                             WidestAngle(rays[p]) >= options.least_angle_rad;
+    disagrees[p] = moved.contains(p) || (!network.points[p].placed && seen_enough);
   }
-  const std::string one = "one scale bar alone: nothing checks its length; add a second";
-  const bool noted =
-      std::find(survey.notices.begin(), survey.notices.end(), one) != survey.notices.end();
-  if (used == 1 && !noted) survey.notices.push_back(one);
+  RejectionTally tally;
+  for (const NetworkObservation& observation : network.observations) {
+    const SurveyStation& station = survey.stations[observation.station];
+    const bool used = TakesPart(network, observation);
+    const bool placed = network.stations[observation.station].placed;
+    const bool rejected =
+        placed ? (network.points[observation.point].placed && !used) || disagrees[observation.point]
+               : station.contradicts;
+    if (!used && !rejected) continue;
+    tally.Add({"picture " + station.picture, "target " + indexed.ids[observation.point]}, rejected);
+  }
+  return tally.Check(static_cast<int>(std::lround(precision.observation_redundancy)));
 }
 
 void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
@@ -324,7 +347,6 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
     if (!TakesPart(network, network.observations[i])) continue;
     double& of_point = least[network.observations[i].point];
     of_point = std::min(of_point, precision.observations[i].redundancy);
-    ++survey.observations;
   }
   survey.covariance = precision.points;
   Index row = 0;
@@ -357,7 +379,6 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
   }
   survey.lens = network.lens;
   survey.lens_sigma = precision.lens.diagonal().cwiseMax(0.0).cwiseSqrt();
-  survey.redundancy = static_cast<int>(std::lround(precision.observation_redundancy));
 }
 
 std::optional<std::string> WeakLens(const Survey& survey) {

@@ -3,10 +3,12 @@
 
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "base/random.h"
+#include "base/rejection.h"
 #include "part_alignment/survey/network_precision.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_input.h"
@@ -23,7 +25,8 @@ struct PointSupport {
 };
 [[nodiscard]] std::vector<PointSupport> SupportOf(const Network& network);
 
-/// By what the network has to be enlarged for its bars to fit; absent without any.
+/// Roughly by what the network has to be enlarged for its bars to fit (the median: bars are not
+/// tested yet); absent without any.
 [[nodiscard]] std::optional<double> ScaleOf(const Network& network);
 
 /// Origin in the points' centroid, x along their largest extent (towards the first point), z along
@@ -53,8 +56,12 @@ void DropNoticesOfGiven(const IndexedSurvey& indexed, Survey& survey);
 void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
                   Survey& survey);
 
-void NoteBars(const SurveyInput& input, const IndexedSurvey& indexed,
-              const NetworkPrecision& precision, const Network& network, Survey& survey);
+/// Redundancy, and the observations that contradict the others: those left out one by one, those of
+/// targets that moved or of which no three agree, those of pictures that contradict.
+/// @param moved  points.
+[[nodiscard]] AdjustmentCheck CheckOf(const IndexedSurvey& indexed, const SurveyOptions& options,
+                                      const std::set<std::size_t>& moved,
+                                      const NetworkPrecision& precision, const Survey& survey);
 
 /// Targets, stations, lens and covariance of the adjusted network.
 void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,

@@ -168,9 +168,6 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
   if (input.focal_length_px && !(*input.focal_length_px > 0 && *input.focal_length_px < 1e6)) {
     return Fail(fmt::format("focal length {} px; above 0 it must be", *input.focal_length_px));
   }
-  if (input.lens && !(input.lens->allFinite() && (*input.lens)[kFocal] > 0)) {
-    return Fail("the lens has a number that is not finite, or a focal length that is not above 0");
-  }
   if (options.least_observations < 3 || !(options.least_angle_rad > 0) ||
       !(options.false_alarm > 0 && options.false_alarm < 1) || !(options.most_variance_root > 0)) {
     return Fail(fmt::format(
@@ -244,7 +241,7 @@ IndexedSurvey IndexSurvey(const SurveyInput& input) {
     const SurveyPicture& first = input.pictures.front();
     indexed.longer_side_px = std::max(first.width_px, first.height_px);
     const double focal = input.focal_length_px.value_or(indexed.longer_side_px);
-    network.lens = input.lens.value_or(PlainLens(focal, first.width_px, first.height_px));
+    network.lens = PlainLens(focal, first.width_px, first.height_px);
   }
   return indexed;
 }

@@ -136,19 +136,6 @@ TEST(Survey, SolvesWhereManyPicturesShowFewTargets) {
   ExpectConsistent(world, Solved(input));
 }
 
-TEST(Survey, TakesAGivenLens) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 5);
-  SurveyInput input = test::Photograph(world, 5);
-  const test::SurveyScene& scene = world.scene;
-  input.lens = PlainLens(scene.focal_px, scene.width_px, scene.height_px);
-  *input.lens += (Lens() << 0, scene.column_off_px, scene.row_off_px, scene.k1, scene.k2, scene.k3,
-                  scene.p1, scene.p2)
-                     .finished();
-  const Survey survey = Solved(input);
-  ExpectConsistent(world, survey);
-  EXPECT_TRUE(survey.lens_sigma.isZero());
-}
-
 TEST(Survey, NamesExchangedCodes) {
   const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 6);
   SurveyInput input = test::Photograph(world, 6);
@@ -227,7 +214,7 @@ TEST(Survey, NamesTheOneOfThreeBarsThatIsWrong) {
       << named;
   constexpr double kSigma_mm = 0.024;  // of a bar's length from these pictures, with the others'
   EXPECT_NEAR(std::stod(shorter[1]), 0.2, 4 * kSigma_mm);
-  EXPECT_FALSE(survey.bars[1].used);
+  EXPECT_FALSE(survey.bars[1].test.used);
   ExpectConsistent(world, survey);
 }
 
@@ -283,7 +270,8 @@ TEST(Survey, SaysThatOneBarIsNotChecked) {
   test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 17);
   world.bars.pop_back();
   const Survey survey = Solved(test::Photograph(world, 17));
-  EXPECT_THAT(Notices(survey), HasSubstr("one scale bar alone"));
+  ASSERT_EQ(survey.unchecked.size(), 1U);
+  EXPECT_THAT(survey.unchecked[0], HasSubstr("one bar alone, 901-902"));
   ExpectConsistent(world, survey);
 }
 
