@@ -160,7 +160,8 @@ void Print(const std::string& name, const Row& row) {
       "| {:.0f} | {:.1f} | {} | {:.2f} % |\n",
       name, row.good, Networks(), row.targets, row.shown, 1e3 * Rms_mm(row), 1e3 * row.worst_mm,
       StatedOverSeen(row), row.nees_within, row.nees / row.freedom, row.lengths_within,
-      1e3 * row.length_excess, 1e3 * row.pair_excess, row.within_by_covariance, row.outliers, 100 * row.rejected_share);
+      1e3 * row.length_excess, 1e3 * row.pair_excess, row.within_by_covariance, row.outliers,
+      100 * row.rejected_share);
   std::fflush(stdout);
 }
 

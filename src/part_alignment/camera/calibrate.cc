@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kLeastViews = 12;  // 24 equations for 13 numbers
 constexpr double kWrongSigma = 5;        // a view beyond it is taken for wrong
-constexpr double kMostWrong = 0.05;      // of the views
 
 // A view as the fit takes it: a place in the taper frame and what whitens its residual.
 struct Sample {
@@ -132,7 +131,7 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
                     std::vector<std::size_t>& used) {
   const std::size_t least =
       samples.size() -
-      static_cast<std::size_t>(std::ceil(kMostWrong * static_cast<double>(samples.size())));
+      static_cast<std::size_t>(std::ceil(kMostRejected * static_cast<double>(samples.size())));
   while (true) {
     std::vector<double> errors;
     for (const std::size_t i : used) errors.push_back(WhitenedError(camera, samples[i]));
@@ -234,12 +233,14 @@ void NoteResiduals(const GridMeasurement& grid, const std::vector<Sample>& sampl
   double sum_px = 0;
   double sum_sigma = 0;
   result.nearest_mm = std::numeric_limits<double>::infinity();
+  RejectionTally tally;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto projected = ProjectFromTaper(result.camera, samples[i].taper_mm);
     const Vector2d error_px = projected ? Vector2d(samples[i].pixel - projected->pixel)
                                         : Vector2d::Constant(std::nan(""));
     const bool kept = std::binary_search(used.begin(), used.end(), i);
     result.residuals.push_back({error_px.x(), error_px.y(), samples[i].sigma_px, kept});
+    tally.Add({fmt::format("view {}", i + 1)}, !kept);
     if (!kept) {
       result.notices.push_back(
           fmt::format("view {} (column {:.1f}, row {:.1f}) is {:.3g} px beside where the others "
@@ -256,6 +257,7 @@ void NoteResiduals(const GridMeasurement& grid, const std::vector<Sample>& sampl
   }
   const auto equations = static_cast<int>(2 * used.size());
   result.degrees_of_freedom = equations - kCameraParameters;
+  result.check = tally.Check(result.degrees_of_freedom);
   result.residual_rms_px = std::sqrt(sum_px / equations);
   result.residual_rms_sigma = std::sqrt(sum_sigma / result.degrees_of_freedom);
 }
@@ -376,7 +378,7 @@ Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
         "(at most {:g}){}; check places, pixels and the model's convention",
         result.residual_rms_px, result.residual_rms_sigma, options.most_residual_sigma,
         few_wrong ? ""
-                  : fmt::format(", and more than {:.0f} % of them stand out", 100 * kMostWrong));
+                  : fmt::format(", and more than {:.0f} % of them stand out", 100 * kMostRejected));
     return result;
   }
   if (!(focal <= options.most_focal_uncertainty)) {

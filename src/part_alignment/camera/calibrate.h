@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 #include "base/result.h"
 #include "part_alignment/camera/camera_parameters.h"
 
@@ -71,6 +72,7 @@ struct CameraCalibration {
   double residual_rms_px = 0;     ///< per axis
   double residual_rms_sigma = 0;  ///< 1 where the stated sigmas hold
   int degrees_of_freedom = 0;
+  AdjustmentCheck check;
   double nearest_mm = 0;  ///< of the grid, along the camera's axis from its origin
   double farthest_mm = 0;
   std::vector<GridResidual> residuals;  ///< one for each view

@@ -30,6 +30,7 @@ using part_alignment::Survey;
 using part_alignment::test::SurveyScene;
 using part_alignment::test::SurveyWorld;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class AlignSurvey : public testing::Test {
  protected:
@@ -147,6 +148,55 @@ TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {
   EXPECT_THAT(answer.at("reason").get<std::string>(), HasSubstr("no scale bar"));
   EXPECT_TRUE(answer.at("targets").is_null());
   EXPECT_FALSE(fs::exists(At("targets.json")));
+}
+
+TEST_F(AlignSurvey, NamesABarAloneAsUncheckedInTheHeadOfEveryAnswer) {
+  const SurveyWorld world = WriteObservations();
+  WriteBars({world.bars[0]});
+  const std::string arguments = "--observations observations.json --scale-bars bars.json ";
+  const auto run = Run(arguments + "--report report");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.standard_output,
+              StartsWith("verdict   good\nunchecked the scale rests on one bar alone, 901-902"));
+  const json answer = json::parse(Run(arguments + "--json").standard_output);
+  ASSERT_EQ(answer.at("unchecked").size(), 1U);
+  EXPECT_TRUE(answer.at("scale_bars")[0].at("detectable_mm").is_null());
+  const std::string page = test::ReadWhole(At("report/report.html"));
+  EXPECT_LT(page.find("Unchecked: the scale rests"), page.find("</section>"));
+}
+
+TEST_F(AlignSurvey, HasItsRedundancyAndTheShareOfRejectedObservations) {
+  WriteObservations();
+  const auto run = Run("--observations observations.json --scale-bars bars.json");
+  EXPECT_THAT(run.standard_output, HasSubstr("\ncheck     redundancy "));
+  EXPECT_THAT(run.standard_output, HasSubstr(" by the other bars ("));
+  const json answer = json::parse(
+      Run("--observations observations.json --scale-bars bars.json --json").standard_output);
+  EXPECT_TRUE(answer.at("unchecked").empty());
+  const json& check = answer.at("check");
+  EXPECT_GT(check.at("redundancy"), 500);
+  EXPECT_GT(check.at("observations"), 300);
+  EXPECT_LT(check.at("rejected_share"), 0.01);
+  EXPECT_GT(answer.at("scale_bars")[0].at("detectable_mm"), 0.05);
+}
+
+// The example's bars, one of them longer than it is.
+TEST_F(AlignSurvey, RefusesTheExamplesBarsWhereOneIsHalfAMillimetreOff) {
+  const fs::path example(TRAMMEL_EXAMPLES);
+  for (const double by_mm : {-100.0, -0.5, 0.5, 2.0, 100.0}) {
+    for (const std::size_t of : {0U, 1U}) {
+      json bars = json::parse(test::ReadWhole(example / "scale-bars.json"));
+      json& length = bars.at("scale_bars")[of].at("length_mm");
+      length = length.get<double>() + by_mm;
+      Write("bars.json", bars.dump());
+      const auto run = Run("--observations " + (example / "survey-observations.json").string() +
+                           " --scale-bars bars.json --out targets.json");
+      EXPECT_EQ(run.exit_code, 2) << by_mm << run.output;
+      EXPECT_THAT(run.standard_output,
+                  StartsWith("verdict   refused: the scale bars 901-902 and 903-904 contradict"));
+      EXPECT_FALSE(fs::exists(At("targets.json")));
+    }
+  }
 }
 
 TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {

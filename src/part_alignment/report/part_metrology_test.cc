@@ -144,6 +144,18 @@ TEST(PartMetrology, ThePageOfAFitHasEachTargetWithItsInterval) {
   EXPECT_THAT(page, HasSubstr("-2.0000 mm <small>95 %: -2.0196 to -1.9804 mm"));
 }
 
+TEST(PartMetrology, AFitNamesWhatNothingChecksInItsHead) {
+  const part_alignment::PartFitInput input;
+  part_alignment::PartFit fit;
+  fit.verdict = Verdict::kGood;
+  fit.unchecked = {"the scale rests on one bar alone"};
+  EXPECT_THAT(PartFitText(input, fit),
+              testing::StartsWith("verdict   good\nunchecked the scale rests on one bar alone\n"));
+  EXPECT_EQ(nlohmann::json::parse(ToJson(input, fit)).at("unchecked")[0], fit.unchecked[0]);
+  const std::string page = PartFitPage(input, fit, {});
+  EXPECT_LT(page.find("Unchecked: the scale rests"), page.find("</section>"));
+}
+
 TEST(PartMetrology, TablesNameTheirUnitsAndFactors) {
   part_alignment::Budget budget;
   budget.axes[0].combined_mm = 0.02;

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "base/json_text.h"
+#include "base/measured_json.h"
+#include "base/rejection.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
 
@@ -80,6 +82,7 @@ std::string ToJson(const CameraCalibration& calibration) {
   return JsonText({{"format", 1},
                    {"verdict", ToString(calibration.verdict)},
                    {"reason", calibration.reason},
+                   {"check", CheckJson(calibration.check)},
                    {"parameters", parameters},
                    {"covariance", good ? Matrix(calibration.covariance) : Json(nullptr)},
                    {"residual_rms_px", Number(calibration.residual_rms_px)},
@@ -180,6 +183,7 @@ std::vector<ParameterWords> CalibratedParameters(
 
 std::string CalibrationText(const CameraCalibration& calibration) {
   std::string text = Verdicts(calibration.verdict, calibration.reason);
+  text += fmt::format("check     {}\n", CheckWords(calibration.check));
   if (calibration.verdict == Verdict::kGood) {
     for (const ParameterWords& parameter :
          CalibratedParameters(calibration.camera, calibration.covariance)) {

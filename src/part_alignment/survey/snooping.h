@@ -23,6 +23,15 @@ namespace trammel::part_alignment {
 [[nodiscard]] NetworkPrecision SnoopObservations(const BundleOptions& options, double false_alarm,
                                                  Network& network);
 
+/// A point that unused observations put together at another place.
+struct DoublePoint {
+  std::size_t point = 0;
+  std::size_t here = 0;   ///< observations in use
+  std::size_t there = 0;  ///< that agree on the other place
+};
+/// REQUIRES sigmas that the observations scatter by.
+[[nodiscard]] std::vector<DoublePoint> FindDoublePoints(const Network& network);
+
 /// A point that was elsewhere from one station on.
 struct MovedPoint {
   std::size_t point = 0;
@@ -44,7 +53,8 @@ struct ShapeStep {
 /// Compares where the stations before and after each station in turn have all points, jointly: of
 /// half a part each target may have moved by less than shows in it alone. What the step exceeds is
 /// what the same stations show in random orders, so that a lens that no model describes is none.
-/// REQUIRES a network at its least squares with sigmas that are the observations'.
+/// Each point counts up to a bound, so that one that moved is none either.
+/// REQUIRES a network at rest with sigmas that the observations scatter by.
 [[nodiscard]] std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random);
 
 /// A change of the focal length between two stations.

@@ -163,6 +163,21 @@ bool DropTwins(const IndexedSurvey& indexed, const NetworkPrecision& precision, 
   return dropped;
 }
 
+// Leaves out codes of which several pictures agree on one place and several on another.
+bool DropDoubles(const IndexedSurvey& indexed, Survey& survey, Network& network) {
+  bool dropped = false;
+  for (const DoublePoint& at : FindDoublePoints(network)) {
+    if (at.point >= indexed.coded) continue;
+    network.points[at.point].placed = false;
+    dropped = true;
+    survey.notices.push_back(fmt::format(
+        "target {} is not given: {} pictures show it at one place and {} at another, so that a "
+        "code was misread or two targets have it",
+        indexed.ids[at.point], at.here, at.there));
+  }
+  return dropped;
+}
+
 struct Adjusted {
   NetworkPrecision precision;
   BarScale scale;            // of the bars between points that are given
@@ -251,7 +266,7 @@ Adjusted Adjust(const SurveyInput& input, const SurveyOptions& options, IndexedS
     adjusted.precision = SnoopObservations(free, options.false_alarm, network);
   } while (
       (adjusted.precision.determined && DropTwins(indexed, adjusted.precision, survey, network)) ||
-      DropWeak(options, indexed, survey, network));
+      DropDoubles(indexed, survey, network) || DropWeak(options, indexed, survey, network));
   adjusted.scatter = ScatterOf(network, adjusted.precision, 0, indexed.coded);
   adjusted.plain_scatter =
       ScatterOf(network, adjusted.precision, indexed.coded, network.points.size());
@@ -329,13 +344,18 @@ std::optional<std::string> FocalReason(const SurveyInput& input, const Network& 
 
 std::optional<std::string> StepReason(const SurveyInput& input, const IndexedSurvey& indexed,
                                       Random& random) {
-  const auto step = FindShapeStep(indexed.network, random);
+  Network network = indexed.network;
+  const double scatter = std::max(RobustScatter(network), kLeastScatter);
+  for (NetworkObservation& observation : network.observations) observation.sigma_px *= scatter;
+  const auto step = FindShapeStep(network, random);
   if (!step) return std::nullopt;
+  const double size = ScaleOf(network).value_or(0);
   return fmt::format(
-      "the part changed its shape before {}: {} targets moved against the others, target {} most, "
-      "by {:.3f} mm; survey the pictures before and after as two, or let nothing move and "
-      "photograph anew",
-      input.pictures[step->first_after].name, step->points, indexed.ids[step->most], step->by);
+      "the part changed its shape before {}: {} targets moved against the others, target {} "
+      "most{}; survey the pictures before and after as two, or let nothing move and photograph "
+      "anew",
+      input.pictures[step->first_after].name, step->points, indexed.ids[step->most],
+      size > 0 ? fmt::format(", by {:.2f} mm", size * step->by) : "");
 }
 
 std::optional<std::string> TooFew(const SurveyInput& input, const Network& network) {
@@ -398,6 +418,9 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
     return Ended(survey, Verdict::kRefused, *focal);
   }
   if (other_focals) return Ended(survey, Verdict::kRefused, *other_focals);
+  if (const auto step = StepReason(input, indexed, random)) {
+    return Ended(survey, Verdict::kCannotTell, *step);
+  }
   NoteUnplacedTargets(indexed, survey);
   const std::set<std::size_t> moved = LeaveOutMoved(input, indexed.ids, survey, network);
   if (const auto apart = FallsApart(input, survey, network)) {
@@ -419,9 +442,6 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
                  "is; put bars of known length beside the part and name their ends");
   }
   if (!adjusted.scale.fault.empty()) return ended(Verdict::kRefused, adjusted.scale.fault);
-  if (const auto step = StepReason(input, indexed, random)) {
-    return ended(Verdict::kCannotTell, *step);
-  }
   LayDatum(network);
   adjusted.precision = PrecisionOf(network, kLensFree, true);
   if (adjusted.scatter <= options.most_variance_root && HasPlainPoints(input)) {

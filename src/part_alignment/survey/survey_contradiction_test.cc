@@ -1,6 +1,6 @@
 // Surveys of which a part contradicts the rest: never good and wrong.
 //
-// TRAMMEL_NETWORKS: worlds of each fault, 1 without it.
+// TRAMMEL_NETWORKS: worlds of each fault; 1 without it, and then a part of the faults.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,6 +27,8 @@ std::uint64_t Worlds() {
   const char* text = std::getenv("TRAMMEL_NETWORKS");
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 1;
 }
+
+bool IsThorough() { return std::getenv("TRAMMEL_NETWORKS") != nullptr; }
 
 test::SurveyScene SmallScene() {
   test::SurveyScene scene;
@@ -69,18 +71,19 @@ test::SurveyWorld WorldOf(std::uint64_t seed, std::size_t bars) {
 // Each bar in turn: by mm and by a factor; its ends taken for others.
 std::vector<std::function<void(ScaleBar&)>> WrongBars() {
   std::vector<std::function<void(ScaleBar&)>> wrong;
-  for (const double by_mm : {-100.0, -3.0, -0.5, 0.5, 1.0, 10.0, 100.0}) {
+  const std::vector<double> all_mm = {-100, -3, -0.5, 0.5, 1, 10, 100};
+  const std::vector<double> some_mm = {-0.5, 0.5, 100};
+  for (const double by_mm : IsThorough() ? all_mm : some_mm) {
     wrong.emplace_back([by_mm](ScaleBar& bar) { bar.length_mm += by_mm; });
   }
-  for (const double factor : {0.999, 1.02, 1 / 25.4, 2.0}) {
+  const std::vector<double> all_factors = {0.999, 1.02, 1 / 25.4, 2};
+  for (const double factor : IsThorough() ? all_factors : std::vector<double>{1.02}) {
     wrong.emplace_back([factor](ScaleBar& bar) {
       bar.length_mm *= factor;
       bar.sigma_mm = 1e-5 * bar.length_mm;
     });
   }
-  for (const char* other : {"7", "8"}) {
-    wrong.emplace_back([other](ScaleBar& bar) { bar.to = other; });
-  }
+  wrong.emplace_back([](ScaleBar& bar) { bar.to = "7"; });
   return wrong;
 }
 
@@ -150,7 +153,7 @@ TEST(SurveyContradiction, ABarWrongByTwiceWhatIsStatedAsDetectableIsDetected) {
 TEST(SurveyContradiction, AWrongFocalLengthChangesNoCoordinate) {
   const test::SurveyWorld world = WorldOf(kSeed, 2);
   SurveyInput input = test::Photograph(world, kSeed);
-  for (const double factor : {0.5, 0.8, 0.95, 1.1, 1.3, 2.0}) {
+  for (const double factor : {0.5, 0.95, 1.3}) {
     input.focal_length_px = 2773 * factor;
     const Survey survey = Solved(input);
     EXPECT_EQ(survey.verdict == Verdict::kGood && IsWrong(world, survey), false) << factor;
@@ -159,9 +162,12 @@ TEST(SurveyContradiction, AWrongFocalLengthChangesNoCoordinate) {
 
 TEST(SurveyContradiction, APartOfWhichHalfMovedIsNotMeasured) {
   for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    for (const double share : {0.2, 0.35, 0.5}) {
-      for (const double by_mm : {0.15, 0.3, 0.9, 5.0, 100.0}) {
-        for (const std::size_t first_after : {12U, 20U}) {
+    const std::vector<double> shares = {0.2, 0.35, 0.5};
+    const std::vector<double> motions_mm = {0.3, 5, 0.15, 0.9, 100};
+    for (const double share : IsThorough() ? shares : std::vector<double>{0.35, 0.5}) {
+      for (const double by_mm : IsThorough() ? motions_mm : std::vector<double>{0.3, 5}) {
+        for (const std::size_t first_after :
+             IsThorough() ? std::vector<std::size_t>{12, 20} : std::vector<std::size_t>{20}) {
           SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << share << " of it by "
                                           << by_mm << " mm before " << first_after + 1);
           test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
@@ -175,7 +181,8 @@ TEST(SurveyContradiction, APartOfWhichHalfMovedIsNotMeasured) {
           const Survey survey = Solved(test::Photograph(world, seed));
           EXPECT_NE(survey.verdict, Verdict::kGood) << Words(survey);
           EXPECT_THAT(survey.reason, AnyOf(HasSubstr("contradict"), HasSubstr("changed its shape"),
-                                           HasSubstr("focal length"), HasSubstr("hang together")));
+                                           HasSubstr("focal length"), HasSubstr("hang together"),
+                                           HasSubstr("a part that bends")));
         }
       }
     }
