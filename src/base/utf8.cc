@@ -52,6 +52,44 @@ std::uint32_t CodePoint(std::string_view sequence) {
   return code;
 }
 
+void Append(std::uint32_t code, std::string& text) {
+  const auto tail = [&](int bits) {
+    return static_cast<char>(0x80U | ((code >> static_cast<unsigned>(bits)) & 0x3FU));
+  };
+  if (code < 0x80) {
+    text += static_cast<char>(code);
+  } else if (code < 0x800) {
+    text += {static_cast<char>(0xC0U | (code >> 6U)), tail(0)};
+  } else if (code < 0x10000) {
+    text += {static_cast<char>(0xE0U | (code >> 12U)), tail(6), tail(0)};
+  } else {
+    text += {static_cast<char>(0xF0U | (code >> 18U)), tail(12), tail(6), tail(0)};
+  }
+}
+
+std::string FromUtf16(std::string_view bytes, bool low_first) {
+  const auto unit = [&](std::size_t at) {
+    const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[at + i]); };
+    return static_cast<std::uint32_t>(low_first ? byte(0) | byte(1) << 8U
+                                                : byte(1) | byte(0) << 8U);
+  };
+  const auto within = [](std::uint32_t code, std::uint32_t from) {
+    return code >= from && code < from + 0x400;
+  };
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 2) {
+    std::uint32_t code = at + 1 < bytes.size() ? unit(at) : 0xFFFD;
+    if (within(code, 0xD800) && at + 3 < bytes.size() && within(unit(at + 2), 0xDC00)) {
+      code = 0x10000 + ((code - 0xD800) << 10U) + (unit(at + 2) - 0xDC00);
+      at += 2;
+    } else if (within(code, 0xD800) || within(code, 0xDC00)) {
+      code = 0xFFFD;
+    }
+    Append(code, text);
+  }
+  return text;
+}
+
 /// What a terminal may obey, or shows in another place than it stands.
 bool ObeyedByTerminals(std::uint32_t code) {
   const auto within = [&](std::uint32_t lo, std::uint32_t hi) { return code >= lo && code <= hi; };
@@ -104,6 +142,15 @@ std::string EscapedForTerminal(std::string_view text) {
     text.remove_prefix(sequence.size());
   }
   return out;
+}
+
+std::string Utf8OfFile(std::string bytes) {
+  if (bytes.starts_with("\xEF\xBB\xBF")) {
+    bytes.erase(0, 3);
+  } else if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF")) {
+    return FromUtf16(std::string_view(bytes).substr(2), bytes.front() == '\xFF');
+  }
+  return bytes;
 }
 
 std::size_t IncompleteUtf8(std::string_view text) {

@@ -19,6 +19,11 @@ namespace trammel {
 /// reads as the same character; bytes that are not UTF-8 become U+FFFD: for text where it leaves.
 [[nodiscard]] std::string EscapedForTerminal(std::string_view text);
 
+/// A text file's bytes as UTF-8: UTF-16 of either byte order, which its mark at the begin tells
+/// (spreadsheets' "Unicode text"), is converted, half a character becomes U+FFFD, and the mark of
+/// UTF-8 is taken off. Other bytes stay as they are.
+[[nodiscard]] std::string Utf8OfFile(std::string bytes);
+
 /// Bytes at the end of the text that begin a character and do not complete it; up to three.
 [[nodiscard]] std::size_t IncompleteUtf8(std::string_view text);
 

@@ -23,6 +23,29 @@ TEST(Utf8, BoundsTheLengthAtAWholeCharacter) {
   EXPECT_EQ(Utf8OrReplaced("aaaaaaaaaa\xFF", 9), "aaaaaa…");
 }
 
+TEST(Utf8, OfAFileIsItsTextWhateverItsMarkSays) {
+  const std::string text = "id,µ,≥,😀\r\n";
+  EXPECT_EQ(Utf8OfFile(text), text);
+  EXPECT_EQ(Utf8OfFile("\xEF\xBB\xBF" + text), text);
+  for (const bool low_first : {true, false}) {
+    std::string bytes;
+    for (const char16_t unit : std::u16string(u"\uFEFFid,µ,≥,😀\r\n")) {
+      const char low = static_cast<char>(unit & 0xFF);
+      const char high = static_cast<char>(unit >> 8);
+      bytes += low_first ? std::string{low, high} : std::string{high, low};
+    }
+    EXPECT_EQ(Utf8OfFile(bytes), text);
+    EXPECT_EQ(Utf8OfFile(bytes + "x"), text + "\xEF\xBF\xBD");  // cut within a character
+  }
+  EXPECT_EQ(Utf8OfFile(std::string("\xFF\xFE\x3D\xD8"
+                                   "a\0",
+                                   6)),
+            "\xEF\xBF\xBD"
+            "a");
+  EXPECT_EQ(Utf8OfFile("\xFF\xFE"), "");
+  EXPECT_EQ(Utf8OfFile(""), "");
+}
+
 TEST(EscapedForTerminal, ShowsWhatATerminalWouldObey) {
   EXPECT_EQ(EscapedForTerminal("a\tµm ≥ 1\n"), "a\tµm ≥ 1\n");
   EXPECT_EQ(EscapedForTerminal("\x1b[2J\r\a"), "\\u001b[2J\\u000d\\u0007");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/bounded_json.h"
+#include "base/utf8.h"
 #include "files/whole_file.h"
 
 namespace trammel::files {
@@ -26,9 +27,9 @@ Result<json> ParseJson(std::string_view text, const std::string& file) {
 }
 
 Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {
-  const auto text = ReadWholeFile(path, max_bytes);
+  auto text = ReadWholeFile(path, max_bytes);
   if (!text) return tl::unexpected(text.error());
-  return ParseJson(*text, path.string());
+  return ParseJson(Utf8OfFile(std::move(*text)), path.string());
 }
 
 JsonObject::JsonObject(const json& object, std::string file, std::string path)

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/utf8.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
 #include "part_alignment/files/three_numbers.h"
@@ -229,7 +230,16 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReade
 }
 
 Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const std::string& file) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // spreadsheets write a mark
+  if (text.starts_with("PK\x03\x04")) {
+    return Fail(
+        fmt::format("{}: is a ZIP, as spreadsheets' .xlsx and .ods are: save it as CSV "
+                    "(comma or semicolon, UTF-8)",
+                    file));
+  }
+  if (text.find('\0') != std::string_view::npos) {
+    return Fail(
+        fmt::format("{}: is no text, or UTF-16 without its mark: save it as CSV (UTF-8)", file));
+  }
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos) return Fail(fmt::format("{}: is empty", file));
   if (text[first] == '{') return PointsFromJson(text, file);
@@ -259,9 +269,9 @@ Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const 
 }
 
 Result<std::vector<MeasuredPoint>> ReadPointTable(const std::filesystem::path& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
+  auto text = ReadWholeFile(path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
-  return ParsePointTable(*text, path.string());
+  return ParsePointTable(Utf8OfFile(std::move(*text)), path.string());
 }
 
 }  // namespace trammel::files

@@ -94,6 +94,26 @@ TEST_F(PartMetrologyFile, ATableOfPointsIsReadWithAnySeparator) {
   EXPECT_EQ((*json)[0].id, "7");
 }
 
+TEST_F(PartMetrologyFile, ATableOfPointsIsReadAsSpreadsheetsEncodeIt) {
+  const std::string text = "id\tx_mm\ty_mm\tz_mm\tsigma_mm\tsurface\r\np1\t1\t2\t3\t0.05\ttop\r\n";
+  for (const bool low_first : {true, false}) {
+    std::string bytes = low_first ? "\xFF\xFE" : "\xFE\xFF";
+    for (const char c : text) bytes += low_first ? std::string{c, '\0'} : std::string{'\0', c};
+    const auto points = ReadPointTable(File(bytes));
+    ASSERT_TRUE(points) << points.error().message;
+    ASSERT_EQ(points->size(), 1U);
+    EXPECT_EQ((*points)[0].at_mm.z(), 3);
+    EXPECT_EQ((*points)[0].surface, "top");
+    const auto unmarked = ReadPointTable(File(bytes.substr(2)));
+    ASSERT_FALSE(unmarked);
+    EXPECT_THAT(unmarked.error().message, HasSubstr("UTF-16 without its mark"));
+  }
+  EXPECT_TRUE(ReadPointTable(File("\xEF\xBB\xBF" + text)));
+  const auto zip = ReadPointTable(File("PK\x03\x04 an .xlsx"));
+  ASSERT_FALSE(zip);
+  EXPECT_THAT(zip.error().message, HasSubstr("save it as CSV"));
+}
+
 TEST_F(PartMetrologyFile, FaultsOfATableNameTheirLine) {
   const auto complaint = [](const std::string& text) {
     const auto points = ParsePointTable(text, "f.csv");

@@ -195,12 +195,22 @@ bool LooksLikeText(std::string_view bytes) {
 
 }  // namespace
 
+std::size_t StlTrailingBytes(std::string_view bytes) {
+  if (bytes.size() < kHeaderBytes || LooksLikeText(bytes)) return 0;
+  const std::size_t stated = kTriangleBytes * Word(bytes, kHeaderBytes - 4);
+  if (bytes.size() <= kHeaderBytes + stated) return 0;
+  const std::size_t trailing = bytes.size() - kHeaderBytes - stated;
+  // Whole triangles are some that the file does not count, and a file that states none states
+  // nothing of what is behind.
+  return trailing < stated && trailing % kTriangleBytes != 0 ? trailing : 0;
+}
+
 Result<TriangleMesh> ParseStl(std::string_view bytes, const std::string& file, double mm_per_unit) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
   const std::size_t stated =
       bytes.size() >= kHeaderBytes ? Word(bytes, kHeaderBytes - 4) : std::size_t{0};
   const std::size_t wanted = kHeaderBytes + kTriangleBytes * stated;
-  if (bytes.size() >= kHeaderBytes && bytes.size() == wanted) {
+  if (bytes.size() >= kHeaderBytes && bytes.size() == wanted + StlTrailingBytes(bytes)) {
     if (stated > kMostTriangles) return tl::unexpected(TooMany(file, stated).error());
     return ParseBinary(bytes, file, mm_per_unit);
   }
@@ -211,11 +221,14 @@ Result<TriangleMesh> ParseStl(std::string_view bytes, const std::string& file, d
                     "the {} bytes with which a binary one begins",
                     file, bytes.size(), kHeaderBytes));
   }
-  return Fail(fmt::format(
-      "{}: no STL, or a damaged one: as a binary one it states {} triangles, "
-      "which are {} bytes; it has {}{}",
-      file, stated, wanted, bytes.size(),
-      bytes.size() < wanted ? ", so that it is cut short: export or copy it anew" : ""));
+  return Fail(
+      fmt::format("{}: no STL, or a damaged one: as a binary one it states {} triangles, "
+                  "which are {} bytes; it has {}{}: export or copy it anew",
+                  file, stated, wanted, bytes.size(),
+                  bytes.size() < wanted ? ", so that it is cut short"
+                  : (bytes.size() - wanted) % kTriangleBytes == 0
+                      ? fmt::format(", {} triangles more", (bytes.size() - wanted) / kTriangleBytes)
+                      : ""));
 }
 
 Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
@@ -233,15 +246,21 @@ Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
                     kMostBytes / kBytesPerMb, kCoarser));
   }
   Result<TriangleMesh> triangles;
+  std::size_t trailing = 0;
   {
     const auto bytes = ReadNamedFile(path, kMostBytes);
     if (!bytes) return tl::unexpected(bytes.error());
     triangles = ParseStl(*bytes, path.string(), unit ? unit->mm : 1);
+    trailing = StlTrailingBytes(*bytes);
   }
   if (!triangles) return tl::unexpected(triangles.error());
-  return MakeMeshFile(path, std::move(*triangles), open,
-                      unit ? fmt::format("read in {}", unit->name)
-                           : "read in mm: an STL states no unit, \"unit\" or --unit says another");
+  std::string read = unit ? fmt::format("read in {}", unit->name)
+                          : "read in mm: an STL states no unit, \"unit\" or --unit says another";
+  if (trailing > 0) {
+    read +=
+        fmt::format("; {} bytes behind the last triangle are none, and were not read", trailing);
+  }
+  return MakeMeshFile(path, std::move(*triangles), open, read);
 }
 
 }  // namespace trammel::files

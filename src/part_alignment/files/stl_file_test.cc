@@ -110,7 +110,6 @@ TEST(StlFile, CutShortIsNamedAtAnyLength) {
   EXPECT_THAT(
       Complaint(binary.substr(0, 400)),
       AllOf(HasSubstr("12 triangles, which are 684 bytes; it has 400"), HasSubstr("cut short")));
-  EXPECT_THAT(Complaint(binary + "x"), AllOf(HasSubstr("it has 685"), Not(HasSubstr("cut short"))));
   EXPECT_THAT(Complaint(binary.substr(0, 50)), HasSubstr("no STL"));
   const std::string text = Text(kBox);
   for (std::size_t n = 0; n + 17 < text.size(); n += 7) {
@@ -119,6 +118,34 @@ TEST(StlFile, CutShortIsNamedAtAnyLength) {
   EXPECT_THAT(Complaint(text.substr(0, text.find("endloop"))),
               AllOf(HasSubstr("part.stl:7: the file ends where \"endloop\" is wanted"),
                     HasSubstr("cut short")));
+}
+
+TEST(StlFile, BytesBehindTheLastTriangleAreSkipped) {
+  const std::string binary = Binary(kBox);
+  const std::string named = Binary(kBox, "solid by a CAD program");
+  for (const std::size_t more : {1, 2, 4, 49, 51, 512, 599}) {
+    for (const char filler : {'\0', ' ', '\x1a', '\xff'}) {
+      const std::string trailing(more, filler);
+      ExpectBox(ParseStl(binary + trailing, "a.stl", 1));
+      ExpectBox(ParseStl(named + trailing, "a.stl", 1));
+      EXPECT_EQ(StlTrailingBytes(binary + trailing), more);
+    }
+  }
+  EXPECT_EQ(StlTrailingBytes(binary), 0U);
+  EXPECT_EQ(StlTrailingBytes(Text(kBox) + "\n\n"), 0U);
+}
+
+TEST(StlFile, TrianglesBehindTheStatedOnesAreNeverDropped) {
+  const std::string binary = Binary(kBox);
+  std::string none = binary;
+  none.replace(80, 4, 4, '\0');
+  std::string fewer = binary;
+  fewer[80] = 10;
+  EXPECT_THAT(Complaint(fewer), AllOf(HasSubstr("states 10 triangles, which are 584 bytes; it has "
+                                                "684, 2 triangles more"),
+                                      HasSubstr("export or copy it anew")));
+  EXPECT_THAT(Complaint(none), HasSubstr("states 0 triangles"));
+  EXPECT_THAT(Complaint(binary + std::string(601, ' ')), HasSubstr("it has 1285"));
 }
 
 TEST(StlFile, WhatIsNoNumberIsNamedWithItsPlace) {
@@ -158,6 +185,13 @@ TEST_F(MeshFiles, AnUnstatedUnitIsSaidToBeMm) {
   ASSERT_TRUE(told);
   EXPECT_THAT(told->notices[0],
               AllOf(HasSubstr("2032 × 1270 × 762 mm, read in inch"), Not(HasSubstr("no unit"))));
+}
+
+TEST_F(MeshFiles, BytesThatWereNotReadAreSaid) {
+  Write("box.stl", Binary(kBox) + "\r\n");
+  const auto read = ReadMeshFile(At("box.stl"), std::nullopt, false);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_THAT(read->notices[0], HasSubstr("2 bytes behind the last triangle"));
 }
 
 TEST_F(MeshFiles, TenMillionTrianglesAreRefusedUnread) {
