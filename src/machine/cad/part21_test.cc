@@ -29,6 +29,48 @@ TEST(Part21, AWholeFilePasses) {
                           File("#1=A('it''s; (\"',(#2,$,*));/* ; */\n#2 = (B(1.)C(\"0F\"));\n")));
 }
 
+std::string Plain(const std::string& text) {
+  auto checked = CheckPart21(text);
+  EXPECT_TRUE(checked) << checked.error().message;
+  return checked ? *checked : "";
+}
+
+TEST(Part21, LaterEditionsBecomeTheFirst) {
+  const std::string first = File("#1=A();\n#2=B(#1);\n");
+  EXPECT_EQ(Plain(first), first);
+  const std::string named =
+      "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA ('a;b',('X'));\n#1=A();\n"
+      "ENDSEC;\nEND-ISO-10303-21;\n";
+  EXPECT_EQ(Plain(named),
+            "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;              \n#1=A();\n"
+            "ENDSEC;\nEND-ISO-10303-21;\n");
+  // Several sections, of which one refers to another, and what edition 3 adds.
+  EXPECT_EQ(Plain("ISO-10303-21;HEADER;ENDSEC;\nANCHOR;\n<a>=#1;\nENDSEC;\nREFERENCE;ENDSEC;\n"
+                  "DATA('a',('X'));#1=A(#3);ENDSEC;\nDATA('b',('Y'));#3=B();ENDSEC;\n"
+                  "DATA('c',('Y'));ENDSEC;END-ISO-10303-21;SIGNATURE;"),
+            "ISO-10303-21;HEADER;ENDSEC;\n       \n       \n       \n                 \n"
+            "DATA;           #1=A(#3);       \n                #3=B();       \n"
+            "                ENDSEC;END-ISO-10303-21;SIGNATURE;");
+  EXPECT_THAT(Complaint("ISO-10303-21;HEADER;ENDSEC;REFERENCE;#7=<other.stp#a>;ENDSEC;"
+                        "DATA('a',('X'));#1=A(#7);ENDSEC;END-ISO-10303-21;"),
+              HasSubstr("in other files"));
+}
+
+TEST(Part21, ListsAreBounded) {
+  const auto list = [](std::size_t entries, const std::string& entry) {
+    std::string text = "#1=A((" + entry;
+    for (std::size_t i = 1; i < entries; ++i) text += "," + entry;
+    return File(text + "));\n");
+  };
+  EXPECT_TRUE(CheckPart21(list(kMostPart21Entries, "0.")));
+  EXPECT_THAT(Complaint(list(kMostPart21Entries + 1, "0.")),
+              AllOf(HasSubstr("a list in line 5 has more than 20000 entries"), HasSubstr("STL")));
+  EXPECT_TRUE(CheckPart21(list(kMostPart21Entries, "(0.,0.,0.)")));
+  EXPECT_THAT(Complaint(list(kMostPart21Entries + 1, "(0.,0.,0.)")), HasSubstr("a list"));
+  EXPECT_THAT(Complaint(list(1'000'000, "0")), HasSubstr("a list"));
+  EXPECT_TRUE(CheckPart21(list(2, "'" + std::string(100'000, ',') + "'")));
+}
+
 TEST(Part21, CutAnywhereItIsNeverWhole) {
   const std::string text = test::StepText({{}}, "inch");
   const std::size_t end = text.find("END-ISO-10303-21;") + std::string("END-ISO-10303-21;").size();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -18,15 +20,10 @@ namespace {
 
 constexpr double kBytesPerMb = 1e6;
 
-/// What Open CASCADE may take for a file. A plate with 800 bores, of 3 MB, took 0.3 GB and 45 s.
-struct Allowance {
-  explicit Allowance(std::size_t file_bytes)
-      : bytes((std::uint64_t{1} << 30U) + 25 * std::uint64_t{file_bytes}),
-        seconds(120 + static_cast<int>(3 * file_bytes / std::size_t{1'000'000})) {}
-
-  std::uint64_t bytes;
-  int seconds;  // of computing
-};
+/// What Open CASCADE may take for a file. A plate with 800 bores, of 3 MB, took 0.3 GB.
+std::uint64_t MostBytes(std::size_t file_bytes) {
+  return (std::uint64_t{1} << 30U) + 25 * std::uint64_t{file_bytes};
+}
 
 /// Puts the solid together from what the child tells, which is believed within bounds.
 class Taken {
@@ -99,11 +96,16 @@ class Taken {
   StepSolid solid_;
 };
 
-Result<StepSolid> TakeSolid(ChildProcess& child, const Allowance& allowance) {
-  const double silence_s = 3.0 * allowance.seconds;  // a machine may be busy
+Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t most_bytes, int most_s) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::seconds(most_s);
+  const auto left_s = [&] {
+    return std::max(0.0, std::chrono::duration<double>(end - Clock::now()).count());
+  };
   Taken taken;
   ChildMessage message;
-  while (child.Receive(message, silence_s, {}) == Heard::kMessage) {
+  Heard heard = Heard::kSilence;
+  while ((heard = child.Receive(message, left_s(), {})) == Heard::kMessage) {
     if (message.kind == kStepFault) {
       return Fail(std::string(message.bytes.begin(), message.bytes.end()));
     }
@@ -113,10 +115,17 @@ Result<StepSolid> TakeSolid(ChildProcess& child, const Allowance& allowance) {
     }
     if (!taken.Take(message)) break;
   }
+  if (heard == Heard::kSilence) {
+    return Fail(
+        fmt::format("Open CASCADE has not read it within {} s: export the part alone and "
+                    "simplified, or an STL; or run it again on a computer that is less "
+                    "busy",
+                    most_s));
+  }
   return Fail(fmt::format(
       "Open CASCADE ended without a word over it ({}): it is damaged, or takes more than {} s or "
       "{} MB; export it anew as AP214, or an STL",
-      child.End(), allowance.seconds, allowance.bytes >> 20U));
+      child.End(), most_s, most_bytes >> 20U));
 }
 
 Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
@@ -124,22 +133,23 @@ Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
   if (text.starts_with("PK") || text.starts_with("\x1f\x8b")) {
     return Fail("it is packed; unpack it first");
   }
-  if (auto whole = CheckPart21(text); !whole) return tl::unexpected(whole.error());
+  const auto plain = CheckPart21(text);
+  if (!plain) return tl::unexpected(plain.error());
   const auto module = FindStepModule();
   if (!module) {
     return Fail(fmt::format("{}; or export an STL", module.error().message));
   }
-  const Allowance allowance(text.size());
+  const std::uint64_t most_bytes = MostBytes(text.size());
   auto child = ChildProcess::Start(
       [&](const ChildSender& sender) {
-        LimitThisProcess(allowance.bytes, allowance.seconds);
-        const auto sent = (*module)->send_solid(text, options, sender);
+        LimitThisProcess(most_bytes, options.most_s);
+        const auto sent = (*module)->send_solid(*plain, options, sender);
         sender.Send(sent ? kStepEnds : kStepFault,
                     sent ? std::string_view() : sent.error().message);
       },
       kPatience_s);
   if (!child) return tl::unexpected(child.error());
-  return TakeSolid(*child, allowance);
+  return TakeSolid(*child, most_bytes, options.most_s);
 }
 
 }  // namespace

@@ -17,6 +17,9 @@ namespace trammel::machine {
 struct StepReadOptions {
   double chord_error_mm = 0.02;          ///< of the triangles, > 0
   std::size_t most_triangles = 120'000;  ///< coarser ones are made of a part that would take more
+  /// Open CASCADE is ended then, whatever the file. A plate with 800 bores took 45 s of a slow
+  /// processor.
+  int most_s = 60;
 };
 
 /// How far the part's own surface stands out of a triangle.

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <string>
 
+#include "machine/cad/part21.h"
 #include "support/step_text.h"
 #include "support/temporary_folder.h"
 
@@ -159,6 +161,44 @@ TEST_F(StepFile, ExactlyOneSolidIsTaken) {
   EXPECT_THAT(Complaint(test::StepText({{}}, "mm", test::StepFault::kSurfacesOnly)),
               AllOf(HasSubstr("surfaces only (7 faces)"), HasSubstr("knit them to a solid")));
   EXPECT_THAT(Complaint(test::StepText({}, "mm")), HasSubstr("holds no solid"));
+}
+
+TEST_F(StepFile, ASectionWithANameIsReadAsOneWithout) {
+  const std::string text = test::StepText({{}}, "inch");
+  const auto plain = Read(text);
+  ASSERT_TRUE(plain) << plain.error().message;
+  const auto expect_same = [&](const std::string& other) {
+    const auto named = Read(other);
+    ASSERT_TRUE(named) << named.error().message;
+    EXPECT_EQ(named->vertices_mm, plain->vertices_mm);
+    EXPECT_EQ(named->triangles, plain->triangles);
+    EXPECT_EQ(named->unit, "inch");
+  };
+  expect_same(Replaced(text, "DATA;", "DATA('main',('AUTOMOTIVE_DESIGN'));"));
+  expect_same(Replaced(text, "DATA;", "DATA /* a */ (\n'main',('AUTOMOTIVE_DESIGN'));"));
+  expect_same(Replaced(Replaced(text, "DATA;", "DATA('a',('X'));"),
+                       "#10=", "ENDSEC;\nDATA('b',('AUTOMOTIVE_DESIGN'));\n#10="));
+}
+
+TEST_F(StepFile, WhatTakesOpenCascadeMinutesIsGivenUpInTime) {
+  // Each list for itself is short enough.
+  std::string lists;
+  for (int i = 0; i < 400; ++i) {
+    lists += "#" + std::to_string(100'000 + i) + "=CARTESIAN_POINT('',(0.";
+    for (std::size_t k = 1; k + 1 < kMostPart21Entries; ++k) lists += ",0.";
+    lists += "));\n";
+  }
+  StepReadOptions options;
+  EXPECT_EQ(options.most_s, 60);
+  options.most_s = 2;
+  const std::string text = Replaced(test::StepText({{}}, "mm"), "DATA;", "DATA;\n" + lists);
+  const auto begun = std::chrono::steady_clock::now();
+  const auto read = Read(text, options);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().message, HasSubstr("2 s"));
+  constexpr double kBusy_s = 20;
+  EXPECT_LT(took.count(), kBusy_s);
 }
 
 TEST_F(StepFile, AUnitIsKnownOrRefused) {
