@@ -143,23 +143,26 @@ std::vector<StartQuestion> JobQuestions(const std::optional<machine::LinuxCncFac
   const auto numbers = ParseNumbers(given == answers.end() ? travel : given->second, 6);
   const std::string highest = numbers ? fmt::format("{}", numbers->back()) : "";
   return {
-      {"camera", "the camera's file, as align calibrate or align camera left it", "", IsFile},
+      {"camera", "the camera's file, as align calibrate or align camera left it", "", IsFile,
+       "camera.json"},
       {"targets", "the file of the part's targets, as align fit or align survey left it", "",
-       IsFile},
+       IsFile, "targets.json"},
       {"source", "where its pictures come from: a folder, /dev/videoN, aravis:ID, http://…", "",
-       IsSource},
+       IsSource, "pictures"},
       {"spindle", "what holds the spindle: c-axis, or locked (by hand)",
        has_c ? "c-axis" : "locked", IsSpindle},
       {"travel", "the spindle's travel: the least X,Y,Z and the most X,Y,Z, mm", travel,
-       AreNumbers(6)},
-      {"safe-z", "machine Z at which the spindle may cross everywhere, mm", highest, AreNumbers(1)},
-      {"rough", "about where the part's origin is in the machine, X,Y,Z mm", "", AreNumbers(3)},
+       AreNumbers(6), "0,0,-500,1000,600,0"},
+      {"safe-z", "machine Z at which the spindle may cross everywhere, mm", highest, AreNumbers(1),
+       "-5"},
+      {"rough", "about where the part's origin is in the machine, X,Y,Z mm", "", AreNumbers(3),
+       "400,250,-450"},
       {"rough-angles", "about how the part is turned, alpha,beta,gamma mm/m", "0,0,0",
        AreNumbers(3)},
       {"obstacle",
        "boxes about part and fixture that the camera has to keep clear of, least X,Y,Z and most "
        "X,Y,Z each, with blanks between them; or none",
-       "", AreBoxes},
+       "", AreBoxes, "none"},
       {"distance", "from camera to target, mm; within what the camera was calibrated for", "300",
        IsDistance},
       {"work-offset", "the work offset that is to be set", "G54", IsWorkOffset}};

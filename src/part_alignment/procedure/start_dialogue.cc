@@ -20,6 +20,10 @@ std::string Trimmed(const std::string& text) {
 Result<std::string> AskOne(const StartQuestion& question, Person& person,
                            const std::function<void(const std::string&)>& say) {
   constexpr double kLook_s = 1;
+  constexpr int kMostEmpty = 3;
+  const std::string such_as =
+      question.example.empty() ? std::string() : ", such as " + question.example;
+  int empty = 0;
   const auto prompt = [&] {
     say(question.text + (question.fallback.empty() ? ": " : " [" + question.fallback + "]: "));
   };
@@ -30,7 +34,14 @@ Result<std::string> AskOne(const StartQuestion& question, Person& person,
     if (!*line) continue;
     std::string answer = Trimmed(**line);
     if (answer.empty()) answer = question.fallback;
-    const Result<void> does = answer.empty() ? Fail("an answer is needed") : question.check(answer);
+    if (answer.empty() && ++empty == kMostEmpty) {
+      return Fail(fmt::format(
+          "without an answer nothing can be written; when it is known, run it "
+          "again with --{}{}: {}",
+          question.name, question.example.empty() ? "" : " " + question.example, question.text));
+    }
+    const Result<void> does =
+        answer.empty() ? Fail("an answer is needed" + such_as) : question.check(answer);
     if (does) return answer;
     say(does.error().message + "\n");
     prompt();

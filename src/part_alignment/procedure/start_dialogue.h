@@ -17,17 +17,18 @@ struct StartQuestion {
   std::string text;      ///< what is asked, with its unit
   std::string fallback;  ///< what an empty line stands for; empty: something has to be said
   std::function<Result<void>(const std::string&)> check;
+  std::string example = {};  ///< of an answer, for who has none
 };
 
 /// By the questions' names.
 using StartAnswers = std::map<std::string, std::string>;
 
-/// Asks what is not in `answers` yet, again where an answer does not do, and adds it. Without a
-/// person the fallbacks stand.
+/// Asks what is not in `answers` yet, again where an answer does not do, and adds it. Three empty
+/// lines, where no fallback is, end it. Without a person the fallbacks stand.
 /// @param person  null: nobody can be asked
 /// @param say     a piece of text for the person; no line feed is added
-/// Errors: kInput for an answer given beforehand that does not do, and, without a person, for all
-/// that has no answer, by the options' names; kInterrupted.
+/// Errors: kInput for an answer given beforehand that does not do, and, without a person or one who
+/// answers nothing, for what has no answer, by the options' names; kInterrupted.
 [[nodiscard]] Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions,
                                            Person* person,
                                            const std::function<void(const std::string&)>& say,

@@ -47,7 +47,7 @@ std::vector<StartQuestion> Questions() {
       return {};
     };
   };
-  return {{"rough", "about where the part's origin is, X,Y,Z mm", "", numbers(3)},
+  return {{"rough", "about where the part's origin is, X,Y,Z mm", "", numbers(3), "400,250,-450"},
           {"distance", "from camera to target, mm", "300", numbers(1)}};
 }
 
@@ -59,8 +59,21 @@ TEST(StartDialogue, AsksAgainUntilAnAnswerDoesAndTakesAnEmptyLineForTheFallback)
       Questions(), &person, [&](const std::string& text) { said += text; }, answers);
   ASSERT_TRUE(asked) << asked.error().message;
   EXPECT_EQ(answers, (StartAnswers{{"rough", "1,2,-3.5"}, {"distance", "300"}}));
-  EXPECT_THAT(said, AllOf(HasSubstr("an answer is needed"), HasSubstr("\"1,2\" is not 3 numbers"),
+  EXPECT_THAT(said, AllOf(HasSubstr("an answer is needed, such as 400,250,-450\n"),
+                          HasSubstr("\"1,2\" is not 3 numbers"),
                           HasSubstr("from camera to target, mm [300]: ")));
+}
+
+TEST(StartDialogue, EndsWithThePersonWhoHasNoAnswer) {
+  ScriptedPerson person({"", "", "", "", ""});
+  std::string said;
+  StartAnswers answers;
+  const auto asked = AnswerQuestions(
+      Questions(), &person, [&](const std::string& text) { said += text; }, answers);
+  ASSERT_FALSE(asked);
+  EXPECT_EQ(asked.error().kind, ErrorKind::kInput);
+  EXPECT_THAT(asked.error().message,
+              AllOf(HasSubstr("--rough 400,250,-450"), HasSubstr("about where the part's")));
 }
 
 TEST(StartDialogue, AsksNothingThatWasAnsweredBeforehand) {

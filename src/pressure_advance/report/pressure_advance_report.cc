@@ -52,10 +52,12 @@ std::string Head(const pa::Analysis& analysis) {
 
 std::string Next(const Measured& answer, bool has_figures) {
   if (!answer.good()) {
-    return Card("What to do next",
-                fmt::format("<p>Keep the pressure advance that is in use. Follow the advice above, "
-                            "then print or record again{}.</p>\n",
-                            has_figures ? "; the figures below show what was seen" : ""));
+    return Card(
+        "What to do next",
+        fmt::format(
+            "<p>Keep the pressure advance that is in use. Put right what the reason above names, "
+            "then print or record again{}.</p>\n",
+            has_figures ? "; the figures below show what was seen" : ""));
   }
   const std::string value =
       SecondsText(answer.quantity().value, answer.quantity().standard_uncertainty);

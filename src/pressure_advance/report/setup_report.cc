@@ -50,9 +50,10 @@ std::string SetupTable(const SetupView& view) {
 
 std::string SetupNext(const SetupView& view) {
   if (view.section.empty()) {
-    return Card("What to do next",
-                "<p>Nothing is written. Follow the advice above, then run <code>trammel pa "
-                "setup</code> again.</p>\n");
+    return Card(
+        "What to do next",
+        "<p>Nothing is written. Put right what the reason above names, then run <code>trammel pa "
+        "setup</code> again.</p>\n");
   }
   return Card("What to do next",
               fmt::format("<p>Put this into trammel.toml, or let <code>trammel pa "

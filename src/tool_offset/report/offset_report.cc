@@ -132,7 +132,8 @@ std::string Next(const OffsetAnalysis& analysis) {
         return VerdictOf(tool) == Verdict::kGood;
       })) {
     return Card("What to do next",
-                "<p>Keep the offsets that are in use. Follow the advice above, then print or scan "
+                "<p>Keep the offsets that are in use. Put right what the reason above names, then "
+                "print or scan "
                 "another sheet.</p>\n");
   }
   std::string body;
