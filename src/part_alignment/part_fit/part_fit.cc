@@ -294,6 +294,11 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
     return fit;
   }
   Problem problem = ProblemOf(input, options, fit.scale);
+  RejectionTally tally;  // nothing is left out: what stands out is a doubt
+  for (const SurfaceContact& contact : problem.contacts) {
+    tally.Add({"surface " + contact.surface->id}, false);
+  }
+  fit.check = tally.Check(std::max(0, static_cast<int>(problem.contacts.size()) - 6));
   if (problem.has_mesh) {
     if (std::string other = OtherSize(problem); !other.empty()) {
       return Without(std::move(fit), Verdict::kRefused, std::move(other));
@@ -314,6 +319,9 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
         free);
     return fit;
   }
+  if (std::string turned = TurnedRound(problem, near); !turned.empty()) {
+    return Without(std::move(fit), Verdict::kCannotTell, std::move(turned));
+  }
   if (problem.has_mesh) {
     if (MeshDoubt doubt = DoubtOf(input, options, problem, near, begun.others);
         !doubt.reason.empty()) {
@@ -325,6 +333,9 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
       return Without(std::move(fit), Verdict::kCannotTell, std::move(guard.coarse));
     }
     if (!guard.notice.empty()) fit.notices.push_back(std::move(guard.notice));
+  }
+  if (std::string wild = WildPoint(input, problem, near); !wild.empty()) {
+    return Without(std::move(fit), Verdict::kCannotTell, std::move(wild));
   }
   Rest rest = EvenPlacement(problem, near);
   if (rest.stuck) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 #include "base/result.h"
 #include "geometry/euler.h"
 #include "part_alignment/mesh/mesh_distance.h"
@@ -98,6 +99,7 @@ struct PartFit {
   geometry::Pose ideal_from_measured;  ///< after the scale
   double scale = 1;
   double scale_sigma = 0;
+  AdjustmentCheck check;  ///< of the points with a surface
   std::vector<PointStockAllowance>
       stock_allowances;  ///< of points with a surface; best placement if refused
   double least_mm = 0;
@@ -117,8 +119,9 @@ struct PartFit {
 /// however many points it has). Convex for small motions: a least-distance problem (Lawson & Hanson
 /// 1974), repeated until the placement rests. Verdicts other than good: no placement leaves
 /// material everywhere (refused; says how much is missing at best, and where), surfaces that leave
-/// a motion free (cannot_tell), scale bars that contradict one another or ask for too large a scale
-/// (refused), points that do not lie on their surfaces (refused).
+/// a motion free, a direction turned round, a point far beside its surface (cannot_tell), scale
+/// bars that contradict one another or ask for too large a scale (refused), points that do not lie
+/// on their surfaces (refused).
 /// Of meshes the stock allowance is the distance from the nearest triangle, and what a smooth
 /// surface may bulge out of that one (FacetErrorOf) joins the point's guard and sigma. Without
 /// `start` the placement is searched among all rotations. Verdicts besides: a mesh of another size

@@ -256,6 +256,52 @@ TEST(PartFit, RefusesADiameterThatStandsForARadius) {
   EXPECT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
 }
 
+TEST(PartFit, ADirectionTurnedRoundIsNamed) {
+  // All six faces, and three alone, which nothing else checks.
+  for (const bool alone : {false, true}) {
+    for (const char axis : {'x', 'y', 'z'}) {
+      for (const char side : {'+', '-'}) {
+        const std::string turned = {side, axis};
+        PartFitInput input = EvenBlock();
+        if (alone) {
+          const auto is_out = [&](const std::string& name) {
+            return !name.empty() && name[0] != side;
+          };
+          std::erase_if(input.surfaces, [&](const auto& surface) { return is_out(surface.id); });
+          std::erase_if(input.points, [&](const auto& point) { return is_out(point.surface); });
+        }
+        ASSERT_EQ(FitPart(input, {})->verdict, Verdict::kGood) << FitPart(input, {})->reason;
+        for (IdealSurface& surface : input.surfaces) {
+          if (surface.id == turned) surface.direction *= -1;
+        }
+        const auto fit = FitPart(input, {});
+        ASSERT_TRUE(fit) << fit.error().message;
+        EXPECT_NE(fit->verdict, Verdict::kGood) << turned;
+        EXPECT_THAT(fit->reason, HasSubstr("direction of " + turned));
+      }
+    }
+  }
+}
+
+TEST(PartFit, AWildPointIsNamed) {
+  for (const std::string id : {"+x0", "-y4", "+z8"}) {
+    for (const double off_mm : {-400.0, -60.0, -20.0, -8.0, 8.0, 20.0, 60.0, 400.0}) {
+      SCOPED_TRACE(id + " by " + std::to_string(off_mm));
+      PartFitInput input = EvenBlock();
+      const int axis = id[1] - 'x';
+      const Vector3d normal = (id[0] == '+' ? 1 : -1) * Vector3d::Unit(axis);
+      MeasuredPoint& point = PointOf(input, id);
+      point.at_mm += geometry::RotationFromAngles(kIdealFromMeasured.angles_rad).transpose() *
+                     (off_mm * normal);
+      const auto fit = FitPart(input, {});
+      ASSERT_TRUE(fit) << fit.error().message;
+      EXPECT_EQ(fit->verdict, Verdict::kCannotTell) << fit->reason;
+      EXPECT_THAT(fit->reason, HasSubstr("point " + id + " is"));
+      EXPECT_TRUE(fit->targets.empty());
+    }
+  }
+}
+
 TEST(PartFit, ScaleBarsCorrectTheScaleOrRefuse) {
   PartFitInput input = EvenBlock();
   input.points.push_back({"B1", InMeasurement({-500, 0, 0}), 0.01, ""});

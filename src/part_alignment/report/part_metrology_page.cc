@@ -114,14 +114,14 @@ std::string TargetsCard(const PartFit& fit) {
 
 std::string CalibratedCameraCard(bool good, double nearest_mm, double farthest_mm,
                                  std::string_view again) {
-  return Card(
-      "What to do next",
-      good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
-                         "the observations, and look at targets from {:.0f} to {:.0f} mm: "
-                         "outside that range the lens is extrapolated.</p>\n",
-                         nearest_mm, farthest_mm)
-           : fmt::format("<p>Follow the advice above and {}. No camera file was written.</p>\n",
-                         again));
+  return Card("What to do next",
+              good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
+                                 "the observations, and look at targets from {:.0f} to {:.0f} mm: "
+                                 "outside that range the lens is extrapolated.</p>\n",
+                                 nearest_mm, farthest_mm)
+                   : fmt::format("<p>Put right what the reason above names and {}. No camera file "
+                                 "was written.</p>\n",
+                                 again));
 }
 
 std::string CalibrationPage(const std::string& date, const CameraCalibration& calibration,
@@ -143,9 +143,10 @@ std::string PartFitPage(const PartFitInput& input, const PartFit& fit,
               fit.verdict == Verdict::kGood
                   ? "<p>Name the file of <code>--out</code> as <code>targets</code> of the "
                     "observations: the work offset is then the ideal part's.</p>\n"
-                  : fmt::format("<p>Follow the advice above and fit again{}. No targets were "
-                                "written.</p>\n",
-                                figures.empty() ? "" : "; the figure below shows every point")) +
+                  : fmt::format(
+                        "<p>Put right what the reason above names and fit again{}. No targets were "
+                        "written.</p>\n",
+                        figures.empty() ? "" : "; the figure below shows every point")) +
          ListCard("Worth knowing", fit.notices) + TargetsCard(fit) + FiguresAndEnd(figures);
 }
 

@@ -132,6 +132,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
       {{"format", 1},
        {"verdict", ToString(fit.verdict)},
        {"reason", fit.reason},
+       {"check", CheckJson(fit.check)},
        {"unchecked", fit.unchecked},
        {"targets", good ? targets : Json(nullptr)},
        {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
@@ -206,6 +207,7 @@ std::string CalibrationText(const CameraCalibration& calibration) {
 
 std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
   std::string text = Verdicts(fit.verdict, fit.reason);
+  if (fit.check.observations > 0) text += fmt::format("check     {}\n", CheckWords(fit.check));
   for (const std::string& unchecked : fit.unchecked) {
     text += fmt::format("unchecked {}\n", unchecked);
   }
