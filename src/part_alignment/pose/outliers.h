@@ -17,7 +17,8 @@ struct Outliers {
 
 /// Looks for the least that, left out, makes the rest fit its sigmas: one observation; a target or
 /// a view altogether or two targets of a view with one another's ids; two observations. Of many
-/// observations (more than 60) those that a Cauchy loss leaves far off, at most a quarter.
+/// observations (more than 60) those that a Cauchy loss leaves far off, at most a quarter: how much
+/// may be left out of an answer is RejectionTally's to say.
 /// An explanation counts only if the rest has redundancy to check it and no other of its kind does
 /// as well.
 /// @param all     the fit of all observations, which does not fit.

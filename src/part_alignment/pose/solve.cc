@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "part_alignment/pose/fit.h"
 #include "part_alignment/pose/input_effect.h"
@@ -169,19 +170,37 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const Measurement& m
   return JudgeTargets(measurement, options, std::move(alignment));
 }
 
-/// A camera held out in front of its taper cannot look back at it; its file may mean the other
-/// side.
-void NoticeLookingBack(const Camera& camera, Alignment& alignment) {
+/// Why no camera in a spindle can be as its file has it; empty: it can. No residual notices one
+/// that looks the other way: turned by half a turn in its clamping it sees a part behind itself,
+/// twice its distance off, as well.
+std::string LooksBack(const Camera& camera) {
   constexpr double kHeldOut_mm = 20;
-  constexpr double kBackwards = -0.5;  // 120 degrees and more
+  constexpr double kBackwards = 0.5;  // within 60 degrees
   const Eigen::Vector3d out_mm = camera.taper_from_camera.translation_mm;
   const double side = camera.looks_along == LooksAlong::kPlusZ ? 1 : -1;
   const Eigen::Vector3d view =
       side * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(2);
-  if (out_mm.norm() < kHeldOut_mm || view.dot(out_mm) > kBackwards * out_mm.norm()) return;
+  const bool at_taper =
+      out_mm.norm() >= kHeldOut_mm && view.dot(out_mm) < -kBackwards * out_mm.norm();
+  // The taper's z shows into the spindle.
+  if (!at_taper && view.z() < kBackwards) return {};
+  return fmt::format(
+      "by its file the camera looks back at the spindle that holds it (along {:.2f}, {:.2f}, "
+      "{:.2f} "
+      "of the taper, held out to {:.0f}, {:.0f}, {:.0f} mm; the taper's z shows into the spindle): "
+      "check looks_along, and the signs of angles_rad and translation_mm of taper_from_camera",
+      view.x(), view.y(), view.z(), out_mm.x(), out_mm.y(), out_mm.z());
+}
+
+/// Two axes of the wrong sign are, to pictures, a camera that is clamped the other way round.
+void NoticeTurnedClamping(Alignment& alignment) {
+  constexpr double kTurned_rad = 0.5;
+  const double turned_rad = alignment.clamping.angle_rad;
+  if (std::abs(turned_rad) < kTurned_rad) return;
   alignment.notices.push_back(
-      "by its file the camera looks back at the spindle that holds it: check looks_along and the "
-      "angles of taper_from_camera");
+      fmt::format("the camera is clamped {:.1f} degrees from where it was calibrated; see that it "
+                  "is so: places of which two axes have the wrong sign look like half a turn",
+                  turned_rad * 180 / std::numbers::pi));
 }
 
 /// By how much the worst of what was left out is off; nothing where none of it can be projected.
@@ -342,11 +361,17 @@ Alignment Fill(const Answer& answer, const SettledFit& settled, const SolveOptio
   alignment.iterations = settled.fit.steps;
   alignment.inputs = answer.inputs;
   alignment.usual_inputs = UsualInputs(options);
-  NoticeLookingBack(all.camera, alignment);
   FillValues(all, settled.fit.theta, alignment);
+  NoticeTurnedClamping(alignment);
   FillResiduals(all, settled.fit.theta, settled.common, answer.left_out, labels, alignment);
   FillChiSquare(Without(all, answer.left_out), settled.fit,
                 options.inputs.machine_mm && TargetsStated(options), alignment);
+  RejectionTally tally;
+  for (const AlignmentResidual& residual : alignment.residuals) {
+    tally.Add({fmt::format("view {}", residual.view + 1), "target " + residual.target},
+              residual.weight == 0);
+  }
+  alignment.check = tally.Check(alignment.degrees_of_freedom);
   return alignment;
 }
 
@@ -365,6 +390,11 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   }
   auto problem = MakeProblem(measurement, options);
   if (!problem) return tl::unexpected(problem.error());
+  if (std::string back = LooksBack(measurement.camera); !back.empty()) {
+    Alignment alignment;
+    alignment.parameters = ParameterNames(options.unknowns);
+    return Refuse(std::move(alignment), Verdict::kRefused, std::move(back));
+  }
   const std::vector<std::string> labels = LabelsOf(measurement.targets);
   const Answer answer =
       FindAnswer(std::move(*problem), CountedInputs(measurement, options), labels, options);
@@ -389,6 +419,11 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   }
   alignment.notices.push_back(fmt::format("left out: {}{}", answer.what_is_wrong,
                                           FarthestOff(alignment.residuals, answer.left_out)));
+  if (!alignment.check.contradiction.empty()) {
+    return Refuse(
+        std::move(alignment), Verdict::kCannotTell,
+        fmt::format("{}; left out were {}", alignment.check.contradiction, answer.what_is_wrong));
+  }
   alignment = Judge(kept, settled.fit, measurement, options, std::move(alignment));
   if (alignment.verdict != Verdict::kGood) {
     alignment.verdict = Verdict::kRefused;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 #include "base/result.h"
 #include "part_alignment/camera/camera_parameters.h"
 #include "part_alignment/pose/input_uncertainty.h"
@@ -87,6 +88,7 @@ struct Alignment {
   InputUncertainty inputs;                ///< as they counted, all sizes present
   std::vector<std::string> usual_inputs;  ///< fields of `inputs` that count and were not stated
   std::vector<AlignmentResidual> residuals;
+  AdjustmentCheck check;          ///< of the residuals
   double residual_rms_sigma = 0;  ///< per degree of freedom: 1 where the stated sigmas hold
   double chi_square = 0;
   int degrees_of_freedom = 0;  ///< 0: nothing checks the answer

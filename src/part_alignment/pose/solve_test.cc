@@ -1,5 +1,6 @@
 #include "part_alignment/pose/solve.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,6 +20,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test_support::AlignmentWorld;
 using test_support::BenchWorld;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 /// Of observations without noise: the pixel's rounding (2e-13 px) by 0.1 mm per px, and by 2 m.
@@ -46,6 +48,7 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
         AlignmentWorld world = BenchWorld();
         world.camera.opencv = opencv;
         world.camera.looks_along_plus_z = plus_z;
+        if (plus_z) world.camera.taper_from_camera.angles_rad.x() += std::numbers::pi;
         for (std::size_t i = 0; i < world.views.size(); ++i) {
           const double side = i % 2 == 0 ? -35 : 35;
           world.views[i] = ViewOf(world, world.views[i].observations[0].target,
@@ -59,20 +62,49 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
   }
 }
 
-TEST(Solve, SpeaksOfACameraThatLooksBackAtItsSpindle) {
+TEST(Solve, NeverBelievesACameraThatLooksTheOtherWay) {
+  // Of the camera's side, its turn about x and the sign of its place each may be wrong.
   for (const bool plus_z : {false, true}) {
     AlignmentWorld world = BenchWorld();
     world.camera.looks_along_plus_z = plus_z;
-    for (auto& view : world.views) {
-      view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {35, 0});
+    if (plus_z) world.camera.taper_from_camera.angles_rad.x() += std::numbers::pi;
+    for (Vector3d& target : world.targets_mm) target.z() = 0;  // a plane is its own mirror image
+    for (std::size_t i = 0; i < world.views.size(); ++i) {
+      const double side = i % 2 == 0 ? -38 : 38;
+      const int target = world.views[i].observations[0].target;
+      const Vector2d across = target % 2 == 0 ? Vector2d(side, 0) : Vector2d(0, side);
+      world.views[i] = ViewOf(world, target, Matrix3d::Identity(), 300, across);
     }
-    const Alignment alignment = Solved(Pictured(world), Exact());
-    const bool spoken = std::any_of(
-        alignment.notices.begin(), alignment.notices.end(), [](const std::string& notice) {
-          return notice.find("looks back at the spindle") != std::string::npos;
-        });
-    EXPECT_EQ(spoken, plus_z) << "held out to -z, it can only look along -z";
+    const Measurement right = MeasurementOf(Pictured(world), kSigma_px);
+    ASSERT_EQ(Solve(right, Exact())->verdict, Verdict::kGood);
+    for (int wrong = 1; wrong < 8; ++wrong) {
+      SCOPED_TRACE(fmt::format("looks along {}z, faults {:03b}", plus_z ? '+' : '-', wrong));
+      Measurement measurement = right;
+      Camera& camera = measurement.camera;
+      if ((wrong & 1) != 0) {
+        camera.looks_along = plus_z ? LooksAlong::kMinusZ : LooksAlong::kPlusZ;
+      }
+      if ((wrong & 2) != 0) camera.taper_from_camera.angles_rad.x() += std::numbers::pi;
+      if ((wrong & 4) != 0) camera.taper_from_camera.translation_mm.z() *= -1;
+      const auto alignment = Solve(measurement, Exact());
+      ASSERT_TRUE(alignment);
+      EXPECT_NE(alignment->verdict, Verdict::kGood)
+          << "Z off by "
+          << alignment->machine_from_part.translation_mm.z() -
+                 world.machine_from_part.translation_mm.z();
+      if (wrong == 1) EXPECT_THAT(alignment->reason, HasSubstr("looks back at the spindle"));
+    }
   }
+}
+
+TEST(Solve, SpeaksOfACameraThatIsClampedTheOtherWayRound) {
+  const AlignmentWorld world = BenchWorld();
+  Measurement measurement = MeasurementOf(Pictured(world), kSigma_px);
+  for (View& view : measurement.views) view.spindle_mm.head<2>() *= -1;
+  const auto alignment = Solve(measurement, Exact());
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  EXPECT_THAT(alignment->notices, Contains(HasSubstr("two axes have the wrong sign")));
 }
 
 TEST(Solve, MeasuresAlongYInALargeMachine) {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
 
@@ -132,6 +133,7 @@ Json JsonOf(const AlignmentOutput& output) {
   json["rank"] = alignment.observability.rank;
   json["rank_wanted"] = alignment.observability.unknowns;
   json["weakest_direction"] = Weakest(alignment);
+  json["check"] = CheckJson(alignment.check);
   json["residual_rms_sigma"] = Number(alignment.residual_rms_sigma);
   json["residuals"] = Residuals(output);
   json["iterations"] = alignment.iterations;

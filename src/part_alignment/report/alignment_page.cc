@@ -81,8 +81,9 @@ std::string LinesOf(const pa::ControlText& text) {
 std::string Next(const AlignmentOutput& output) {
   const pa::Alignment& alignment = output.alignment;
   if (alignment.verdict != Verdict::kGood) {
-    return Card("What to do next",
-                "<p>Change no offset. Follow the advice above, then measure again.</p>\n");
+    return Card(
+        "What to do next",
+        "<p>Change no offset. Put right what the reason above names, then measure again.</p>\n");
   }
   constexpr std::pair<pa::Control, const char*> kControls[] = {
       {pa::Control::kLinuxCnc, "LinuxCNC"},

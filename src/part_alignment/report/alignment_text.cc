@@ -161,6 +161,9 @@ std::string AlignmentText(const AlignmentOutput& output) {
   if (alignment.verdict == Verdict::kGood) {
     text += Pose(alignment) + Clamping(output) + UsualInputs(alignment);
   }
+  if (alignment.check.observations > 0) {
+    text += fmt::format("check      {}\n", CheckWords(alignment.check));
+  }
   if (output.simulated) text += Simulated(alignment, *output.simulated);
   text += ObservabilityText(alignment.observability, alignment.reason);
   text += Residuals(alignment);

@@ -361,7 +361,8 @@ std::string SurveyPage(const std::string& date, const Survey& survey,
   const std::vector<std::string> advice = Advice(survey);
   if (survey.verdict != Verdict::kGood) {
     html += Card("What to do next",
-                 "<p>Follow the advice above and photograph anew. No targets were written.</p>\n");
+                 "<p>Put right what the reason above names and photograph anew. No targets were "
+                 "written.</p>\n");
   } else if (advice.empty()) {
     html +=
         Card("What to do next",
