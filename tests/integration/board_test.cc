@@ -1,9 +1,12 @@
 // A virtual board before the calibration by a board, which share no code.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "align_scene.h"
 #include "base/chi_square.h"
 #include "board_scene.h"
 #include "geometry/linear_systems.h"
@@ -152,6 +155,146 @@ TEST(BoardCalibration, NamesWhatMovedHalfWay) {
         mishap.focal_factor = 1.001;
       }),
       "the lens was touched");
+}
+
+// ---- Whatever contradicts: never good and wrong.
+
+// Few marks and pictures, for many worlds.
+sim::BoardSetup QuickScene() {
+  sim::BoardSetup setup = test::BoardScene(12);
+  setup.sheet.columns = 7;
+  setup.sheet.rows = 6;
+  setup.sheet.pitch_mm = 38;
+  setup.touched = {1, 7, 36, 42};
+  return setup;
+}
+
+// The verdict, where the answer is not good and beyond all chance.
+Verdict CheckedVerdict(const sim::BoardWorld& world, const BoardCalibration& calibration) {
+  if (calibration.verdict != Verdict::kGood) {
+    EXPECT_NE(calibration.reason, "");
+    return calibration.verdict;
+  }
+  const auto error = test::BoardError(world, calibration.camera);
+  const double nees = geometry::SquaredMahalanobisDistance(calibration.covariance, error);
+  EXPECT_LT(nees, ChiSquareQuantile(0.99999, kCameraParameters)) << "z off by " << error[9];
+  for (const auto& mark : calibration.marks) {
+    constexpr double kNear_mm = 0.3;
+    const auto at = static_cast<std::size_t>(std::stoi(mark.id)) - 1;
+    EXPECT_LT((mark.at_mm - test::VectorOf(world.marks_mm[at])).norm(), kNear_mm) << mark.id;
+  }
+  return calibration.verdict;
+}
+
+TEST(BoardCalibration, TouchesThatContradictAreNeverGoodAndWrong) {
+  double side = 1;
+  for (const double error_mm : {0.05, 0.1, 0.3, 1.0, 5.0, 20.0}) {
+    for (const unsigned wrong : {0b0001U, 0b0110U, 0b1110U}) {
+      // So few pictures tell the marks' heights to some 0.03 mm against one another. Below that
+      // three alike are an error of the tool itself, which nothing tells, and one other.
+      constexpr double kTold_mm = 0.3;
+      if (error_mm < kTold_mm && std::popcount(wrong) > 2) continue;
+      side = -side;
+      SCOPED_TRACE(fmt::format("{} mm, touches {:04b}", side * error_mm, wrong));
+      const auto world = sim::DrawBoardWorld(QuickScene(), 40 + wrong);
+      BoardMeasurement measurement = test::BoardMeasurementOf(world);
+      for (std::size_t i = 0; i < 4; ++i) {
+        if ((wrong >> i & 1U) != 0) measurement.touches[i].spindle_mm.z() += side * error_mm;
+      }
+      const BoardCalibration calibration = Calibrated(measurement);
+      const Verdict verdict = CheckedVerdict(world, calibration);
+      if (error_mm < kTold_mm) continue;
+      EXPECT_EQ(verdict, Verdict::kRefused);
+      EXPECT_NE(calibration.reason.find("touch of mark"), std::string::npos) << calibration.reason;
+    }
+  }
+}
+
+TEST(BoardCalibration, ALongerToolIsFoundByAnotherOneAndElseSaidToBeUnchecked) {
+  const auto world = sim::DrawBoardWorld(QuickScene(), 50);
+  BoardMeasurement measurement = test::BoardMeasurementOf(world);
+  BoardCalibration calibration = Calibrated(measurement);
+  ASSERT_EQ(CheckedVerdict(world, calibration), Verdict::kGood) << calibration.reason;
+  EXPECT_NE(calibration.unchecked.find("one tool that touched (120 mm)"), std::string::npos);
+  // Two of the marks by a tool that is 40 mm shorter.
+  for (std::size_t i = 2; i < 4; ++i) {
+    measurement.touches[i].tool_length_mm -= 40;
+    measurement.touches[i].spindle_mm.z() -= 40;
+  }
+  calibration = Calibrated(measurement);
+  ASSERT_EQ(CheckedVerdict(world, calibration), Verdict::kGood) << calibration.reason;
+  EXPECT_EQ(calibration.unchecked, "");
+  for (const double longer_mm : {-20.0, -5.0, -0.3, 0.3, 5.0, 20.0}) {
+    BoardMeasurement wrong = measurement;
+    for (std::size_t i = 0; i < 2; ++i) wrong.touches[i].spindle_mm.z() += longer_mm;
+    calibration = Calibrated(wrong);
+    EXPECT_EQ(calibration.verdict, Verdict::kRefused) << longer_mm;
+    EXPECT_NE(calibration.reason.find("touch of mark"), std::string::npos) << calibration.reason;
+  }
+  // Or by the place from a drawing.
+  measurement = test::BoardMeasurementOf(world);
+  measurement.place =
+      part_alignment::CameraPlacePrior{test::VectorOf(world.setup.lens.offset_mm), {0.5, 0.5, 0.5}};
+  EXPECT_EQ(Calibrated(measurement).unchecked, "");
+  for (auto& touch : measurement.touches) touch.spindle_mm.z() += 5;
+  calibration = Calibrated(measurement);
+  EXPECT_EQ(calibration.verdict, Verdict::kRefused);
+  EXPECT_NE(calibration.reason.find("stated place of the camera"), std::string::npos)
+      << calibration.reason;
+}
+
+TEST(BoardCalibration, PartsOfTheBoardThatMovedAreNeverGoodAndWrong) {
+  for (const double share : {0.33, 0.5}) {
+    for (const double by_mm : {0.1, 0.5, 5.0}) {
+      SCOPED_TRACE(fmt::format("{} of the board by {} mm", share, by_mm));
+      sim::BoardSetup setup = QuickScene();
+      setup.mishap.board_moves_after = 9;
+      setup.mishap.board_by_mm = {by_mm, 0.5 * by_mm, 0};
+      setup.mishap.board_share = share;
+      const auto world = sim::DrawBoardWorld(setup, 60);
+      EXPECT_NE(CheckedVerdict(world, Calibrated(test::BoardMeasurementOf(world))), Verdict::kGood);
+    }
+  }
+}
+
+// The code of some marks is read as that of others in a share of the pictures.
+void Misread(double share, int marks, bool swapped, std::uint64_t seed,
+             BoardMeasurement& measurement) {
+  Random random(seed);
+  for (auto& view : measurement.views) {
+    if (random.Uniform(0, 1) >= share) continue;
+    for (int k = 0; k < marks; ++k) {
+      const std::string from = std::to_string(9 + k);
+      const std::string to = std::to_string(25 + k);
+      if (!swapped) {
+        std::erase_if(view.observations, [&](const auto& seen) { return seen.target == to; });
+      }
+      for (auto& seen : view.observations) {
+        if (seen.target == from) {
+          seen.target = to;
+        } else if (seen.target == to) {
+          seen.target = from;
+        }
+      }
+    }
+  }
+}
+
+TEST(BoardCalibration, MisreadCodesAreLeftOutOrNamedInAnyShareOfThePictures) {
+  for (const double share : {0.1, 0.33, 0.6}) {
+    for (const bool swapped : {false, true}) {
+      for (const int marks : {1, 6}) {
+        SCOPED_TRACE(
+            fmt::format("{} marks {} in {}", marks, swapped ? "swapped" : "misread", share));
+        const auto world = sim::DrawBoardWorld(QuickScene(), 70);
+        BoardMeasurement measurement = test::BoardMeasurementOf(world);
+        Misread(share, marks, swapped, 71, measurement);
+        const BoardCalibration calibration = Calibrated(measurement);
+        const Verdict verdict = CheckedVerdict(world, calibration);
+        if (verdict == Verdict::kGood) EXPECT_GT(calibration.check.rejected, 0);
+      }
+    }
+  }
 }
 
 TEST(BoardCalibration, RefusesTwoPictureSizesAndTooFewPictures) {

@@ -78,8 +78,7 @@ void AddTouches(const BoardNetwork& network, const BoardState& state, BoardNorma
     const Index mark = MarkIndex(shared, touch.mark);
     for (Index axis = 0; axis < 3; ++axis) {
       if (!std::isfinite(touch.sigma_mm[axis])) continue;
-      const double variance = touch.sigma_mm[axis] * touch.sigma_mm[axis] +
-                              std::pow(network.machine.repeatability_mm, 2);
+      const double variance = TouchVariance(network, touch, axis);
       const VectorXd by_shared = partials.by_shared.row(axis).transpose();
       const double residual = partials.residual_mm[axis];
       normal.matrix.topLeftCorner(shared, shared) += by_shared * by_shared.transpose() / variance;
@@ -275,6 +274,48 @@ BoardFit AdjustFirst(const HeldUnknowns& held, int most_iterations, BoardNetwork
   return AdjustBoard(network, held, most_iterations, state);
 }
 
+namespace {
+
+StatedCheck CheckOf(double off_mm, double variance, double of_others) {
+  constexpr double kNothing = 1e-6;  // of redundancy: nothing checks it
+  StatedCheck check;
+  check.off_mm = off_mm;
+  check.redundancy = 1 - std::min(1.0, of_others / variance);
+  if (check.redundancy > kNothing) check.test = off_mm / std::sqrt(variance * check.redundancy);
+  return check;
+}
+
+std::vector<StatedCheck> ChecksOf(const BoardNetwork& network, const BoardState& state,
+                                  const MatrixXd& covariance) {
+  std::vector<StatedCheck> checks;
+  const Index shared = SharedUnknowns(network);
+  for (std::size_t i = 0; i < network.touches.size(); ++i) {
+    const BoardNetwork::Touch& touch = network.touches[i];
+    const TouchPartials partials = PartialsOf(network, state, touch);
+    for (Index axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(touch.sigma_mm[axis])) continue;
+      VectorXd row = VectorXd::Zero(covariance.rows());
+      row.head(shared) = partials.by_shared.row(axis).transpose();
+      row[MarkIndex(shared, touch.mark) + axis] = 1;
+      StatedCheck& check = checks.emplace_back(CheckOf(partials.residual_mm[axis],
+                                                       TouchVariance(network, touch, axis),
+                                                       row.dot(covariance * row)));
+      check.touch = i;
+      check.axis = axis;
+    }
+  }
+  for (Index axis = 0; network.place && axis < 3; ++axis) {
+    const double off_mm =
+        state.camera.taper_from_camera.translation_mm[axis] - network.place->at_mm[axis];
+    checks.push_back(CheckOf(off_mm, std::pow(network.place->sigma_mm[axis], 2),
+                             covariance(7 + axis, 7 + axis)));
+    checks.back().axis = axis;
+  }
+  return checks;
+}
+
+}  // namespace
+
 MatrixXd InvertScaled(const MatrixXd& matrix) {
   const VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
@@ -308,7 +349,7 @@ BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
     ++precision.sights;
   }
   // Each observation and prior has a redundancy; together they are equations less unknowns.
-  double others = 0;  // redundancy of the shared priors
+  double others = 0;  // redundancy of what is stated: shared priors, touches, the place
   double rows = 2.0 * precision.sights;
   double unknowns = 3.0 * static_cast<double>(std::count(seen.begin(), seen.end(), true));
   for (Index i = 0; i < shared; ++i) {
@@ -339,6 +380,11 @@ BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
     precision.place_redundancy += 3 - weight_place * precision.off_covariance[i].trace();
     rows += 3;
     unknowns += 3;
+  }
+  precision.stated = ChecksOf(network, state, precision.covariance);
+  for (const StatedCheck& check : precision.stated) {
+    rows += 1;
+    others += check.redundancy;
   }
   precision.pixel_redundancy = rows - unknowns - others - precision.place_redundancy;
   return precision;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "part_alignment/board/board_model.h"
@@ -49,6 +50,15 @@ struct BoardFit {
 [[nodiscard]] BoardFit AdjustFirst(const HeldUnknowns& held, int most_iterations,
                                    BoardNetwork& network, BoardState& state);
 
+/// What was touched or stated beside the pictures, one coordinate of it, against all others.
+struct StatedCheck {
+  std::optional<std::size_t> touch;  ///< of the network; absent: the stated place of the camera
+  Eigen::Index axis = 0;             ///< of the machine; of the taper where it is the place
+  double off_mm = 0;                 ///< adjusted less stated
+  double redundancy = 0;             ///< the share of an error that it shows, 0 … 1
+  double test = 0;  ///< off_mm in its standard deviations; 0 where nothing checks it
+};
+
 /// At the least squares: what is known of all unknowns, and how the residuals compare.
 struct BoardPrecision {
   BoardNormal normal;
@@ -59,6 +69,7 @@ struct BoardPrecision {
   double place_square = 0;  ///< of the stops' places, in sigmas
   double place_redundancy = 0;
   std::vector<Eigen::Matrix3d> off_covariance;  ///< of each stop's place
+  std::vector<StatedCheck> stated;
 };
 [[nodiscard]] BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
                                          const HeldUnknowns& held);

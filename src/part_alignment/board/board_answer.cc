@@ -101,6 +101,27 @@ CameraFrame FrameOfCamera(const BoardNetwork& network, const BoardState& state, 
           frame.actual_mm + frame.taper_from_machine.transpose() * pose.translation_mm};
 }
 
+// Why a mark's place is not given: its code was misread in pictures enough.
+std::vector<std::string> DoubtsOfMarks(const BoardAnswerInput& input,
+                                       const std::vector<int>& counts) {
+  const BoardNetwork& network = input.pieces.network;
+  constexpr double kMostRejected = 0.25;  // a mark's own: few enough, and the rest holds its place
+  std::vector<int> rejected(network.marks, 0);
+  for (std::size_t i = 0; i < input.rejected.size(); ++i) {
+    if (input.rejected[i]) ++rejected[network.sights[i].mark];
+  }
+  std::vector<std::string> doubts(network.marks);
+  for (std::size_t i = 0; i < network.marks; ++i) {
+    const int all = counts[i] + rejected[i];
+    if (rejected[i] <= kMostRejected * all) continue;
+    doubts[i] = fmt::format(
+        "mark {} is not given: {} of the {} pictures that show it put it elsewhere; see that no "
+        "other mark has its code",
+        input.pieces.ids[i], rejected[i], all);
+  }
+  return doubts;
+}
+
 void NoteMarks(const BoardAnswerInput& input, BoardCalibration& result) {
   const BoardNetwork& network = input.pieces.network;
   const std::vector<bool> seen = SeenMarks(network);
@@ -129,8 +150,13 @@ void NoteMarks(const BoardAnswerInput& input, BoardCalibration& result) {
     result.nearest_mm = std::min(result.nearest_mm, distance);
     result.farthest_mm = std::max(result.farthest_mm, distance);
   }
+  const std::vector<std::string> doubts = DoubtsOfMarks(input, counts);
   for (std::size_t i = 0; i < network.marks; ++i) {
     if (!seen[i]) continue;
+    if (!doubts[i].empty()) {
+      result.notices.push_back(doubts[i]);
+      continue;
+    }
     result.marks.push_back({input.pieces.ids[i], input.state.marks_mm[i], counts[i],
                             std::sqrt(squares[i] / (2.0 * std::max(1, counts[i])))});
   }

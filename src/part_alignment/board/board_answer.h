@@ -14,8 +14,9 @@ struct BoardAnswerInput {
   const BoardPieces& pieces;
   const BoardState& state;
   const BoardPrecision& precision;
-  double pixel_factor = 1;  ///< sigmas of the sights over those stated
-  bool turned = false;      ///< the spindle, between pictures
+  double pixel_factor = 1;          ///< sigmas of the sights over those stated
+  std::vector<bool> rejected = {};  ///< sights that contradict the others
+  bool turned = false;              ///< the spindle, between pictures
   bool touched_along = false;
   bool touched_across = false;
   double depth_mm = 0;        ///< of the spindle's heights

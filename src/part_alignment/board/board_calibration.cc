@@ -19,6 +19,7 @@
 #include "part_alignment/board/board_diagnosis.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_start.h"
+#include "part_alignment/board/board_stated.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -61,92 +62,6 @@ std::optional<std::string> SizeFault(const BoardMeasurement& measurement) {
   return std::nullopt;
 }
 
-// What of the camera's place is told by what.
-struct PlaceTold {
-  bool turned = false;
-  bool touched_along = false;
-  bool touched_across = false;
-  bool prior = false;
-  [[nodiscard]] bool along() const { return touched_along || prior; }
-  [[nodiscard]] bool across() const { return turned || touched_across || prior; }
-};
-
-PlaceTold ToldOf(const BoardNetwork& network) {
-  PlaceTold told;
-  constexpr double kTurned_rad = 0.02;  // the index error leaves nothing of less
-  double first = 0;
-  bool any = false;
-  for (const BoardNetwork::Stop& stop : network.stops) {
-    if (!stop.used) continue;
-    if (!any) first = stop.turn_rad;
-    any = true;
-    const double by = std::remainder(stop.turn_rad - first, 2 * std::numbers::pi);
-    told.turned = told.turned || std::abs(by) > kTurned_rad;
-  }
-  std::vector<bool> seen(network.marks, false);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (sight.used && network.stops[sight.view].used) seen[sight.mark] = true;
-  }
-  const Matrix3d turn = network.machine_from_spindle.transpose();
-  for (const BoardNetwork::Touch& touch : network.touches) {
-    if (!seen[touch.mark]) continue;
-    for (Index axis = 0; axis < 3; ++axis) {
-      if (!std::isfinite(touch.sigma_mm[axis])) continue;
-      const Vector3d along = turn.col(axis).cwiseAbs();
-      told.touched_along = told.touched_along || along.z() > 0.5;
-    }
-    const Vector3d sigma = touch.sigma_mm;
-    int across = 0;
-    for (Index axis = 0; axis < 3; ++axis) {
-      if (std::isfinite(sigma[axis]) && turn.col(axis).head<2>().norm() > 0.5) ++across;
-    }
-    told.touched_across = told.touched_across || across >= 2;
-  }
-  told.prior = network.place.has_value();
-  return told;
-}
-
-HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
-  HeldUnknowns held(static_cast<std::size_t>(SharedUnknowns(network)), false);
-  held[7] = held[8] = !told.across();
-  held[9] = !told.along();
-  for (Index i = kBoardScale; i < SharedUnknowns(network); ++i) {
-    held[static_cast<std::size_t>(i)] = !(PriorSigma(network, i) > 0);
-  }
-  return held;
-}
-
-// Moves camera and marks together, which no picture notices, to where touches or what is stated of
-// the camera's place put them: the adjustment would take many steps for it.
-void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state) {
-  const Matrix3d& turn = network.machine_from_spindle;
-  Vector3d by = Vector3d::Zero();  // in the spindle's frame
-  Vector3d count = Vector3d::Zero();
-  for (const BoardNetwork::Touch& touch : network.touches) {
-    if (state.marks_mm[touch.mark].isZero()) continue;
-    const Vector3d off = turn.transpose() * (PartialsOf(network, state, touch).residual_mm);
-    for (Index axis = 0; axis < 3; ++axis) {
-      Index machine_axis = 0;
-      turn.col(axis).cwiseAbs().maxCoeff(&machine_axis);
-      if (!std::isfinite(touch.sigma_mm[machine_axis])) continue;
-      by[axis] -= off[axis];
-      count[axis] += 1;
-    }
-  }
-  Vector3d& place = state.camera.taper_from_camera.translation_mm;
-  for (Index axis = 0; axis < 3; ++axis) {
-    if (axis < 2 && told.turned) {
-      by[axis] = 0;
-    } else if (count[axis] > 0) {
-      by[axis] /= count[axis];
-    } else {
-      by[axis] = network.place ? network.place->at_mm[axis] - place[axis] : 0;
-    }
-  }
-  place += by;
-  for (Vector3d& mark : state.marks_mm) mark += turn * by;
-}
-
 // The adjustment with what it works on.
 struct Work {
   BoardPieces pieces;
@@ -155,8 +70,9 @@ struct Work {
   BoardState state;
   BoardFit fit;
   BoardPrecision precision;
-  double pixel_factor = 1;  ///< sigmas of the sights over those stated
-  bool shallow = false;     ///< the spindle's heights are nearly alike
+  double pixel_factor = 1;     ///< sigmas of the sights over those stated
+  bool shallow = false;        ///< the spindle's heights are nearly alike
+  std::vector<bool> rejected;  ///< sights that contradict the others
 };
 
 void Adjust(Work& work) {
@@ -230,6 +146,7 @@ bool DropWrongSights(double false_alarm, Work& work, std::size_t& dropped) {
   for (std::size_t k = 0; k < of.size(); ++k) {
     if (!(lengths[k] > limit)) continue;
     network.sights[of[k]].used = false;
+    work.rejected[of[k]] = true;
     ++dropped;
   }
   LeaveOutLonely(network);
@@ -543,6 +460,10 @@ bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOpti
                     off.y(), off.z());
     result.notices.push_back(result.views[*wrong].picture + " left out: it " +
                              result.views[*wrong].reason);
+    for (std::size_t i = 0; i < work.rejected.size(); ++i) {
+      const BoardNetwork::Sight& sight = work.pieces.network.sights[i];
+      if (sight.view == *wrong && sight.used) work.rejected[i] = true;
+    }
     work.pieces.network.stops[*wrong].used = false;
     work.state.off_mm[*wrong].setZero();
     LeaveOutLonely(work.pieces.network);
@@ -624,6 +545,45 @@ bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptio
   return false;
 }
 
+// Adjusts anew with what was touched and stated; true where that contradicts.
+bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, Work& work,
+                  BoardCalibration& result) {
+  BoardNetwork& network = work.pieces.network;
+  JoinStated(std::move(stated), network);
+  work.told = ToldOf(network);
+  work.held = HeldOf(network, work.told);
+  PlaceByTold(network, work.told, work.state);
+  Adjust(work);
+  if (!work.fit.converged || !std::isfinite(work.fit.cost)) {
+    Say(Verdict::kRefused,
+        "pictures and touched marks do not fit one machine: check the touches' places and tool "
+        "lengths, and the stated place of the camera",
+        result);
+    return true;
+  }
+  auto contradiction = StatedContradiction(work.pieces, work.precision, options.false_alarm);
+  if (!contradiction) {
+    contradiction = PriorFault(work);
+    if (contradiction) *contradiction += "; state it larger if the machine is so";
+  }
+  if (!contradiction) return false;
+  Say(Verdict::kRefused, *contradiction, result);
+  return true;
+}
+
+AdjustmentCheck CheckOf(const BoardMeasurement& measurement, const Work& work) {
+  const BoardNetwork& network = work.pieces.network;
+  RejectionTally tally;
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    const BoardNetwork::Sight& sight = network.sights[i];
+    const bool used = sight.used && network.stops[sight.view].used;
+    if (!used && !work.rejected[i]) continue;
+    tally.Add({NameOf(measurement, sight.view), "mark " + work.pieces.ids[sight.mark]},
+              work.rejected[i]);
+  }
+  return tally.Check(static_cast<int>(std::lround(work.precision.pixel_redundancy)));
+}
+
 }  // namespace
 
 Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
@@ -635,11 +595,14 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   Work work;
   work.pieces = PiecesOf(measurement);
   BoardNetwork& network = work.pieces.network;
+  BoardStated stated = TakeStated(network);
   NoteUnused(network, result);
   if (NeedsMore(measurement, network, result)) return result;
   BoardStart start = StartBoard(network);
   if (RefuseStart(measurement, start, result)) return result;
   UseStart(start, network);
+  work.rejected.assign(network.sights.size(), false);
+  for (const std::size_t stray : start.strays) work.rejected[stray] = true;
   if (!start.strays.empty()) {
     result.notices.push_back(
         fmt::format("{} of {} marks in pictures left out: far beside where the others put them, as "
@@ -649,7 +612,6 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   work.state = std::move(start.state);
   work.told = ToldOf(network);
   work.held = HeldOf(network, work.told);
-  PlaceByTold(network, work.told, work.state);
   constexpr double kShallow = 0.1;
   work.shallow = start.depth_mm < kShallow * start.width_mm;
   const Work fresh = work;
@@ -677,8 +639,10 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
     NameMisfit(measurement, options.most_residual_sigma, work, result);
     return result;
   }
+  if (RefuseStated(options, std::move(stated), work, result)) return result;
   BoardAnswerInput input{measurement, work.pieces, work.state, work.precision};
   input.pixel_factor = work.pixel_factor;
+  input.rejected = work.rejected;
   input.turned = work.told.turned;
   input.touched_along = work.told.touched_along;
   input.touched_across = work.told.touched_across;
@@ -688,7 +652,16 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   if (RefuseUnits(input, result)) return result;
   result.covariance =
       work.precision.covariance.topLeftCorner<kCameraParameters, kCameraParameters>();
+  result.check = CheckOf(measurement, work);
+  if (!result.check.contradiction.empty()) {
+    return Say(Verdict::kCannotTell,
+               result.check.contradiction +
+                   "; see that no code is there twice, that board and marks lay still, and that "
+                   "the table belongs to the pictures",
+               result);
+  }
   if (RefuseChange(measurement, options, work, result.covariance, result)) return result;
+  result.unchecked = UncheckedPlace(work.pieces.network, work.told);
   AnswerOf(input, options, result);
   return result;
 }

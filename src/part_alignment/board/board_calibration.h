@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "base/rejection.h"
 #include "base/result.h"
 #include "part_alignment/camera/camera_parameters.h"
 #include "part_alignment/pose/measurement.h"
@@ -29,7 +30,7 @@ struct BoardView {
 };
 
 /// A mark's centre touched with a tool on the spindle's axis, its tip `tool_length_mm` below the
-/// gauge line.
+/// gauge line. Tools of different lengths check one another.
 struct BoardTouch {
   std::string mark;
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();  ///< as the machine states it
@@ -69,7 +70,7 @@ struct BoardMeasurement {
   double lens_focal_length_mm = 0;
   std::vector<BoardView> views;  ///< in the order in which they were taken
   std::vector<BoardTouch> touches;
-  double tool_length_sigma_mm = 0.010;  ///< of all touches together, k = 1
+  double tool_length_sigma_mm = 0.010;  ///< of each tool, in all its touches the same, k = 1
   BoardMachineErrors machine;
   std::optional<CameraPlacePrior> place;
   /// Where given, the machine's unit of length is checked by it; its places go into no answer.
@@ -139,6 +140,8 @@ struct BoardCalibration {
   double residual_rms_sigma = 0;  ///< per degree of freedom, in the stated sigmas
   double repeatability_mm = 0;    ///< of the machine, as it counted, k = 1
   int degrees_of_freedom = 0;
+  AdjustmentCheck check;  ///< of the marks in pictures
+  std::string unchecked;  ///< what nothing checks, beside the value; empty: nothing
   std::vector<NullDirection> null_directions;
   std::vector<FoundMark> marks;
   std::vector<BoardViewResult> views;  ///< one for each
@@ -151,7 +154,7 @@ struct BoardCalibration {
 ///
 /// Tells apart and names in its verdicts: axes of the wrong sign or exchanged, units, a spindle
 /// angle of the wrong sign, a table that does not belong to the pictures, pictures of two sizes or
-/// cameras, a board or a camera that moved, heights too alike.
+/// cameras, a board or a camera that moved, touches that contradict, heights too alike.
 /// Errors (kInput): numbers that cannot be, a mark twice in a picture, no view.
 /// Accuracy: board_study.
 [[nodiscard]] Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,

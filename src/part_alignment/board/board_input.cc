@@ -180,8 +180,8 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
   for (const BoardTouch& touch : measurement.touches) {
     const auto mark = index.find(touch.mark);
     if (mark == index.end()) continue;  // of a part of the pictures alone
-    network.touches.push_back(
-        {mark->second, touch.spindle_mm, touch.tool_length_mm, touch.sigma_mm});
+    network.touches.push_back({mark->second, touch.spindle_mm, touch.tool_length_mm, touch.sigma_mm,
+                               touch.tool_length_mm != measurement.touches.front().tool_length_mm});
   }
   LeaveOutLonely(network);
   return pieces;

@@ -1,6 +1,7 @@
 #include "part_alignment/board/board_model.h"
 
 #include <array>
+#include <cmath>
 
 #include "geometry/euler.h"
 
@@ -145,6 +146,15 @@ bool PartialsOf(const BoardNetwork& network, const BoardState& state, const Stop
         projected->by_taper * (frame.by_index * machine_mm);
   }
   return true;
+}
+
+double TouchVariance(const BoardNetwork& network, const BoardNetwork::Touch& touch, Index axis) {
+  const double along = network.machine_from_spindle(axis, 2);
+  // The unknown length is the first tool's: what differs from it has the errors of both.
+  const double tool_mm =
+      touch.other_tool ? std::sqrt(2.0) * along * network.tool_length_sigma_mm : 0;
+  return std::pow(touch.sigma_mm[axis], 2) + std::pow(network.machine.repeatability_mm, 2) +
+         tool_mm * tool_mm;
 }
 
 TouchPartials PartialsOf(const BoardNetwork& network, const BoardState& state,

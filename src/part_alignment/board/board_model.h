@@ -30,6 +30,7 @@ struct BoardNetwork {
     Eigen::Vector3d stated_mm = Eigen::Vector3d::Zero();
     double tool_length_mm = 0;
     Eigen::Vector3d sigma_mm = Eigen::Vector3d::Zero();
+    bool other_tool = false;  ///< than that of the first touch: its length has an error of its own
   };
   Camera frame;
   Eigen::Matrix3d machine_from_spindle =
@@ -109,6 +110,11 @@ struct SightPartials {
 [[nodiscard]] bool PartialsOf(const BoardNetwork& network, const BoardState& state,
                               const StopFrame& frame, const BoardNetwork::Sight& sight,
                               SightPartials& partials);
+
+/// Of a touch along a machine axis, k = 1: of the touch, the approach, and another tool's length.
+/// Infinite where the touch tells nothing.
+[[nodiscard]] double TouchVariance(const BoardNetwork& network, const BoardNetwork::Touch& touch,
+                                   Eigen::Index axis);
 
 /// One touch: mark less tool's tip along the machine's axes, mm.
 struct TouchPartials {

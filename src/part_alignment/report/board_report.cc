@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/json_text.h"
+#include "base/measured_json.h"
 #include "document/html.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
@@ -135,6 +136,8 @@ std::string ToJson(const BoardCalibration& calibration) {
                    {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
                    {"repeatability_mm", Number(calibration.repeatability_mm)},
                    {"degrees_of_freedom", calibration.degrees_of_freedom},
+                   {"check", CheckJson(calibration.check)},
+                   {"unchecked", calibration.unchecked},
                    {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
                                                        Number(calibration.farthest_mm)})
                                         : Json(nullptr)},
@@ -150,6 +153,12 @@ std::string ToJson(const BoardCalibration& calibration) {
 std::string BoardCalibrationText(const BoardCalibration& calibration) {
   std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(calibration.verdict),
                                  calibration.reason.empty() ? "" : ": ", calibration.reason);
+  if (calibration.check.observations > 0) {
+    text += fmt::format("check     {}\n", CheckWords(calibration.check));
+  }
+  if (!calibration.unchecked.empty()) {
+    text += fmt::format("unchecked {}\n", calibration.unchecked);
+  }
   if (calibration.verdict == Verdict::kGood) {
     for (const auto& [name, value, interval] :
          CalibratedParameters(calibration.camera, calibration.covariance)) {
@@ -194,10 +203,15 @@ std::string Head(const BoardCalibration& calibration) {
       Verdict::kGood,
       fmt::format("<p class=\"value\">{:.4f} px <small>residual, root mean square</small></p>\n"
                   "<p class=\"quiet\">{} of {} pictures used, {} marks, {:.0f} … {:.0f} mm from "
-                  "the camera; the spindle stands where the machine states it to {:.1f} um.</p>\n",
+                  "the camera; the spindle stands where the machine states it to {:.1f} um; {}."
+                  "</p>\n{}",
                   calibration.residual_rms_px, used, calibration.views.size(),
                   calibration.marks.size(), calibration.nearest_mm, calibration.farthest_mm,
-                  kUmPerMm * calibration.repeatability_mm) +
+                  kUmPerMm * calibration.repeatability_mm, CheckWords(calibration.check),
+                  calibration.unchecked.empty()
+                      ? ""
+                      : fmt::format("<p class=\"reason\">Unchecked: {}</p>\n",
+                                    EscapeHtml(calibration.unchecked))) +
           table.Html());
 }
 

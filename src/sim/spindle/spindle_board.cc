@@ -150,6 +150,8 @@ Triple MarkAt(const BoardWorld& world, std::size_t stop, std::size_t mark) {
   const BoardMishap& mishap = world.setup.mishap;
   const Triple at = world.marks_mm.at(mark);
   if (mishap.board_moves_after == 0 || stop < mishap.board_moves_after) return at;
+  const auto marks = static_cast<double>(world.marks_mm.size());
+  if (static_cast<double>(mark) >= mishap.board_share * marks) return at;
   const Triple& middle = world.machine_from_sheet.origin_mm;
   return middle + TurnZ(mishap.board_by_rad) * (at - middle) + mishap.board_by_mm;
 }

@@ -46,6 +46,7 @@ struct BoardMishap {
   std::size_t board_moves_after = 0;
   Triple board_by_mm = {};
   double board_by_rad = 0;  ///< about Z through its middle
+  double board_share = 1;   ///< of its marks, from the first on: the others lie still
   std::size_t camera_moves_after = 0;
   Triple camera_by_mm = {};   ///< in the taper's frame
   Triple camera_by_rad = {};  ///< about its axes
