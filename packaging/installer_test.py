@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import stat
+import subprocess
 import sys
 import tempfile
 import threading
@@ -46,6 +47,7 @@ class Home(unittest.TestCase):
         self.program = self.root / "trammel"
         shutil.copytree(SOURCE / "klipper", self.program / "share/trammel/klipper")
         self.commands = []
+        self.refused = None  # a command that sudo refuses
         self.printer("printer_data")
 
     def printer(self, name, moonraker=MOONRAKER, allowed=b"klipper_mcu\nmoonraker\n", navigation=NAVIGATION):
@@ -58,11 +60,13 @@ class Home(unittest.TestCase):
             (data / "config/.theme/navi.json").write_bytes(navigation)
         return data
 
-    def run_as_root(self, words):
+    def run_as_root(self, words, text=None):
         """Stands in for sudo: does what touches files, and notes the rest."""
         self.assertEqual(words[0], "sudo")
+        if words[1] == self.refused or " ".join(words[1:3]) == self.refused:
+            raise InstallError(f"{words[1]} failed")
         if words[1] == "install":
-            shutil.copyfile(words[4], words[5])
+            pathlib.Path(words[5]).write_bytes(text)
         elif words[1] == "rm":
             os.unlink(words[2])
         else:
@@ -74,7 +78,7 @@ class Home(unittest.TestCase):
         return install.install(self.home, self.program, found, user="pi", release=RELEASE, run=self.run_as_root, **arguments)
 
     def uninstall(self):
-        return install.uninstall(self.home, self.run_as_root)
+        return install.uninstall(self.home, self.program, self.run_as_root)
 
     def check_round_trip(self):
         """Installs, checks that anything was, uninstalls, and compares byte for byte."""
@@ -145,14 +149,13 @@ managed_services: trammel
         for name in ("trammel.cfg", "trammel_laser.cfg"):
             (config / name).write_text("# mine\n")
         (config / "trammel.toml").write_text("# mine\n")
+        (config / "moonraker.conf").write_bytes(MOONRAKER + b"[include up*.conf]\n")
         (config / "update.conf").write_text("[update_manager trammel]\ntype: git_repo\n")
         (self.home / "printer_data/moonraker.asvc").write_text("trammel\nklipper\n")
         (self.units / "trammel.service").write_text("# mine\n")
         before = snapshot(self.root)
         remarks = self.install(link="")
-        after = snapshot(self.root)
-        del after["home/.trammel-installed.json"]
-        self.assertEqual(before, after)
+        self.assertEqual(before, snapshot(self.root))
         for word in ("trammel.cfg", "trammel_laser.cfg", "update_manager trammel", "trammel.service"):
             self.assertTrue(any(word in remark for remark in remarks), remarks)
 
@@ -237,12 +240,12 @@ managed_services: trammel
 
     def test_an_archive_for_another_processor_is_refused(self):
         (self.program / "release_info.json").write_text(json.dumps(RELEASE))
-        self.assertEqual(printers.release_of(self.program, "x86_64"), RELEASE)
+        self.assertEqual(printers.release_of(self.program, "amd64"), RELEASE)
         with self.assertRaisesRegex(InstallError, "trammel-arm64.zip"):
-            printers.release_of(self.program, "aarch64")
+            printers.release_of(self.program, "arm64")
         (self.program / "release_info.json").write_text("{")
         with self.assertRaisesRegex(InstallError, "unpack"):
-            printers.release_of(self.program, "x86_64")
+            printers.release_of(self.program, "amd64")
 
 
     def test_a_printer_with_a_load_cell_answers_taps(self):
@@ -258,6 +261,250 @@ managed_services: trammel
         (config / "probes/cell.cfg").write_text("[load_cell_probe]\nsensor_type: hx717\n")
         self.install()
         self.assertRegex((self.units / "trammel.service").read_text(), "ExecStart=.*/trammel/recordings --answer-taps\n")
+
+
+class FailureTest(Home):
+    """A failure changes nothing: neither on a fresh home nor on one that has trammel."""
+
+    def check_unchanged(self, reason, fail):
+        for prepare in (lambda: None, self.install):
+            prepare()
+            before = snapshot(self.root)
+            with self.assertRaisesRegex(InstallError, reason):
+                fail()
+            self.assertEqual(before, snapshot(self.root))
+
+    def test_a_mistyped_printer_is_named_and_nothing_is_taken_out(self):
+        def fail():
+            install.install(self.home, self.program, [self.home / "printer_daat"], self.units, "pi", RELEASE, "", self.run_as_root)
+
+        self.check_unchanged("printer_daat/config/moonraker.conf is not there: --printer", fail)
+
+    def test_an_archive_with_a_file_missing_takes_nothing_out(self):
+        def fail():
+            name = self.program / "share/trammel/klipper/trammel_laser.cfg"
+            name.rename(name.with_suffix(".away"))
+            try:
+                self.install()
+            finally:
+                name.with_suffix(".away").rename(name)
+
+        self.check_unchanged("trammel_laser.cfg is not there: unpack the release archive anew", fail)
+
+    def test_what_sudo_refuses_is_rolled_back(self):
+        shared = self.program / "share/trammel/klipper"
+        for number, refused in enumerate(("install", "systemctl enable", "systemctl daemon-reload", "systemctl restart")):
+            for there in (False, True):  # a new installation, one that is renewed
+                if refused == "systemctl restart" and not there:
+                    continue
+                if there:
+                    self.install()
+                (shared / "trammel.cfg").write_text(f"# {number} {there}\n")
+                (shared / "trammel@.service").write_text(f"[Unit]\n# {number} {there}\n[Service]\nExecStart=x\n")
+                before = snapshot(self.root)
+                self.refused = refused
+                with self.assertRaises(InstallError):
+                    self.install()
+                self.refused = None
+                self.assertEqual(before, snapshot(self.root), f"{refused}, {there}")
+            self.uninstall()
+
+    def test_a_full_disk_half_way_is_rolled_back(self):
+        write_whole, names = edits.write_whole, []
+
+        def full(path, data, mode, group=None):
+            names.append(path.name)
+            if path.name == "moonraker.conf" and b"update_manager trammel" in data:
+                raise OSError(28, "No space left on device", str(path))
+            write_whole(path, data, mode, group)
+
+        before = snapshot(self.root)
+        with unittest.mock.patch.object(edits, "write_whole", full):
+            with self.assertRaisesRegex(InstallError, "No space left.*everything is as it was before"):
+                self.install()
+        self.assertIn("trammel.cfg", names)
+        self.assertEqual(before, snapshot(self.root))
+
+    def test_uninstalling_that_sudo_refuses_changes_nothing(self):
+        self.install()
+        before = snapshot(self.root)
+        for self.refused in ("systemctl disable", "rm"):
+            with self.assertRaisesRegex(InstallError, "everything is as it was before"):
+                self.uninstall()
+            self.assertEqual(before, snapshot(self.root))
+
+    def test_a_file_of_another_user_is_refused_before_anything_is_taken_out(self):
+        self.install()
+        before = snapshot(self.root)
+        (self.program / "share/trammel/klipper/trammel.cfg").write_text("# renewed\n")
+        before["trammel/share/trammel/klipper/trammel.cfg"] = (0o644, b"# renewed\n")
+        real = pathlib.Path.stat
+        uid = os.geteuid()
+
+        def stat_of(path, **arguments):
+            found = real(path, **arguments)
+            return os.stat_result(found[:4] + (uid + 1,) + found[5:]) if path.name == "trammel.cfg" else found
+
+        with unittest.mock.patch.object(pathlib.Path, "stat", stat_of):
+            with self.assertRaisesRegex(InstallError, "trammel.cfg belongs to another user"):
+                self.install()
+        self.assertEqual(before, snapshot(self.root))
+
+
+class HostileTest(Home):
+    """Names and contents that others laid out."""
+
+    def test_macros_that_klipper_includes_stay_until_the_line_is_gone(self):
+        config = self.home / "printer_data/config"
+        (config / "mine").mkdir()
+        (config / "printer.cfg").write_text("[include mine/*.cfg]\n[include trammel_l*.cfg]\n")
+        (config / "mine/macros.cfg").write_text("[include ../trammel.cfg]\n")
+        before = snapshot(self.root)
+        self.install()
+        self.assertRegex("\n".join(self.uninstall()), "mine/macros.cfg includes trammel.cfg, without which Klipper would not start")
+        self.assertTrue((config / "trammel.cfg").exists())
+        self.assertFalse((config / "trammel_laser.cfg").exists())  # a pattern that finds nothing stops no Klipper
+        self.install()
+        (config / "printer.cfg").write_text("[printer]\n")
+        before["home/printer_data/config/printer.cfg"] = (0o644, b"[printer]\n")
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual(before, snapshot(self.root))
+
+    def test_links_that_lead_nowhere_are_left_and_named(self):
+        config = self.home / "printer_data/config"
+        for name in ("trammel.cfg", "trammel.toml"):
+            (config / name).symlink_to(self.root / "nowhere")
+        (config / ".theme/navi.json").unlink()
+        (config / ".theme/navi.json").symlink_to(self.root / "nowhere")
+        remarks = "\n".join(self.install())
+        for name in ("trammel.cfg", "trammel.toml", ".theme/navi.json"):
+            self.assertEqual(os.readlink(config / name), str(self.root / "nowhere"))
+        self.assertRegex(remarks, "trammel.cfg is there already")
+        self.assertRegex(remarks, "navi.json leads nowhere")
+        self.assertFalse((self.root / "nowhere").exists())
+
+    def test_a_moonraker_conf_that_leads_nowhere_is_named(self):
+        path = self.home / "printer_data/config/moonraker.conf"
+        path.unlink()
+        path.symlink_to(self.root / "nowhere")
+        with self.assertRaisesRegex(InstallError, "moonraker.conf is a link to .*nowhere, which is not there"):
+            install.install(self.home, self.program, [self.home / "printer_data"], None, "pi", RELEASE, "", self.run_as_root)
+
+    def test_a_planted_part_file_is_not_written_through(self):
+        for name in ("trammel.cfg", "moonraker.conf"):
+            (self.home / f"printer_data/config/.{name}.trammel-part").symlink_to(self.root / "precious")
+        (self.root / "precious").write_text("precious")
+        self.install()
+        self.assertEqual((self.root / "precious").read_text(), "precious")
+        self.assertIn("trammel", self.read("config/trammel.cfg"))
+
+    def test_a_pipe_under_a_name_of_ours_is_left(self):
+        os.mkfifo(self.home / "printer_data/config/trammel.cfg")
+        self.assertRegex("\n".join(self.install()), "trammel.cfg is there already")
+
+    def test_a_navigation_in_utf_16_stays_byte_for_byte(self):
+        path = self.home / "printer_data/config/.theme/navi.json"
+        for form in ("utf-16", "utf-16-be", "utf-32"):
+            path.write_bytes('[{"title": "KlipperFleet"}]'.encode(form))
+            before = path.read_bytes()
+            self.assertRegex("\n".join(self.install()), "navi.json is no JSON array in UTF-8")
+            self.assertEqual(path.read_bytes(), before)
+            self.uninstall()
+        path.write_bytes(b"[" * 100_000)
+        self.assertRegex("\n".join(self.install()), "navi.json is no JSON array")
+
+    def test_a_damaged_manifest_is_named_before_anything_is_changed(self):
+        manifest = self.home / ".trammel-installed.json"
+        for damaged in (b"", b"{", b"[]", b'{"edits": 1}', b'{"edits": [1]}', b'{"edits": [{"kind": "file"}]}', b"[" * 100_000,
+                        b'{"edits": [{"kind": "file", "path": "a", "sha256": ""}]}', b"\xff\xfe{\0}\0",
+                        b'{"edits": [{"kind": "unit", "path": "/etc/passwd", "sha256": ""}]}',
+                        b'{"edits": [{"kind": "folder", "path": "/a\\u0000b"}]}', b'{"edits": [{"kind": "reminder", "port": "x"}]}'):
+            manifest.write_bytes(damaged)
+            before = snapshot(self.root)
+            for work in (self.install, self.uninstall):
+                with self.assertRaisesRegex(InstallError, "trammel-installed.json is damaged"):
+                    work()
+                self.assertEqual(before, snapshot(self.root))
+        manifest.unlink()
+        manifest.symlink_to(self.root / "nowhere")
+        with self.assertRaisesRegex(InstallError, "is a link"):
+            self.install()
+
+    def test_a_damaged_release_info_is_named(self):
+        for damaged in (b"[]", b"{}", b"\xff", b'{"asset_name": 1, "project_owner": "a", "project_name": "b"}', b"[" * 100_000,
+                        b'{"asset_name": "trammel-amd64.zip", "project_owner": "a\\n[x]", "project_name": "b"}'):
+            (self.program / "release_info.json").write_bytes(damaged)
+            with self.assertRaisesRegex(InstallError, "unpack the release archive anew"):
+                printers.release_of(self.program, "amd64")
+
+    def test_python_takes_nothing_from_the_current_folder_or_the_environment(self):
+        shutil.copytree(SOURCE / "packaging/installer", self.program / "share/trammel/installer")
+        shutil.copy(SOURCE / "packaging/install.sh", self.program)
+        planted = self.root / "planted"
+        planted.mkdir()
+        for name in ("installer", "json", "signal", "runpy", "argparse", "sitecustomize", "usercustomize"):
+            (planted / f"{name}.py").write_text(f"open({str(self.root / 'ran')!r}, 'w').write('{name}')\n")
+        (planted / "python3").write_text(f"#!/bin/sh\ntouch {self.root}/ran\n")
+        (planted / "python3").chmod(0o755)
+        done = subprocess.run(["sh", str(self.program / "install.sh"), "--help"], cwd=planted, capture_output=True, text=True, check=False,
+                              env={"PYTHONPATH": str(planted), "PATH": f"{planted}:.:{os.environ['PATH']}", "CDPATH": str(planted)})
+        self.assertFalse((self.root / "ran").exists())
+        self.assertIn("usage: install.sh", done.stdout, done.stderr)
+
+
+class AddressTest(Home):
+    """The printer's Moonraker, as Moonraker reads its own file."""
+
+    def address(self, text, **included):
+        config = self.home / "printer_data/config"
+        (config / "moonraker.conf").write_bytes(text.encode())
+        for name, more in included.items():
+            (config / f"{name}.conf").write_text(more)
+        return printers.address_of(self.home / "printer_data", edits.Plan())
+
+    def test_a_bracket_in_a_comment_or_a_value_ends_no_section(self):
+        self.assertEqual(self.address("[server]\nhost: 0.0.0.0\n# who: see [authorization]\nport: 7126\n"), "127.0.0.1:7126")
+        self.assertEqual(self.address("[server]\nklippy_uds_address: /tmp/[a]\nport: 7126 # [b]\n[x]\nport: 1\n"), "127.0.0.1:7126")
+        self.assertEqual(self.address("[x]\nport: 1\nlist:\n  [server]\n  port: 2\n[server]\nport=7126\n"), "127.0.0.1:7126")
+        self.assertEqual(self.address("[server] # ours\r\nPORT : 7126\r\n"), "127.0.0.1:7126")
+
+    def test_included_files_count_and_the_last_one_wins(self):
+        self.assertEqual(self.address("[include server.conf]\n", server="[server]\nport: 7126\n"), "127.0.0.1:7126")
+        self.assertEqual(self.address("[server]\nport: 1\n[include s*.conf]\n", server="[server]\nport: 7126\n"), "127.0.0.1:7126")
+        self.assertEqual(self.address("[include moonraker.conf]\n[server]\nport: 7126\n"), "127.0.0.1:7126")
+
+    def test_a_prefix_and_a_host_of_its_own_belong_to_the_address(self):
+        self.assertEqual(self.address("[server]\nroute_prefix: /printer2/\n"), "127.0.0.1:7125/printer2")
+        for host, reached in (("all", "127.0.0.1"), ("192.168.1.5", "192.168.1.5"), ("::", "[::1]"), ("fe80::1", "[fe80::1]")):
+            self.assertEqual(self.address(f"[server]\nhost: {host}\n"), f"{reached}:7125")
+
+    def test_what_is_no_address_is_refused(self):
+        for text in ("[server]\nport: 0\n", "[server]\nport: 65536\n", "[server]\nport: x\n", '[server]\nroute_prefix: a"b\n',
+                     "port: 7125\n", "[server]\nroute_prefix: a b\n", "[server]\0\n[x]\nroute"):
+            with self.assertRaises(InstallError, msg=text):
+                self.address(text)
+
+    def test_files_of_printers_in_the_field(self):
+        field = pathlib.Path(os.environ.get("TRAMMEL_TEST_DATA", SOURCE.parent / "shared/data")) / "field/06"
+        if not field.is_dir():
+            self.skipTest(f"there is no {field}")
+        self.assertEqual(self.address((field / "moonraker.conf").read_text()), "127.0.0.1:7126")
+        self.assertEqual(self.address((field / "route_prefix.conf").read_text()), "127.0.0.1:7125/printer2")
+
+    def test_a_copy_of_a_printers_folder_is_no_second_printer(self):
+        shutil.copytree(self.home / "printer_data", self.home / "backup")
+        before = snapshot(self.root)
+        with self.assertRaisesRegex(InstallError, "printer_data and .*backup both have their Moonraker at 127.0.0.1:7126"):
+            self.install()
+        self.assertEqual(before, snapshot(self.root))
+
+    def test_a_32_bit_system_on_a_64_bit_kernel_is_named(self):
+        (self.program / "release_info.json").write_text(json.dumps(RELEASE | {"asset_name": "trammel-arm64.zip"}))
+        told = subprocess.CompletedProcess([], 0, stdout="armhf\n")
+        with unittest.mock.patch("platform.machine", return_value="aarch64"), unittest.mock.patch("subprocess.run", return_value=told):
+            self.assertEqual(printers.architecture(), "armhf")
+            with self.assertRaisesRegex(InstallError, "programs of this system are for armhf.*64-bit system"):
+                printers.release_of(self.program, printers.architecture())
 
 
 class Moonraker(http.server.BaseHTTPRequestHandler):

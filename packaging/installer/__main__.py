@@ -1,9 +1,9 @@
 """install.sh's command line."""
 import argparse
-import getpass
 import os
 import pathlib
-import platform
+import pwd
+import signal
 import subprocess
 import sys
 
@@ -15,8 +15,15 @@ with which Moonraker updates trammel, and a service that calibrates when the pri
 already stays. Run again after anything went wrong; --uninstall takes all of it back."""
 
 
-def run(words):
-    done = subprocess.run(words, check=False)
+SYSTEM = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"}  # whatever the environment names
+
+
+def run(words, text=None):
+    """@param text  standard input; None: this process's own"""
+    try:
+        done = subprocess.run(words, input=text, check=False, env=os.environ | SYSTEM)
+    except OSError as error:
+        raise InstallError(f"{words[0]} cannot be run ({error}); --no-unit installs without a service") from error
     if done.returncode != 0:
         raise InstallError(f"{' '.join(words)} failed ({done.returncode}); run install.sh again once that is mended")
 
@@ -38,22 +45,26 @@ def parse(words):
 def main():
     arguments = parse(sys.argv[1:])
     home = pathlib.Path.home()
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: sys.exit("install.sh: stopped; everything is as it was before"))
     try:
         if os.geteuid() == 0:
             raise InstallError("run as the printer's own user, not as root: sudo is asked for the service alone")
         if arguments.uninstall:
-            remarks = install.uninstall(home, run)
+            remarks = install.uninstall(home, arguments.program, run)
             done = f"taken out; {arguments.program} itself is yours to remove"
         else:
-            release = printers.release_of(arguments.program, platform.machine())
-            found = [folder.resolve() for folder in arguments.printer or printers.find_printers(home)]
+            release = printers.release_of(arguments.program, printers.architecture())
+            found = list(dict.fromkeys(folder.resolve() for folder in arguments.printer or printers.find_printers(home)))
             units = None if arguments.no_unit else pathlib.Path("/etc/systemd/system")
-            remarks = install.install(home, arguments.program, found, units, getpass.getuser(), release, arguments.link,
-                                      run, arguments.remind)
+            user = pwd.getpwuid(os.getuid()).pw_name
+            remarks = install.install(home, arguments.program, found, units, user, release, arguments.link, run, arguments.remind)
             done = (f"installed for {', '.join(map(str, found))}. Restart Moonraker; name the filament in trammel.toml; "
                     f"{arguments.program}/share/trammel/klipper/README.md says how to include trammel.cfg")
     except (InstallError, OSError) as error:
         sys.exit(f"install.sh: {error}")
+    except KeyboardInterrupt:
+        sys.exit("install.sh: stopped; everything is as it was before")
     for remark in remarks:
         print(f"note: {remark}")
     print(done)

@@ -19,28 +19,29 @@ NOTE = ("trammel: TRAMMEL_PA with a laser, TRAMMEL_PA_PATTERN and a phone withou
 DAYS = 90  # as trammel history due has it
 TIMEOUT_S = 10
 MOST_BYTES = 16 << 20
+DIRECT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # Moonraker is on this computer
 
 
-def call(port, path, method="GET", body=None, **query):
+def call(address, path, method="GET", body=None, **query):
     """What Moonraker answers; None where it knows no such item. Raises InstallError."""
-    url = f"http://127.0.0.1:{port}{path}" + ("?" + urllib.parse.urlencode(query) if query else "")
+    url = f"http://{address}{path}" + ("?" + urllib.parse.urlencode(query) if query else "")
     request = urllib.request.Request(url, data=None if body is None else json.dumps(body).encode(), method=method,
                                      headers={"Content-Type": "application/json"})
     try:
-        with urllib.request.urlopen(request, timeout=TIMEOUT_S) as answer:
+        with DIRECT.open(request, timeout=TIMEOUT_S) as answer:
             return json.loads(answer.read(MOST_BYTES))["result"]
     except urllib.error.HTTPError as error:
         if error.code == 404:
             return None
         wants_login = " (it wants a login)" if error.code == 401 else ""
-        raise InstallError(f"Moonraker at port {port} refuses {path}{wants_login}: {error}; leave --remind out") from error
+        raise InstallError(f"Moonraker at {address} refuses {path}{wants_login}: {error}; leave --remind out") from error
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InstallError(f"Moonraker at port {port} does not answer {path}: {error}; start it, or leave --remind out") from error
+        raise InstallError(f"Moonraker at {address} does not answer {path}: {error}; start it, or leave --remind out") from error
 
 
-def entries_at(port):
+def entries_at(address):
     """Mainsail's entries by their keys; None where Mainsail never made any."""
-    found = call(port, "/server/database/item", namespace=NAMESPACE)
+    found = call(address, "/server/database/item", namespace=NAMESPACE)
     entries = found and found.get("value")
     return entries if isinstance(entries, dict) else None
 
@@ -58,42 +59,41 @@ def is_open(entry):
     return entry.get("end_time") is None
 
 
-def check(data, port):
+def check(data, address):
     """Raises InstallError where an entry cannot be added, before anything is changed."""
     defaults = data / "config/.theme/maintenance.json"
-    if entries_at(port) is None and defaults.exists():
+    if entries_at(address) is None and defaults.exists():
         raise InstallError(f"{defaults} is taken in when Mainsail is opened for the first time, and no more once there is an "
                            "entry: open Mainsail, then run install.sh --remind again")
 
 
-def edit_reminder(port):
-    def change():
-        entries = entries_at(port) or {}
-        if any(is_open(entries[key]) for key in ours(entries)) or KEY in entries:
-            return  # of an earlier installation: how long ago the last calibration was stays
-        totals = (call(port, "/server/history/totals") or {}).get("job_totals", {})
-        never = {"bool": False, "value": None}
-        call(port, "/server/database/item", "POST", {"namespace": NAMESPACE, "key": KEY, "value": {
-            "name": NAME, "note": NOTE, "perform_note": None,
-            "start_time": time.time(), "end_time": None,
-            "start_filament": totals.get("total_filament_used", 0), "end_filament": None,
-            "start_printtime": totals.get("total_print_time", 0), "end_printtime": None,
-            "last_entry": None,
-            "reminder": {"type": "repeat", "filament": never, "printtime": never, "date": {"bool": True, "value": DAYS}}}})
+def add_reminder(address):
+    """@returns whether there was none yet"""
+    entries = entries_at(address) or {}
+    if any(is_open(entries[key]) for key in ours(entries)) or KEY in entries:
+        return False  # of an earlier installation: how long ago the last calibration was stays
+    totals = (call(address, "/server/history/totals") or {}).get("job_totals", {})
+    never = {"bool": False, "value": None}
+    call(address, "/server/database/item", "POST", {"namespace": NAMESPACE, "key": KEY, "value": {
+        "name": NAME, "note": NOTE, "perform_note": None,
+        "start_time": time.time(), "end_time": None,
+        "start_filament": totals.get("total_filament_used", 0), "end_filament": None,
+        "start_printtime": totals.get("total_print_time", 0), "end_printtime": None,
+        "last_entry": None,
+        "reminder": {"type": "repeat", "filament": never, "printtime": never, "date": {"bool": True, "value": DAYS}}}})
+    return True
 
-    return {"kind": "reminder", "port": port}, change
 
-
-def undo_reminder(record):
+def undo_reminder(address):
     """Takes the entry out that reminds; what its owner performed stays in Mainsail's history.
 
     @returns a remark where something is left behind, else None.
     """
     try:
-        entries = entries_at(record["port"]) or {}
+        entries = entries_at(address) or {}
         for key in ours(entries):
             if is_open(entries[key]):
-                call(record["port"], "/server/database/item", "DELETE", namespace=NAMESPACE, key=key)
+                call(address, "/server/database/item", "DELETE", namespace=NAMESPACE, key=key)
     except InstallError as error:
         return f"'{NAME}' stays among Mainsail's maintenance (History), delete it there: {error}"
     if KEY in entries and entries[KEY].get("name") != NAME:

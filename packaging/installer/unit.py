@@ -1,7 +1,6 @@
 """The service of each printer: the one thing for which the installer asks for root's rights, by sudo."""
 import pathlib
 import re
-import tempfile
 
 from . import InstallError, edits
 
@@ -34,29 +33,26 @@ def unit_text(template, name, user, home, program, data, answers_taps=False):
     return text if name == "trammel" else text.replace("[Service]", "PartOf=trammel.service\n\n[Service]", 1)
 
 
-def edit_unit(units, name, text, run):
-    """@param run  runs a command; raises InstallError where it fails"""
-    path = units / f"{name}.service"
-    data = text.encode()
+def bring(path, old, new, run):
+    """Brings a service from one text to another; None: there is none. The same text twice: starts it anew.
 
-    def change():
-        with tempfile.NamedTemporaryFile() as copy:
-            copy.write(data)
-            copy.flush()
-            run(["sudo", "install", "-m", "644", copy.name, str(path)])
+    @param run  runs a command with a standard input; raises InstallError where it fails
+    """
+    if new is None:
+        run(["sudo", "systemctl", "disable", "--now", path.stem])
+        run(["sudo", "rm", str(path)])
         run(["sudo", "systemctl", "daemon-reload"])
-        run(["sudo", "systemctl", "enable", "--now", name])
+        return
+    if new != old:
+        run(["sudo", "install", "-m", "644", "/dev/stdin", str(path)], new)
+        run(["sudo", "systemctl", "daemon-reload"])
+    run(["sudo", "systemctl", "enable", "--now", path.stem])
+    if old is not None:
+        run(["sudo", "systemctl", "restart", path.stem])
 
-    return {"kind": "unit", "path": str(path), "sha256": edits.sha256(data)}, change
 
-
-def undo_unit(record, run):
-    path = pathlib.Path(record["path"])
-    if not path.exists():
-        return None
-    if edits.sha256(path.read_bytes()) != record["sha256"]:
-        return f"{path} was changed since and is left: sudo systemctl disable --now {path.stem}"
-    run(["sudo", "systemctl", "disable", "--now", path.stem])
-    run(["sudo", "rm", str(path)])
-    run(["sudo", "systemctl", "daemon-reload"])
-    return None
+def put_back(file, run):
+    """Takes back what bring() did, however far it came."""
+    there, _ = edits.read_regular(file.path)
+    if there != file.before:
+        bring(file.path, there, file.before, run)
