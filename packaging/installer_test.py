@@ -480,7 +480,7 @@ class AddressTest(Home):
 
     def test_what_is_no_address_is_refused(self):
         for text in ("[server]\nport: 0\n", "[server]\nport: 65536\n", "[server]\nport: x\n", '[server]\nroute_prefix: a"b\n',
-                     "port: 7125\n", "[server]\nroute_prefix: a b\n", "[server]\0\n[x]\nroute"):
+                     "port: 7125\n", "[server]\nroute_prefix: a b\n", "[server]\0\nport: 1\n"):
             with self.assertRaises(InstallError, msg=text):
                 self.address(text)
 

@@ -40,9 +40,12 @@ def text_of(path, plan):
     if data is None:
         raise InstallError(f"{path} is not there: --printer names the folder that holds config/moonraker.conf")
     try:
-        return data.decode()
+        text = data.decode()
     except ValueError as error:
         raise InstallError(f"{path} is no text in UTF-8 ({error}): save it as such") from error
+    if "\0" in text:
+        raise InstallError(f"{path} holds a byte of zero, which no text does: mend or restore it")
+    return text
 
 
 def moonraker_lines(path, plan, seen):
