@@ -111,10 +111,13 @@ def _finite(value: float) -> Optional[float]:
 
 def library_path() -> str:
     """Returns the library installed together with this file, else the system's."""
-    # PREFIX/share/trammel/klipper/trammel_tap, and PREFIX/lib or PREFIX/lib/ARCHITECTURE
-    prefix = os.path.dirname(os.path.realpath(__file__))
-    for _ in range(4):
-        prefix = os.path.dirname(prefix)
+    # PREFIX/share/trammel/klipper/trammel_tap, and PREFIX/lib or PREFIX/lib/ARCHITECTURE. Anywhere
+    # else, as in a source tree, PREFIX would be somebody else's folder.
+    here = os.path.dirname(os.path.realpath(__file__))
+    installed = os.path.join(os.sep, 'share', 'trammel', 'klipper', 'trammel_tap')
+    if not here.endswith(installed):
+        return SONAME
+    prefix = here[:-len(installed)] or os.sep
     lib = os.path.join(prefix, 'lib')
     folders = [lib] + ([os.path.join(lib, f) for f in sorted(os.listdir(lib))]
                        if os.path.isdir(lib) else [])

@@ -140,6 +140,20 @@ class LibraryTest(unittest.TestCase):
             with self.assertRaisesRegex(TapError, "reads a drawn tap"):
                 Library(self.path)
 
+    def test_of_a_source_tree_it_looks_into_no_folder_of_anothers(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = os.path.realpath(folder)
+            for above, found in (('home/pi/trammel/klipper', False), ('x/share/trammel/klipper', True)):
+                extra = os.path.join(folder, above, 'trammel_tap')
+                lib = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(extra)))), 'lib')
+                for made in (extra, lib):
+                    os.makedirs(made)
+                with open(os.path.join(lib, library.SONAME), 'w'):
+                    pass
+                with mock.patch.object(library, '__file__', os.path.join(extra, 'library.py')):
+                    expected = os.path.join(lib, library.SONAME) if found else library.SONAME
+                    self.assertEqual(library.library_path(), expected, above)
+
 
 if __name__ == '__main__':
     if importlib.util.find_spec('cffi') is None:
