@@ -26,15 +26,15 @@ extern const ModuleName kWebpModule;     ///< phone_picture.h
 extern const ModuleName kHeifModule;     ///< phone_picture.h
 extern const ModuleName kStepModule;     ///< cad/step_module.h
 
-/// lib/trammel beside the folder of the program that runs, and of that folder's parent (a build
-/// tree).
+/// lib/trammel beside the folder of the program that runs; in a build tree, which a CMakeCache.txt
+/// shows, beside that folder's parent, too.
 [[nodiscard]] std::vector<std::filesystem::path> ModuleFolders();
 
 /// Loads a module, which then stays.
 /// @returns the table that its function `trammel_module` gives, of the type that its header states.
 /// Errors (kInput): it is in none of the folders, others than the program's owner and root could
-/// have written it, it was made for another version of trammel, or lacks a library; they name the
-/// packages.
+/// have written it or changed a folder above it, it was made for another version of trammel, or
+/// lacks a library; they name the packages.
 [[nodiscard]] Result<const void*> LoadModule(const ModuleName& name,
                                              std::span<const std::filesystem::path> folders);
 

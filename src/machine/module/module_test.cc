@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <filesystem>
@@ -46,7 +47,44 @@ TEST(Module, RefusesOneThatAnybodyMayWrite) {
   const std::array<std::filesystem::path, 1> folders = {folder.path()};
   const auto module = LoadModule(kNone, folders);
   ASSERT_FALSE(module);
-  EXPECT_THAT(module.error().message, HasSubstr("anybody may write to it"));
+  EXPECT_THAT(module.error().message,
+              AllOf(HasSubstr("trammel-none.so"), HasSubstr("others may write to it")));
+}
+
+// Whoever can write a folder above can put another file in its place.
+TEST(Module, RefusesOneBelowAFolderThatOthersMayWrite) {
+  const test::TemporaryFolder folder;
+  const auto open = folder.path() / "open";
+  const auto lib = open / "lib";
+  std::filesystem::create_directories(lib);
+  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, lib / "trammel-none.so");
+  const std::array<std::filesystem::path, 1> folders = {lib};
+  using std::filesystem::perms;
+  for (const perms others : {perms::others_write, perms::group_write}) {
+    std::filesystem::permissions(open, perms::owner_all | others);
+    if (others == perms::group_write && chown(open.c_str(), static_cast<uid_t>(-1), 12345) != 0) {
+      GTEST_SKIP() << "not root: the folder cannot be given to another group";
+    }
+    const auto module = LoadModule(kNone, folders);
+    ASSERT_FALSE(module);
+    EXPECT_THAT(module.error().message,
+                AllOf(HasSubstr(open.string() + " is not the program's owner's"),
+                      HasSubstr("install trammel anew")));
+  }
+  // As /tmp is.
+  std::filesystem::permissions(open, perms::all | perms::sticky_bit);
+  EXPECT_THAT(LoadModule(kNone, folders).error().message, HasSubstr("another version"));
+}
+
+TEST(Module, RefusesOneOfAnotherUser) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "trammel-none.so";
+  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, path);
+  if (chown(path.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
+  const std::array<std::filesystem::path, 1> folders = {folder.path()};
+  const auto module = LoadModule(kNone, folders);
+  ASSERT_FALSE(module);
+  EXPECT_THAT(module.error().message, HasSubstr("not the program's owner's"));
 }
 
 TEST(Module, RefusesOneOfAnotherVersion) {
