@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_kind.h"
+
 namespace trammel {
 namespace {
 
@@ -38,6 +40,7 @@ class Builder {
   bool number_unsigned(std::uint64_t value) { return Put(value, 0) != nullptr; }
   bool number_float(double value, const std::string& /*text*/) { return Put(value, 0) != nullptr; }
   bool string(std::string& value) {
+    if (!IsSound(value)) return false;
     const std::size_t bytes = kText + value.size();
     return Put(std::move(value), bytes) != nullptr;
   }
@@ -48,7 +51,7 @@ class Builder {
   bool end_array() { return Close(); }
 
   bool key(std::string& name) {
-    if (!Spend(kMember + name.size())) return false;
+    if (!Spend(kMember + name.size()) || !IsSound(name)) return false;
     if (bounds_.unique_keys && open_.back()->contains(name)) {
       fault_ = fmt::format("the key {} is given twice", Shown(name));
       return false;
@@ -73,6 +76,12 @@ class Builder {
   [[nodiscard]] std::size_t no_json_byte() const { return no_json_byte_; }
 
  private:
+  bool IsSound(const std::string& text) {
+    if (bounds_.zeros || text.find('\0') == std::string::npos) return true;
+    fault_ = fmt::format("{} holds the character U+0000: take it out", Shown(text));
+    return false;
+  }
+
   bool Spend(std::size_t bytes) {
     spent_ += bytes;
     if (spent_ <= bounds_.most_memory_bytes) return true;
@@ -129,14 +138,29 @@ Result<json> ParseBoundedJson(std::string_view text, const std::string& name,
     return Fail(fmt::format("{}: is {} bytes of JSON; at most {} are read", name, text.size(),
                             bounds.most_bytes));
   }
+  const auto line_of = [&text](std::size_t byte) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(text.size(), byte));
+    return 1 + std::count(text.begin(), end, '\n');
+  };
+  // The parser takes it for the text's end.
+  if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
+    if (const auto kind = KindByContent(text)) {
+      return Fail(fmt::format("{}: is {}, not JSON: {}", name, kind->name, kind->remedy));
+    }
+    return Fail(
+        fmt::format("{}:{}: is not JSON: it holds a byte of zero; save it as UTF-8, or copy "
+                    "it again",
+                    name, line_of(zero)));
+  }
   Builder builder(bounds);
   const bool whole = json::sax_parse(text, &builder);
   if (!builder.fault().empty()) return Fail(fmt::format("{}: {}", name, builder.fault()));
   if (!whole) {
-    const std::size_t end = std::min(text.size(), builder.no_json_byte());
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
-    return Fail(fmt::format("{}:{}: is not JSON: {}", name, line, builder.no_json()));
+    if (const auto kind = KindByContent(text)) {
+      return Fail(fmt::format("{}: is {}, not JSON: {}", name, kind->name, kind->remedy));
+    }
+    return Fail(fmt::format("{}:{}: is not JSON: {}", name, line_of(builder.no_json_byte()),
+                            builder.no_json()));
   }
   return std::move(builder.root);
 }

@@ -95,5 +95,30 @@ TEST(BoundedJson, AKeyGivenTwiceIsAnErrorOnlyWhereAsked) {
   EXPECT_EQ(Refusal(text, {.unique_keys = true}), "a peer: the key \"c\" is given twice");
 }
 
+// The library ends there as if the text did, and passes over what stands behind.
+TEST(BoundedJson, AByteOfZeroIsNoEndOfTheText) {
+  for (const std::string& text : {std::string("[1]\0 [", 7), std::string("{}\0", 3),
+                                  std::string("[1,\n\0 2]", 8), std::string("\0", 1)}) {
+    EXPECT_THAT(Refusal(text), HasSubstr("is not JSON: it holds a byte of zero")) << text;
+  }
+  EXPECT_THAT(Refusal(std::string("[1,\n\0 2]", 8)), StartsWith("a peer:2:"));
+}
+
+TEST(BoundedJson, ATextWithACharacterOfZeroIsRefusedWhereOthersWouldCutIt) {
+  EXPECT_THAT(Refusal(R"(["a\u0000b"])"), StartsWith("taken"));
+  EXPECT_THAT(Refusal(R"(["a\u0000b"])", {.zeros = false}),
+              HasSubstr("holds the character U+0000"));
+  EXPECT_THAT(Refusal(R"({"a\u0000b": 1})", {.zeros = false}),
+              HasSubstr("holds the character U+0000"));
+}
+
+TEST(BoundedJson, AForeignFileIsNamedForWhatItIs) {
+  EXPECT_EQ(Refusal("PK\3\4xxxx"),
+            "a peer: is a ZIP archive, not JSON: unpack it, and give the file that is in it");
+  EXPECT_THAT(Refusal(std::string("\xff\xfe{\0}\0", 6)),
+              HasSubstr("is text in UTF-16, not JSON: save it as UTF-8"));
+  EXPECT_THAT(Refusal("<!doctype html>"), HasSubstr("is a web page, not JSON"));
+}
+
 }  // namespace
 }  // namespace trammel

@@ -23,7 +23,7 @@ std::string Show(const json& value) {
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {
   // JSON would silently keep one of two values with the same key.
-  return ParseBoundedJson(text, file, {.most_levels = 16, .unique_keys = true});
+  return ParseBoundedJson(text, file, {.most_levels = 16, .unique_keys = true, .zeros = false});
 }
 
 Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {

@@ -22,8 +22,9 @@ struct NumberRange {
   double hi = std::numeric_limits<double>::max();     ///< inclusive
 };
 
-/// Parses strictly: no key twice in one object, at most 16 levels, no number too large for a
-/// double. Errors name `file` and what is wrong, with the line where the text is not JSON.
+/// Parses strictly: no key twice in one object, no U+0000 in a text, at most 16 levels, no number
+/// too large for a double. Errors name `file` and what is wrong, with the line where the text is
+/// not JSON.
 [[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text, const std::string& file);
 
 /// The same of a whole file. Errors: those of ReadWholeFile, too.

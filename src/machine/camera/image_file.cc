@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_kind.h"
 #include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
 #include "image/png_outline.h"
@@ -103,36 +104,6 @@ Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& hea
   return frame;
 }
 
-/// Names a picture's format by its first bytes; a TIFF may be a camera's raw picture.
-std::string_view ForeignFormatOf(std::span<const std::uint8_t> bytes) {
-  struct Format {
-    std::size_t at;
-    std::string_view with;
-    std::string_view name;
-  };
-  using std::string_view_literals::operator""sv;
-  constexpr std::array kFormats = {Format{0, "BM"sv, "a BMP"},
-                                   Format{0, "GIF8"sv, "a GIF"},
-                                   Format{8, "WEBP"sv, "a WebP"},
-                                   Format{0, "II*\0"sv, "a TIFF or raw picture"},
-                                   Format{0, "MM\0*"sv, "a TIFF or raw picture"},
-                                   Format{4, "ftypavif"sv, "an AVIF"},
-                                   Format{4, "ftyphei"sv, "a HEIC"},
-                                   Format{4, "ftyphev"sv, "a HEIC"},
-                                   Format{4, "ftypmif1"sv, "a HEIC"},
-                                   Format{4, "jP  \r\n"sv, "a JPEG 2000"},
-                                   Format{0, "\0\0\0\fJXL"sv, "a JPEG XL"},
-                                   Format{0, "\xff\x0a"sv, "a JPEG XL"},
-                                   Format{0, "%PDF"sv, "a PDF"}};
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  for (const Format& format : kFormats) {
-    if (text.size() > format.at && text.substr(format.at).starts_with(format.with)) {
-      return format.name;
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 // Decoders fill the missing part of a truncated file with grey and say nothing.
@@ -157,7 +128,8 @@ Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return Fail("it is empty");
   if (StartsWith(bytes, kPngSignature)) return PngHeader(bytes);
   if (StartsWith(bytes, kJpegStart)) return JpegHeader(bytes);
-  const std::string_view foreign = ForeignFormatOf(bytes);
+  const auto kind = KindByContent({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::string_view foreign = kind ? kind->name : std::string_view();
   return Fail(fmt::format("it is {}{} a JPEG nor a PNG; convert it to one of these", foreign,
                           foreign.empty() ? "neither" : ", neither"));
 }
