@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -36,6 +37,17 @@ bool IsAt(const std::filesystem::path& path, int descriptor) {
          open_file.st_dev == named.st_dev && open_file.st_ino == named.st_ino;
 }
 
+// The owner, where it is neither this user, root nor whoever the folder belongs to: in a folder
+// where everybody may make files, such as /tmp, others can make the lock first.
+std::optional<uid_t> ForeignOwner(const std::filesystem::path& path, int descriptor) {
+  struct stat lock {};
+  struct stat folder {};
+  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
+  if (::fstat(descriptor, &lock) != 0 || ::stat(parent.c_str(), &folder) != 0) return {};
+  const bool own = lock.st_uid == ::geteuid() || lock.st_uid == 0 || lock.st_uid == folder.st_uid;
+  return own ? std::nullopt : std::optional(lock.st_uid);
+}
+
 bool Lock(int descriptor) {
   int taken = 0;
   do {
@@ -54,6 +66,13 @@ Result<FileLock> FileLock::Take(const std::filesystem::path& path, std::string_v
     if (descriptor < 0) {
       return Fail(
           fmt::format("{}: the lock cannot be made: {}", path.string(), std::strerror(errno)));
+    }
+    if (const auto owner = ForeignOwner(path, descriptor)) {
+      ::close(descriptor);
+      return Fail(
+          fmt::format("{}: the lock belongs to another user ({}), who could keep it: remove it, "
+                      "or have its folder to yourself",
+                      path.string(), *owner));
     }
     if (!Lock(descriptor)) {
       const std::string other = HolderOf(descriptor);

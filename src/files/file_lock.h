@@ -16,7 +16,8 @@ class FileLock {
  public:
   /// Makes the file where it is missing, takes the lock and notes `holder` in the file, for those
   /// that are refused. Follows no link. Waits for nothing.
-  /// Errors: kMachine where somebody holds it, with what is noted; kInput where it cannot be made.
+  /// Errors: kMachine where somebody holds it, with what is noted; kInput where it cannot be made,
+  /// or another user than root and the folder's owner made it.
   [[nodiscard]] static Result<FileLock> Take(const std::filesystem::path& path,
                                              std::string_view holder);
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <optional>
@@ -52,6 +53,19 @@ TEST_F(FileLockWithin, IsStopped) {
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, ErrorKind::kInterrupted);
   EXPECT_FALSE(FileLock::TakeWithin(folder_.path() / "no/a.lock", "x", kLong_s));  // no waiting
+}
+
+// In a folder where everybody may make files, others can make it first, and hold it.
+TEST_F(FileLockWithin, RefusesALockThatAnotherUserMade) {
+  test::WriteWhole(path_, "");
+  if (chown(path_.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
+  const auto lock = FileLock::Take(path_, "us");
+  ASSERT_FALSE(lock);
+  EXPECT_EQ(lock.error().kind, ErrorKind::kInput);
+  EXPECT_THAT(lock.error().message, HasSubstr("a.lock: the lock belongs to another user (12345)"));
+  // Of whoever the folder belongs to it is as good as of root.
+  ASSERT_EQ(chown(folder_.path().c_str(), 12345, 12345), 0);
+  EXPECT_TRUE(FileLock::Take(path_, "us"));
 }
 
 }  // namespace
