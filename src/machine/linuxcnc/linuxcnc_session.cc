@@ -100,7 +100,7 @@ LinuxCncSession::LinuxCncSession(std::unique_ptr<DialogueProcess> helper,
 
 Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
     const LinuxCncSessionOptions& options, const std::stop_token& stop) {
-  auto helper = DialogueProcess::Start({options.python, "-c", kSessionScript});
+  auto helper = DialogueProcess::Start({options.python, "-I", "-c", kSessionScript});
   if (!helper) return Fail("to join LinuxCNC: " + helper.error().message, helper.error().kind);
   const auto hello = (*helper)->Hear(kJoin_s, stop);
   if (!hello) {

@@ -37,6 +37,24 @@ class LinuxCncSessionAnswers : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+// Python takes modules of the current folder first, unless it is told not to.
+TEST(LinuxCncSessionPython, RunsNothingOfTheCurrentFolder) {
+  const test::TemporaryFolder folder;
+  const auto ran = folder.path() / "ran";
+  for (const char* module : {"json", "signal", "os", "linuxcnc", "sitecustomize", "pwd"}) {
+    test::WriteWhole(folder.path() / (std::string(module) + ".py"),
+                     fmt::format("open('{}', 'w')\n", ran.string()));
+  }
+  const auto python = folder.path() / "python";
+  test::WriteWhole(python,
+                   fmt::format("#!/bin/sh\ncd {}\nPYTHONPATH=.: exec /usr/bin/python3 \"$@\"\n",
+                               folder.path().string()));
+  std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+  const auto joined = LinuxCncSession::Join({.python = python, .time_limit_s = 20}, {});
+  EXPECT_FALSE(std::filesystem::exists(ran));
+  EXPECT_FALSE(joined);  // no LinuxCNC runs here
+}
+
 TEST_F(LinuxCncSessionAnswers, SaysWhyItCannotJoin) {
   const auto refused = Join(R"({"id": 0, "error": "no LinuxCNC runs", "kind": "machine"})", "");
   ASSERT_FALSE(refused);

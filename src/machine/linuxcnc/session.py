@@ -8,21 +8,24 @@ to the screens that show it.
 The end of standard input, or of the process that holds it, ends a move that is under way and gives back the mode and the
 modal codes that were in force, where LinuxCNC is still ours.
 """
+import fcntl
+import json
+import os
+import pwd
+import select
+import shutil
 import signal
+import stat
 import sys
+import tempfile
+import time
 
 # The end of the process that asks is the only one: it is what aborts a move.
 for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTTOU):
     signal.signal(number, signal.SIG_IGN)
-sys.path[:] = [folder for folder in sys.path if folder]  # no module of the current folder
-
-import fcntl
-import json
-import os
-import select
-import shutil
-import tempfile
-import time
+# Python runs isolated (-I). A LinuxCNC that was built in its own folder is found through absolute folders of PYTHONPATH, behind
+# Python's own modules.
+sys.path += [folder for folder in os.environ.get("PYTHONPATH", "").split(":") if folder.startswith("/")]
 
 LOOK_S = 0.005  # at a move that is under way
 PARENT_S = 1.0  # at the process that holds standard input, while nothing is under way
@@ -36,6 +39,22 @@ class Failed(Exception):
     def __init__(self, kind, text):
         super().__init__(text)
         self.kind = kind
+
+
+def state_folder():
+    """The folder of the program's own notes (StateFolder), in which no other user can make a file first."""
+    state, home = os.environ.get("XDG_STATE_HOME", ""), os.environ.get("HOME", "")
+    if not state.startswith("/"):
+        state = os.path.join(home if home.startswith("/") else pwd.getpwuid(os.getuid()).pw_dir, ".local/state")
+    folder = os.path.join(state, "trammel")
+    try:
+        os.makedirs(folder, mode=0o700, exist_ok=True)
+        found = os.stat(folder)
+    except OSError as error:
+        raise Failed("machine", f"{folder}: {error}; XDG_STATE_HOME names another place")
+    if found.st_uid != os.geteuid() or found.st_mode & stat.S_IWOTH:
+        raise Failed("machine", f"{folder} is not this user's alone: chmod go-w it, or name another place by XDG_STATE_HOME")
+    return folder
 
 
 def connect():
@@ -158,9 +177,11 @@ class Session:
         return told
 
     def take_alone(self):
-        path = f"/tmp/trammel-linuxcnc-{os.getuid()}.lock"
+        path = os.path.join(state_folder(), "linuxcnc.lock")
         try:
-            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o600)
+            if os.fstat(lock).st_uid != os.geteuid():
+                raise Failed("machine", f"{path} belongs to another user: remove it")
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise Failed("safety", "another trammel drives this LinuxCNC; wait for its end")
