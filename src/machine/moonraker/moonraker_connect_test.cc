@@ -78,7 +78,8 @@ TEST(MoonrakerConnect, AnotherProtocolIsNotAMoonraker) {
 TEST(MoonrakerConnect, AnotherWebServerIsNotAMoonraker) {
   const ScriptedMoonraker server({.upgrade_status = 404});
   EXPECT_THAT(Refused(OptionsFor(server)).message,
-              AllOf(HasSubstr("not a Moonraker"), HasSubstr("HTTP 404")));
+              AllOf(HasSubstr("not a Moonraker"), HasSubstr("HTTP 404"),
+                    HasSubstr("has a route_prefix, write it behind the port:")));
 }
 
 TEST(MoonrakerConnect, AProxyWithoutMoonrakerIsTold) {

@@ -77,10 +77,17 @@ std::string HttpRefusal(int status, std::string_view server, const MoonrakerAddr
         "runs",
         who, status);
   }
+  constexpr int kNotThere = 404;
+  const std::string prefix =
+      status != kNotThere
+          ? ""
+          : fmt::format(
+                "; where moonraker.conf has a route_prefix, write it behind the port: {}/PREFIX",
+                address.Authority());
   return fmt::format(
       "{} is a web server but not a Moonraker: it answered HTTP {} to {}; check the host and port "
-      "(Moonraker's own is 7125)",
-      who, status, address.WebSocketUrl());
+      "(Moonraker's own is 7125){}",
+      who, status, address.WebSocketUrl(), prefix);
 }
 
 }  // namespace trammel::machine
