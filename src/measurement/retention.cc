@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -19,19 +21,30 @@ constexpr std::uintmax_t kSmall_bytes = 64 * 1024;  // not worth its going
 constexpr int kDeepest = 2;                         // validation/line0/…
 constexpr std::size_t kMostFiles = 100'000;
 
-// The names that recordings give to what they record: videos of lines, and pictures by their place.
-bool IsRaw(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  if (extension == ".avi") return true;
-  if (extension != ".jpg" && extension != ".png") return false;
-  static const std::array<std::string_view, 11> kPictures = {"frame",  "lit",   "laser",  "mark",
-                                                             "middle", "plate", "search", "step",
-                                                             "stripe", "view",  "still"};
+bool HasStem(const fs::path& file, std::span<const std::string_view> names) {
   const std::string stem = file.stem().string();
-  return std::ranges::any_of(kPictures, [&](std::string_view name) {
+  return std::ranges::any_of(names, [&](std::string_view name) {
     return stem.starts_with(name) &&
            stem.find_first_not_of("-_0123456789updownxy", name.size()) == std::string::npos;
   });
+}
+
+// Whether a recording wrote the file: by the name that it gives to what it records, videos of lines
+// and pictures by their place. A user's own picture may have such a name: it is told by its time,
+// which is not that of a recording that ended with the result.
+bool IsRaw(const fs::path& file, fs::file_time_type of_result) {
+  constexpr std::chrono::hours kLongestRun{24};
+  constexpr std::chrono::seconds kClock{2};  // file systems keep times to two seconds
+  static constexpr std::array<std::string_view, 1> kVideos = {"line"};
+  static constexpr std::array<std::string_view, 11> kPictures = {
+      "frame",  "lit",  "laser",  "mark", "middle", "plate",
+      "search", "step", "stripe", "view", "still"};
+  const std::string extension = file.extension().string();
+  if (extension == ".avi") return HasStem(file, kVideos);
+  if ((extension != ".jpg" && extension != ".png") || !HasStem(file, kPictures)) return false;
+  std::error_code error;
+  const fs::file_time_type written = fs::last_write_time(file, error);
+  return !error && written <= of_result + kClock && written >= of_result - kLongestRun;
 }
 
 struct Recording {
@@ -44,6 +57,7 @@ Result<Recording> LookInto(const fs::path& folder, std::string utc) {
   recording.raw.folder = folder;
   recording.raw.utc = std::move(utc);
   std::error_code error;
+  const fs::file_time_type of_result = fs::last_write_time(folder / kResultFile, error);
   auto entries = fs::recursive_directory_iterator(folder, error);
   for (; !error && entries != fs::end(entries); entries.increment(error)) {
     std::error_code gone;  // between the listing and the look
@@ -53,7 +67,7 @@ Result<Recording> LookInto(const fs::path& folder, std::string utc) {
     const std::uintmax_t bytes = entries->file_size(gone);
     if (gone) continue;
     recording.bytes += bytes;
-    if (bytes < kSmall_bytes || !IsRaw(entries->path())) continue;
+    if (bytes < kSmall_bytes || !IsRaw(entries->path(), of_result)) continue;
     if (recording.raw.files.size() >= kMostFiles) break;
     recording.raw.files.push_back(entries->path());
     recording.raw.bytes += bytes;

@@ -11,7 +11,8 @@
 namespace trammel::files {
 
 /// The raw data of one recording: videos, and pictures under the names that recordings give them.
-/// Nothing else: neither its result, report and plan, nor what somebody else put there.
+/// Nothing else: neither its result, report and plan, nor what somebody else put there; a picture
+/// that was written after the result, or a day before it, is somebody else's whatever its name.
 struct RawData {
   std::filesystem::path folder;
   std::string utc;  ///< of its result

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 
@@ -102,6 +103,30 @@ TEST_F(Retention, LeavesWhatIsNotItsOwn) {
   EXPECT_TRUE(fs::exists(linking / "IMG_1.jpg"));
   EXPECT_TRUE(fs::exists(inner / "line0.avi"));
   EXPECT_EQ(plan->without_result, 1);
+}
+
+// A picture of a user's may have a name that recordings give, and a video any.
+TEST_F(Retention, LeavesAUsersPictureUnderARecordingsName) {
+  const fs::path folder = Recorded(1);
+  const std::string bytes(kVideo_bytes, 'p');
+  for (const char* name :
+       {"mark-01.png", "view-02.jpg", "plate.jpg", "step-3.png", "holiday.avi"}) {
+    test::WriteWhole(folder / name, bytes);
+  }
+  const auto of_result = fs::last_write_time(folder / "result.json");
+  using std::chrono::hours;
+  fs::last_write_time(folder / "mark-01.png", of_result - std::chrono::minutes(5));
+  fs::last_write_time(folder / "view-02.jpg", of_result + hours(1));
+  fs::last_write_time(folder / "plate.jpg", of_result - hours(24 * 30));
+  fs::last_write_time(folder / "step-3.png", of_result + std::chrono::minutes(1));
+  const auto plan = PlanPruning(root_.path(), 0, 0);
+  ASSERT_TRUE(plan);
+  ASSERT_TRUE(Prune(*plan));
+  EXPECT_FALSE(fs::exists(folder / "line0.avi"));
+  EXPECT_FALSE(fs::exists(folder / "mark-01.png"));
+  for (const char* name : {"view-02.jpg", "plate.jpg", "step-3.png", "holiday.avi"}) {
+    EXPECT_TRUE(fs::exists(folder / name)) << name;
+  }
 }
 
 TEST_F(Retention, WantsAFolder) {
