@@ -6,7 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/json_text.h"
+#include "base/file_kind.h"
+#include "files/json_members.h"
 #include "files/json_object.h"
 
 namespace trammel::files {
@@ -24,12 +25,10 @@ bool IsList(const Json& value) {
   return true;
 }
 
-bool IsOn(const Json& value) {
-  for (const Json& entry : value.is_array() ? value : Json::array({value})) {
-    if (entry.is_string() && entry != "0" && !entry.get<std::string>().empty()) return true;
-    if (entry.is_boolean() && entry.get<bool>()) return true;
-  }
-  return false;
+// Anything else may be taken for on.
+bool IsOff(const Json& value) {
+  if (value.is_array()) return std::all_of(value.begin(), value.end(), IsOff);
+  return value == "0" || value == "" || value == 0 || value == false || value.is_null();
 }
 
 // As many entries as the profile has for that key, at least one.
@@ -79,8 +78,14 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
     return Fail(fmt::format("pressure advance {} s: OrcaSlicer takes 0 ... {}", pressure_advance_s,
                             kMost_s));
   }
+  if (const auto kind = KindByContent(profile); kind && kind->is_archive) {
+    return Fail(
+        fmt::format("{}: is {} as OrcaSlicer's bundles are: unpack it and give the "
+                    "filament's .json",
+                    file, kind->name));
+  }
   if (const auto sane = ParseJson(profile, file); !sane) return tl::unexpected(sane.error());
-  Json json = Json::parse(profile, nullptr, false);
+  const Json json = Json::parse(profile, nullptr, false);
   const bool of_filament = json.is_object() && json.contains("filament_settings_id") &&
                            (!json.contains("type") || json["type"] == "filament");
   if (!of_filament) {
@@ -96,13 +101,13 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
     }
   }
   OrcaProfile made;
-  json["pressure_advance"] =
-      Entries(json, "pressure_advance", fmt::format("{:.4f}", pressure_advance_s));
-  if (!json.contains("enable_pressure_advance") ||
-      json["enable_pressure_advance"].size() < json["pressure_advance"].size()) {
-    json["enable_pressure_advance"] = json["pressure_advance"];  // as many
-  }
-  json["enable_pressure_advance"] = Entries(json, "enable_pressure_advance", "1");
+  JsonMembers members(profile, {.indent = 4});
+  const Json values = Entries(json, "pressure_advance", fmt::format("{:.4f}", pressure_advance_s));
+  members.Set("pressure_advance", values);
+  const bool fewer = !json.contains("enable_pressure_advance") ||
+                     json["enable_pressure_advance"].size() < values.size();
+  members.Set("enable_pressure_advance",
+              Entries(json, fewer ? "pressure_advance" : "enable_pressure_advance", "1"));
   const char* adaptive = "adaptive_pressure_advance";
   if (!rows.empty()) {
     const char* model = "adaptive_pressure_advance_model";
@@ -112,14 +117,17 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
                                 file, key, kMostExtruders));
       }
     }
-    json[adaptive] = Entries(json, adaptive, "1");
-    json[model] = Entries(json, model, AdaptiveModel(rows));
-  } else if (json.contains(adaptive) && IsOn(json[adaptive])) {
-    json[adaptive] = Entries(json, adaptive, "0");
+    members.Set(adaptive, Entries(json, adaptive, "1"));
+    members.Set(model, Entries(json, model, AdaptiveModel(rows)));
+  } else if (json.contains(adaptive) && !IsOff(json[adaptive])) {
+    const std::size_t size = json[adaptive].is_array() ? json[adaptive].size() : 1;
+    members.Set(adaptive,
+                std::vector<std::string>(std::clamp<std::size_t>(size, 1, kMostExtruders), "0"));
     made.notices.emplace_back(
         "adaptive pressure advance is switched off: it would override the value");
   }
-  made.text = json.dump(4, ' ', false, Json::error_handler_t::replace) + '\n';
+  made.text = members.text();
+  if (!made.text.ends_with('\n')) made.text += '\n';
   return made;
 }
 

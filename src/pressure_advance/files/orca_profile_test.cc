@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
 #include <vector>
+
+#include "files/whole_file.h"
 
 namespace trammel::files {
 namespace {
@@ -13,6 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kProfile = R"({
@@ -72,6 +78,69 @@ TEST(OrcaProfile, WritesTheTableInTheSlicersOwnOrder) {
   const auto lone = WithPressureAdvance(kProfile, "pla.json", 0.05, std::span(rows).first(3));
   ASSERT_FALSE(lone);
   EXPECT_THAT(lone.error().message, HasSubstr("4000 mm/s2 has one flow"));
+}
+
+// Numbers are foreign; other programs than OrcaSlicer write lists of them, too.
+TEST(OrcaProfile, SwitchesATableOffHoweverItIsOn) {
+  for (const char* on : {"[1]", "1", "\"1\"", "true", "[true]", "[\"true\"]", "[\"0\", 1]",
+                         "[[\"1\"]]", "{}", "[0.5]"}) {
+    Json profile = Json::parse(kProfile);
+    profile["adaptive_pressure_advance"] = Json::parse(on);
+    const auto made = WithPressureAdvance(profile.dump(), "pla.json", 0.05);
+    ASSERT_TRUE(made) << made.error().message;
+    for (const Json& entry : Json::parse(made->text)["adaptive_pressure_advance"]) {
+      EXPECT_EQ(entry, "0") << on;
+    }
+    EXPECT_THAT(made->notices, SizeIs(1)) << on;
+  }
+  for (const char* off : {"[0]", "\"0\"", "false", "[\"\"]", "null", "[]"}) {
+    Json profile = Json::parse(kProfile);
+    profile["adaptive_pressure_advance"] = Json::parse(off);
+    const auto made = WithPressureAdvance(profile.dump(), "pla.json", 0.05);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_THAT(made->notices, IsEmpty()) << off;
+  }
+}
+
+TEST(OrcaProfile, KeepsEveryByteOfTheRest) {
+  const std::string before =
+      "\xef\xbb\xbf{\r\n\t\"big\": 12345678901234567890123, \"digits\": [1.50, 1e2, -0.0, "
+      "0.1000000000000000055],\n"
+      "\"te\\\"xt\": \"a, b: {[\\\\\", \"filament_settings_id\": [\"My PLA\"],\"pressure_advance\"";
+  const std::string between = ":[\"0.02\"]";
+  const std::string after =
+      ", \"\\u00e4\": {\"pressure_advance\": [\"0.9\"]}, \"enable_pressure_advance\":[ \"1\" ] }";
+  const auto made = WithPressureAdvance(before + between + after, "pla.json", 0.03);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_THAT(made->text, StartsWith(before));
+  EXPECT_THAT(made->text, HasSubstr("12345678901234567890123"));
+  EXPECT_THAT(made->text, HasSubstr("[1.50, 1e2, -0.0, 0.1000000000000000055]"));
+  EXPECT_THAT(made->text, HasSubstr("\"\\u00e4\": {\"pressure_advance\": [\"0.9\"]}"));
+  EXPECT_EQ(Json::parse(made->text)["pressure_advance"], Json({"0.0300"}));
+}
+
+TEST(OrcaProfile, ABundleIsNamedWithTheWayOut) {
+  const auto made = WithPressureAdvance("PK\3\4xxxx", "My PLA.orca_filament", 0.03);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(
+      made.error().message,
+      "My PLA.orca_filament: is a ZIP archive as OrcaSlicer's bundles are: unpack it and give "
+      "the filament's .json");
+}
+
+// As OrcaSlicer exports it.
+TEST(OrcaProfile, ABundleOfTheFieldIsNamedForWhatItIs) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  const std::string path =
+      std::string(data == nullptr ? "" : data) + "/field/07/My PLA.orca_filament";
+  if (data == nullptr || !std::filesystem::exists(path)) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with field/07/";
+  }
+  const auto bytes = ReadWholeFile(path, 4'000'000);
+  ASSERT_TRUE(bytes);
+  const auto made = WithPressureAdvance(*bytes, path, 0.03);
+  ASSERT_FALSE(made);
+  EXPECT_THAT(made.error().message, HasSubstr("is a ZIP archive as OrcaSlicer's bundles are"));
 }
 
 TEST(OrcaProfile, RefusesWhatIsNoFilamentProfile) {

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/file_kind.h"
 #include "gcode/footprint_reader.h"
 
 namespace trammel::files {
@@ -83,8 +84,10 @@ Result<gcode::Footprint> ReadFootprint(const fs::path& path, const gcode::PlateA
   while (file) {
     file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
     const std::string_view taken(piece.data(), static_cast<std::size_t>(file.gcount()));
-    if (read == 0 && taken.starts_with("GCDE")) {
-      return fail("is binary G-code, which is not read: export the print as plain G-code");
+    const auto kind = read == 0 ? KindByContent(taken) : std::nullopt;
+    if (kind) {
+      return fail(fmt::format("is {}{}, which is not read: export the print as plain G-code",
+                              kind->name, kind->is_archive ? " (a 3MF is one)" : ""));
     }
     read += taken.size();
     if (read > kMostBytes) return fail("is larger than 4 GiB, which no print needs");

@@ -44,7 +44,13 @@ TEST_F(PrintFootprint, IsThatOfAllLinesHoweverTheyEndAndHoweverLongTheFile) {
 TEST_F(PrintFootprint, RefusesWhatIsNoPrintByItsName) {
   EXPECT_THAT(WhyNot(""), HasSubstr("part.gcode: prints nothing on the plate"));
   EXPECT_THAT(WhyNot("M83\nG1 X5 Y5\nG20\n"), HasSubstr("part.gcode: line 3: G20"));
-  EXPECT_THAT(WhyNot("GCDE\1"), HasSubstr("binary G-code"));
+  EXPECT_THAT(WhyNot("GCDE\1"), HasSubstr("part.gcode: is binary G-code, which is not read"));
+  EXPECT_THAT(
+      WhyNot("PK\3\4xxxx"),
+      HasSubstr("part.gcode: is a ZIP archive (a 3MF is one), which is not read: export the "
+                "print as plain G-code"));
+  EXPECT_THAT(WhyNot("\x1f\x8b\x08"), HasSubstr("is a gzip archive"));
+  EXPECT_THAT(WhyNot("<html>"), HasSubstr("is a web page"));
   EXPECT_THAT(WhyNot(std::string("G1 X5\0", 6)), HasSubstr("bytes that no text has"));
   EXPECT_THAT(WhyNot("G28\n" + std::string(70000, 'G')),
               HasSubstr("line 2 has more than 65536 characters"));
