@@ -251,9 +251,13 @@ TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
   const ProcessEnd meddled = run("0.06");
   EXPECT_EQ(meddled.exit_code, 0) << meddled.standard_error;
-  EXPECT_THAT(meddled.standard_output,
-              AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back"),
-                    HasSubstr("in Spoolman: the fields of filament 1 read otherwise")));
+  EXPECT_THAT(
+      meddled.standard_output,
+      AllOf(
+          HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back"),
+          HasSubstr("in Spoolman       the filament's value was sent and does not read back as it "
+                    "was, and the spool's was not sent: the fields of filament 1 read "
+                    "otherwise")));
 }
 
 TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
@@ -341,7 +345,7 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   const ProcessEnd end = RunThere({"0.0472"});
   EXPECT_EQ(end.exit_code, 3);
   EXPECT_THAT(end.standard_error, HasSubstr("another program wrote there"));
-  EXPECT_THAT(end.standard_output, HasSubstr("not kept          in Spoolman"));
+  EXPECT_THAT(end.standard_output, HasSubstr("in Spoolman       the filament's value was sent"));
 }
 
 TEST(ApplyKilled, AtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {

@@ -70,6 +70,11 @@ std::pair<int, int> MajorMinor(const std::string& version) {
 
 }  // namespace
 
+WaitLimit Spoolman::Left() const {
+  constexpr double kLeast_s = 0.001;  // a limit is above zero
+  return {std::max(kLeast_s, deadline_s_ - HostNow()), limit_.stop};
+}
+
 // Tells a Spoolman that hangs from a lost link: the server between answers of itself.
 Error Spoolman::NotAnswered(const char* method, const std::string& path, Error error) {
   constexpr double kAlive_s = 3;
@@ -78,7 +83,8 @@ Error Spoolman::NotAnswered(const char* method, const std::string& path, Error e
   if (!printer_.CallServer("server.spoolman.status", nullptr, limit)) return error;
   const bool reads = std::string_view(method) == "GET";
   return {ErrorKind::kMachine,
-          fmt::format("Spoolman does not answer {} {} within {:g} s, and Moonraker does: look "
+          fmt::format("Spoolman does not answer {} {} within the {:g} s for all questions, and "
+                      "Moonraker does: look "
                       "whether it hangs, or leave it out{}",
                       method, path, limit_.time_limit_s,
                       reads ? "" : "; what it was told to write may come to be written yet")};
@@ -87,10 +93,11 @@ Error Spoolman::NotAnswered(const char* method, const std::string& path, Error e
 Result<json> Spoolman::Ask(const char* method, const std::string& path, std::optional<json> body) {
   json params = {{"request_method", method}, {"path", path}, {"use_v2_response", true}};
   if (body) params["body"] = std::move(*body);
-  auto answer = printer_.CallServer("server.spoolman.proxy", std::move(params), limit_);
+  auto answer = printer_.CallServer("server.spoolman.proxy", std::move(params), Left());
   if (!answer) return tl::unexpected(NotAnswered(method, path, answer.error()));
   const json& error = ObjectOr(*answer, "error");
-  if (!error.empty()) {
+  was_refused_ = !error.empty();
+  if (was_refused_) {
     const int status = static_cast<int>(NumberOr(error, "status_code", 0));
     constexpr int kAway = 503;
     const std::string said = Utf8OrReplaced(TextOr(error, "message", ""), kLongestMessage);
@@ -106,7 +113,7 @@ Result<json> Spoolman::Ask(const char* method, const std::string& path, std::opt
 }
 
 Result<bool> Spoolman::Known() {
-  const auto info = printer_.CallServer("server.info", nullptr, limit_);
+  const auto info = printer_.CallServer("server.info", nullptr, Left());
   if (!info) return tl::unexpected(info.error());
   const json* components = Member(*info, "components");
   return components != nullptr && components->is_array() &&
@@ -117,7 +124,7 @@ Result<std::optional<Spool>> Spoolman::ActiveSpool() {
   const auto known = Known();
   if (!known) return tl::unexpected(known.error());
   if (!*known) return std::nullopt;
-  const auto active = printer_.CallServer("server.spoolman.get_spool_id", nullptr, limit_);
+  const auto active = printer_.CallServer("server.spoolman.get_spool_id", nullptr, Left());
   if (!active) return tl::unexpected(active.error());
   const auto id = Id(*active, "spool_id");
   if (!id) return std::nullopt;
@@ -189,7 +196,8 @@ Result<bool> Spoolman::LeavesOthersAlone() {
 }
 
 Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string& key,
-                                const json& value) {
+                                const json& value, std::optional<bool>& written) {
+  written = false;
   const auto alone = LeavesOthersAlone();
   if (!alone) return tl::unexpected(alone.error());
   const auto before = Extras(entity, id);
@@ -198,9 +206,14 @@ Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string
   wanted[key] = FieldText(value);
   // Values of others are sent only where they would be lost otherwise: somebody may have changed
   // one since it was read, and of one that does not fit its field any more all are refused.
+  written.reset();
   const auto sent =
       Ask("PATCH", Path(entity, id), json{{"extra", *alone ? json{{key, wanted[key]}} : wanted}});
-  if (!sent) return tl::unexpected(sent.error());
+  if (!sent) {
+    if (was_refused_) written = false;
+    return tl::unexpected(sent.error());
+  }
+  written = true;
   const auto after = Extras(entity, id);
   if (!after) return tl::unexpected(after.error());
   const bool all_there = std::all_of(wanted.items().begin(), wanted.items().end(),

@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
+#include "machine/net/host_clock.h"
 #include "machine/net/wait_limit.h"
 
 namespace trammel::machine {
@@ -36,12 +37,14 @@ struct ExtraField {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/// Calls wait, each within the limit. Errors are kMachine: no answer, Spoolman away, an entity that
-/// is not there, an answer of another form; or kInterrupted.
+/// Calls wait, all of one object together within its limit, and 3 s more where it is to be found
+/// out who hangs. Errors are kMachine: no answer, Spoolman away, an entity that is not there, an
+/// answer of another form; or kInterrupted.
 class Spoolman {
  public:
   /// The printer is not owned and outlives it.
-  Spoolman(Printer& printer, const WaitLimit& limit) : printer_(printer), limit_(limit) {}
+  Spoolman(Printer& printer, const WaitLimit& limit)
+      : printer_(printer), limit_(limit), deadline_s_(HostNow() + limit.time_limit_s) {}
 
   /// Whether the printer's server knows of a Spoolman at all; it may be away.
   [[nodiscard]] Result<bool> Known();
@@ -60,9 +63,11 @@ class Spoolman {
                                                             const std::string& key);
   /// Sets one field, and reads it back. A Spoolman from 0.26 on leaves the others alone; before, it
   /// replaced all of them at once: they are read, sent again, and looked at afterwards. Errors also
-  /// where this one reads otherwise then, one of the others is gone or, before 0.26, changed.
+  /// where this one reads otherwise then, one of the others is gone or, before 0.26, changed; they
+  /// name whether it was written: `written` is then false (nothing was sent, or it was refused),
+  /// true, or absent: nobody knows.
   [[nodiscard]] Result<void> SetExtra(SpoolmanEntity entity, int id, const std::string& key,
-                                      const nlohmann::json& value);
+                                      const nlohmann::json& value, std::optional<bool>& written);
 
  private:
   [[nodiscard]] Result<nlohmann::json> Ask(const char* method, const std::string& path,
@@ -72,7 +77,11 @@ class Spoolman {
   [[nodiscard]] Result<bool> LeavesOthersAlone();
 
   Printer& printer_;
+  [[nodiscard]] WaitLimit Left() const;
+
   WaitLimit limit_;
+  double deadline_s_;         ///< host clock
+  bool was_refused_ = false;  ///< what was asked last: an answer came, and it was an error
 };
 
 }  // namespace trammel::machine

@@ -323,9 +323,11 @@ Result<void> KeepResult(const ChosenValue& value) {
   return {};
 }
 
+std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+
 // Says it with the answer, which people beside the printer read: the first line is for them.
 void PrintNotInSpoolman(const std::string& why) {
-  fmt::print("not kept          in Spoolman: {}\n", why.substr(0, why.find('\n')));
+  fmt::print("not kept          in Spoolman: {}\n", FirstLine(why));
 }
 
 // Whatever a value is kept for beyond the printer's next restart.
@@ -349,7 +351,8 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
     fmt::print("kept in           Spoolman: read back\n");
     return code;
   }
-  PrintNotInSpoolman(kept.error().message);
+  // Of the two values one may be kept: the message names them.
+  fmt::print("in Spoolman       {}\n", FirstLine(kept.error().message));
   return arguments.spoolman ? PrintError(kept.error()) : code;
 }
 

@@ -18,7 +18,7 @@ using Values = std::map<std::string, std::map<std::string, double>>;  // filamen
 
 constexpr double kAsk_s = 10;
 constexpr double kMost_s = 10;
-constexpr std::size_t kMostFilaments = 1000;
+constexpr std::size_t kMostFilaments = 1000;  // that are written: one line of G-code has them all
 
 bool IsKeyPart(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
 
@@ -33,7 +33,7 @@ bool IsNozzle(const std::string& key) {
 
 // What a variable holds; absent where it is not ours.
 std::optional<Values> ValuesOf(const Json& variable) {
-  if (!variable.is_object() || variable.size() > kMostFilaments) return std::nullopt;
+  if (!variable.is_object()) return std::nullopt;
   Values values;
   for (const auto& [filament, nozzles] : variable.items()) {
     if (!IsFilament(filament) || !nozzles.is_object()) return std::nullopt;
@@ -53,7 +53,7 @@ std::string Literal(const Values& values) {
     text += fmt::format("{}'{}':{{", text.size() > 1 ? "," : "", filament);
     const char* between = "";
     for (const auto& [nozzle, value_s] : nozzles) {
-      text += fmt::format("{}'{}':{:.4f}", between, nozzle, value_s);
+      text += fmt::format("{}'{}':{}", between, nozzle, value_s);  // with all its digits
       between = ",";
     }
     text += "}";
@@ -140,7 +140,13 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
         "trammel_pa of the printer's variables holds something that trammel did not write; look "
         "at the file that [save_variables] names, and delete that line");
   }
-  (*values)[*key][nozzle] = pressure_advance_s;
+  if (values->size() >= kMostFilaments && values->count(*key) == 0) {
+    return Fail(
+        fmt::format("{} filaments have a pressure advance there already: take those out of "
+                    "trammel_pa that you have no more, in the file that [save_variables] names",
+                    values->size()));
+  }
+  (*values)[*key][nozzle] = std::round(1e4 * pressure_advance_s) / 1e4;
   if (auto saved = SaveVariable(session, "trammel_pa", *values); !saved) {
     return tl::unexpected(saved.error());
   }

@@ -1,5 +1,6 @@
 #include "pressure_advance/procedure/filament_memory.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +61,7 @@ TEST(FilamentKey, RefusesWhatIsNoName) {
 TEST(KeepForFilament, KeepsTheValueBesideThoseOfOthers) {
   KeepingPrinter printer;
   printer.told["save_variables"]["variables"]["trammel_pa"] = {
-      {"petg", {{"extruder/0.40", 0.05}}}, {"generic_pla", {{"extruder/0.60", 0.02}}}};
+      {"petg", {{"extruder/0.40", 0.05}}}, {"generic_pla", {{"extruder/0.60", 0.0212345}}}};
   const auto place = KeepForFilament(SessionOf(printer), "Generic PLA", 0.01724);
   ASSERT_TRUE(place) << place.error().message;
   EXPECT_EQ(place->filament, "generic_pla");
@@ -69,14 +70,14 @@ TEST(KeepForFilament, KeepsTheValueBesideThoseOfOthers) {
       printer.scripts,
       ElementsAre(
           "SAVE_VARIABLE VARIABLE=trammel_pa VALUE=\"{'generic_pla':{'extruder/0.40':0.0172,"
-          "'extruder/0.60':0.0200},'petg':{'extruder/0.40':0.0500}}\""));
+          "'extruder/0.60':0.0212345},'petg':{'extruder/0.40':0.05}}\""));
 }
 
 TEST(KeepForFilament, ReplacesAnEarlierValue) {
   KeepingPrinter printer;
   ASSERT_TRUE(KeepForFilament(SessionOf(printer), "PLA", 0.02));
   ASSERT_TRUE(KeepForFilament(SessionOf(printer), "pla", 0.03));
-  EXPECT_THAT(printer.scripts.back(), HasSubstr("{'pla':{'extruder/0.40':0.0300}}"));
+  EXPECT_THAT(printer.scripts.back(), HasSubstr("{'pla':{'extruder/0.40':0.03}}"));
 }
 
 TEST(KeepForFilament, TheValueIsNoneOfTheNozzleBeforeAnyMore) {
@@ -117,6 +118,20 @@ TEST(KeepForFilament, NoticesAPrinterThatForgets) {
   printer.forgets = true;
   EXPECT_THAT(KeepForFilament(SessionOf(printer), "PLA", 0.02).error().message,
               HasSubstr("does not tell it again"));
+}
+
+// The 1,001st made all of them unreadable.
+TEST(KeepForFilament, OneTooManyIsRefusedAndThoseThatAreThereGoOn) {
+  KeepingPrinter printer;
+  Json& kept = printer.told["save_variables"]["variables"]["trammel_pa"];
+  for (int i = 0; i < 1000; ++i) kept[fmt::format("f{}", i)] = {{"extruder/0.40", 0.05}};
+  const auto refused = KeepForFilament(SessionOf(printer), "PLA", 0.02);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("1000 filaments have a pressure advance there"));
+  EXPECT_THAT(printer.scripts, IsEmpty());
+  EXPECT_TRUE(KeepForFilament(SessionOf(printer), "F7", 0.02));
+  kept["one_more"] = {{"extruder/0.40", 0.05}};  // as an earlier program wrote it
+  EXPECT_TRUE(KeepForFilament(SessionOf(printer), "F7", 0.03));
 }
 
 }  // namespace

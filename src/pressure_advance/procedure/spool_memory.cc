@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "files/json_members.h"
+#include "files/json_object.h"
 #include "machine/moonraker/spoolman.h"
 #include "pressure_advance/procedure/active_nozzle.h"
 
@@ -17,24 +19,31 @@ using machine::ExtraField;
 using machine::Spoolman;
 using machine::SpoolmanEntity;
 
-constexpr double kAsk_s = 10;
+constexpr double kAsk_s = 20;  // all of its questions together
 constexpr double kMost_s = 10;
 
 const ExtraField kOfFilament{"pressure_advance", "Pressure advance", "float", "s"};
 const ExtraField kOfSpool{"pressure_advance_matrix", "Pressure advance by nozzle", "text", ""};
 
-// What the spool's field holds: a JSON object as a text. Absent where it is something else.
-std::optional<Json> Matrix(const std::optional<Json>& field) {
-  if (!field) return Json::object();
+// What the spool's field holds: the text of a JSON object. Absent where it is something else.
+std::optional<std::string> Matrix(const std::optional<Json>& field) {
+  if (!field) return "{}";
   if (!field->is_string()) return std::nullopt;
-  const std::string text = field->get<std::string>();
-  if (text.empty()) return Json::object();
-  Json matrix = Json::parse(text, nullptr, false);
-  if (!matrix.is_object()) return std::nullopt;
-  return matrix;
+  std::string text = field->get<std::string>();
+  if (text.empty()) return "{}";
+  const auto matrix = files::ParseJson(text, kOfSpool.key);
+  if (!matrix || !matrix->is_object()) return std::nullopt;
+  return text;
 }
 
-Result<Json> ReadMatrix(Spoolman& spoolman, int spool_id) {
+// Whether a value was kept, as far as is known.
+std::string Kept(const char* of, std::optional<bool> written) {
+  if (!written) return fmt::format("whether the {}'s value was kept is not known", of);
+  return *written ? fmt::format("the {}'s value was sent and does not read back as it was", of)
+                  : fmt::format("the {}'s value is not kept", of);
+}
+
+Result<std::string> ReadMatrix(Spoolman& spoolman, int spool_id) {
   const auto field = spoolman.Extra(SpoolmanEntity::kSpool, spool_id, kOfSpool.key);
   if (!field) return tl::unexpected(field.error());
   auto matrix = Matrix(*field);
@@ -82,7 +91,7 @@ Result<SpoolPlace> FindSpoolPlace(const Session& session) {
   if (*before && (*before)->is_number()) place.before_s = (*before)->get<double>();
   const auto matrix = ReadMatrix(spoolman, place.spool_id);
   if (!matrix) return tl::unexpected(matrix.error());
-  if (!matrix->empty()) place.matrix_before = machine::FieldText(*matrix);
+  if (*matrix != "{}") place.matrix_before = machine::FieldText(Json::parse(*matrix));
   const auto nozzle = AskActiveNozzle(session);
   if (!nozzle) return tl::unexpected(nozzle.error());
   // Of high flow only where somebody says so.
@@ -108,14 +117,20 @@ Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
   }
   auto matrix = ReadMatrix(spoolman, place.spool_id);
   if (!matrix) return tl::unexpected(matrix.error());
-  (*matrix)[place.nozzle] = value_s;
-  auto filament =
-      spoolman.SetExtra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key, value_s);
-  if (!filament) return filament;
+  files::JsonMembers values(*matrix, {});  // those of others keep their digits
+  values.Set(place.nozzle, value_s);
+  std::optional<bool> written;
+  auto filament = spoolman.SetExtra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key,
+                                    value_s, written);
+  if (!filament) {
+    return Fail(fmt::format("{}, and the spool's was not sent: {}", Kept("filament", written),
+                            filament.error().message),
+                filament.error().kind);
+  }
   auto spool = spoolman.SetExtra(SpoolmanEntity::kSpool, place.spool_id, kOfSpool.key,
-                                 machine::FieldText(*matrix));
+                                 values.text(), written);
   if (spool) return {};
-  return Fail(fmt::format("the filament's value is kept, and the spool's is not: {}",
+  return Fail(fmt::format("the filament's value is kept; {}: {}", Kept("spool", written),
                           spool.error().message),
               spool.error().kind);
 }

@@ -35,7 +35,8 @@ struct SpoolPlace {
 /// Keeps a pressure advance on the active spool and on its filament: `pressure_advance` of the
 /// filament (a number, which templates of slicers' profiles read) and
 /// `pressure_advance_matrix` of the spool (a value for each nozzle; those of others stay). Fields
-/// that are not there are added. Seen through, also where somebody stops the program.
+/// that are not there are added. Seen through within 20 s, also where somebody stops the program.
+/// Errors name which of the two was kept.
 /// @param place  of FindSpoolPlace, just before
 /// @param pressure_advance_s  0 … 10 s, kept to 0.1 ms.
 [[nodiscard]] Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
