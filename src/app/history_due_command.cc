@@ -81,10 +81,11 @@ Result<Measurand> Judge(const DueArguments& arguments,
     if (!earlier) return tl::unexpected(earlier.error());
     series.changed = measurement::AnyDiffers(earlier->drift);
     series.creeps = !earlier->creep.empty();
-    const auto nozzle_utc =
-        files::LastNozzleChange(NozzlesFileBeside(arguments.path), last.subject.printer, now_utc);
-    if (!nozzle_utc) return tl::unexpected(nozzle_utc.error());
-    series.nozzle_utc = *nozzle_utc;
+    const auto nozzle = files::LastNozzleChange(
+        NozzlesFileBeside(arguments.path), last.subject.printer, {now_utc, files::kStillToCome});
+    if (!nozzle) return tl::unexpected(nozzle.error());
+    const files::MeasuredAt measured{last.provenance.utc, good->line};
+    if (*nozzle && files::IsAfter(**nozzle, measured)) series.nozzle_utc = (*nozzle)->utc;
   }
   Measurand measurand{newest.outcome.provenance.instrument, ThingOf(newest.outcome.subject)};
   measurand.due = JudgeDue(series, now_utc, arguments.rules);

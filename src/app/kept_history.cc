@@ -79,9 +79,9 @@ using measurement::Outcome;
 
 /// What is known of one recording.
 struct Recording {
-  Outcome outcome;       ///< of its newest analysis
-  std::string utc;       ///< of its first
-  bool applied = false;  ///< one of its results
+  Outcome outcome;          ///< of its newest analysis
+  files::MeasuredAt first;  ///< its first analysis
+  bool applied = false;     ///< one of its results
 };
 
 /// The name of a recording's folder, however it was written: those of a history lie side by side.
@@ -135,26 +135,30 @@ Result<AgainstEarlier> CompareAmong(const std::filesystem::path& path,
   AgainstEarlier found;
   if (now.subject == measurement::Subject{}) return found;
   entries = entries.first(std::min(entries.size(), kMostCompared));
-  const std::string own = files::Fingerprint(now);
+  const std::string fingerprint = files::Fingerprint(now);
   // A fingerprint is of the time, too, and costs the text of the whole result.
   const auto is_own = [&](const files::HistoryEntry& entry) {
     return entry.outcome.provenance.utc == now.provenance.utc &&
-           files::Fingerprint(entry.outcome) == own;
+           files::Fingerprint(entry.outcome) == fingerprint;
   };
   std::string own_name;
   for (const files::HistoryEntry& entry : entries) {
     if (is_own(entry)) own_name = NameOf(entry);
   }
-  std::string own_utc = now.provenance.utc;
+  files::MeasuredAt own{now.provenance.utc, files::kStillToCome};
   for (const files::HistoryEntry& entry : entries) {
     if (NameOf(entry) != own_name || !measurement::SameSubject(entry.outcome, now)) continue;
-    own_utc = std::min(own_utc, entry.outcome.provenance.utc);
+    own.utc = std::min(own.utc, entry.outcome.provenance.utc);
+    if (entry.line && own.line) {
+      own.line = std::min(*own.line, *entry.line);
+    } else {
+      own.line.reset();  // known of its folder alone: its time decides
+    }
     found.other_analyses += is_own(entry) ? 0 : 1;
   }
-  const auto nozzle_utc =
-      files::LastNozzleChange(NozzlesFileBeside(path), now.subject.printer, own_utc);
-  if (!nozzle_utc) return tl::unexpected(nozzle_utc.error());
-  found.nozzle_utc = *nozzle_utc;
+  const auto nozzle = files::LastNozzleChange(NozzlesFileBeside(path), now.subject.printer, own);
+  if (!nozzle) return tl::unexpected(nozzle.error());
+  if (*nozzle) found.nozzle_utc = (*nozzle)->utc;
   std::map<std::string, Recording> recordings;
   for (const files::HistoryEntry& entry : entries) {
     const std::string& utc = entry.outcome.provenance.utc;
@@ -162,16 +166,20 @@ Result<AgainstEarlier> CompareAmong(const std::filesystem::path& path,
     if (!measurement::SameSubject(entry.outcome, now) || name == own_name) continue;
     if (utc > now.provenance.utc) continue;
     Recording& recording =
-        recordings.try_emplace(name, Recording{entry.outcome, utc}).first->second;
-    recording.utc = utc;  // older and older
+        recordings.try_emplace(name, Recording{entry.outcome, {utc, entry.line}}).first->second;
+    recording.first.utc = utc;  // older and older
+    if (entry.line && recording.first.line) {
+      recording.first.line = std::min(*recording.first.line, *entry.line);
+    }
     recording.applied = recording.applied || WasApplied(entry);
   }
   std::vector<const Recording*> earlier;
   for (const auto& [name, recording] : recordings) {
-    const bool same_nozzle = recording.utc > *nozzle_utc;  // by its first analysis
-    if (same_nozzle && recording.utc <= own_utc) earlier.push_back(&recording);
+    const bool same_nozzle = !*nozzle || !files::IsAfter(**nozzle, recording.first);
+    if (same_nozzle && recording.first.utc <= own.utc) earlier.push_back(&recording);
   }
-  std::ranges::sort(earlier, std::greater{}, &Recording::utc);
+  std::ranges::sort(earlier, std::greater{},
+                    [](const Recording* recording) { return recording->first.utc; });
   std::vector<Outcome> series{now};
   std::vector<Outcome> last;
   for (const Recording* const recording : earlier) {

@@ -91,7 +91,7 @@ Due JudgeDue(const Series& series, const std::string& now_utc, const DueRules& r
         *days >= rules.age_days ? Need::kDue : Need::kSoon,
         fmt::format("its last answer is {:.0f} days old, of {:g}", *days, rules.age_days));
   }
-  if (series.nozzle_utc > series.last_good_utc) {
+  if (!series.nozzle_utc.empty()) {
     judgement.Add(Need::kDue, "the nozzle was changed since: " + series.nozzle_utc);
   }
   if (series.creeps) {

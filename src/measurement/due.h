@@ -25,7 +25,7 @@ struct Series {
   bool changed = false;       ///< the newest answer differs from the earlier ones' mean
   bool creeps = false;        ///< the answers creep since the last one that was applied
   bool applied = false;       ///< the newest answer was
-  std::string nozzle_utc;     ///< when the printer's nozzle was changed last; empty: not noted
+  std::string nozzle_utc;     ///< when the printer's nozzle was changed since; empty: it was not
 };
 
 struct Due {

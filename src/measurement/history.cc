@@ -63,7 +63,8 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
     if (!read) return skip(read.error().message);
     if (!Matches(query, read->first)) return;
     const std::string utc = read->first.provenance.utc;
-    kept[{utc, number}] = {{std::move(read->first), std::move(read->second)}, line->size()};
+    kept[{utc, number}] = {{std::move(read->first), std::move(read->second), {}, number},
+                           line->size()};
     bytes += line->size();
     while (!kept.empty() && (kept.size() > query.last || bytes > kMostHistoryBytes)) {
       history.cut = history.cut || kept.size() <= query.last;

@@ -40,6 +40,8 @@ struct HistoryEntry {
   measurement::Outcome outcome;
   std::string folder;                     ///< of its recording, as it was given
   std::vector<Application> applied = {};  ///< oldest first
+  std::optional<std::size_t> line =
+      {};  ///< of history.jsonl, from 1; absent: a folder alone has it
 };
 
 /// Which results are read.

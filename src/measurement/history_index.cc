@@ -333,7 +333,7 @@ void Select(SQLite::Database& database, const HistoryQuery& query, std::size_t& 
   ask("printer", query.subject.printer);
   ask("nozzle", query.subject.nozzle);
   ask("filament", query.subject.filament);
-  SQLite::Statement rows(database, "SELECT line, line_hash FROM result WHERE " + where +
+  SQLite::Statement rows(database, "SELECT line, line_hash, number FROM result WHERE " + where +
                                        " ORDER BY utc DESC, id DESC LIMIT ? OFFSET ?");
   constexpr std::size_t kAll = std::numeric_limits<std::int64_t>::max();
   int at = 0;
@@ -347,7 +347,13 @@ void Select(SQLite::Database& database, const HistoryQuery& query, std::size_t& 
                     ? ParseHistoryLine(line, std::string(kIndexFile))
                     : Fail("another text than was written");
     if (!read || !Matches(query, read->first)) throw Damaged();
-    take({std::move(read->first), std::move(read->second)}, line.size());
+    const SQLite::Column number = rows.getColumn(2);
+    take({std::move(read->first),
+          std::move(read->second),
+          {},
+          number.isNull() ? std::nullopt
+                          : std::optional(static_cast<std::size_t>(number.getInt64()))},
+         line.size());
     ++given;
   }
 }

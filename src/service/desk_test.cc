@@ -579,8 +579,9 @@ TEST_F(DeskTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
   CallMacro("trammel_new_nozzle");
   WaitUntil([this] { return Status()["proposal"] == nullptr; });
   const auto noted = files::LastNozzleChange(folder_.path() / "recordings" / files::kNozzlesFile,
-                                             procedure::PrinterName("voron"), kUtc);
-  EXPECT_EQ(noted.value_or(""), kUtc);
+                                             procedure::PrinterName("voron"), {kUtc});
+  ASSERT_TRUE(noted && *noted);
+  EXPECT_EQ((*noted)->utc, kUtc);
   EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
   StopServing();
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("the answer that waited is dropped")));
