@@ -13,6 +13,7 @@
 #include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
 #include "service/result_picture.h"
+#include "service/run_budget.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
 
@@ -116,6 +117,14 @@ std::string Desk::NewRunId(const std::string& job) const {
 }
 
 Result<RunRecord> Desk::Begin(Plan plan) {
+  if (plan.folder.empty()) {
+    std::vector<std::string> copies;
+    for (const JobKind& kind : options_.jobs) {
+      copies.insert(copies.end(), kind.copies.begin(), kind.copies.end());
+    }
+    const auto room = MakeRoomForRun(options_.recordings, options_.utc_now(), copies);
+    if (!room) return tl::unexpected(room.error());
+  }
   if (const std::string holder = WhoHasThePrinter(); !holder.empty()) {
     const std::lock_guard lock(mutex_);
     if (!process_) return Fail("the printer is taken: " + holder, ErrorKind::kMachine);

@@ -216,7 +216,10 @@ RpcAnswer Desk::StartAsked(const json& params) {
     }
   }
   const auto run = Begin(std::move(plan));
-  if (!run) return RpcAnswer::Refused(kBusy, run.error().message);
+  if (!run) {
+    const bool busy = run.error().kind == ErrorKind::kMachine;
+    return RpcAnswer::Refused(busy ? kBusy : kRefused, run.error().message);
+  }
   return Ok({{"run", run->id}});
 }
 

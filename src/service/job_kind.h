@@ -79,9 +79,10 @@ struct JobKind {
   std::string done = {};
   procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
   procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
-  std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
-  std::string offer_method;  ///< that a macro calls to be asked; empty: none
-  std::string start_method;  ///< that a macro calls to start it; empty: none
+  std::vector<std::string> copies = {};  ///< stems of the uploads that it copies into its folder
+  std::string picture = {};              ///< of its answer, a PNG in its folder; empty: none
+  std::string offer_method;              ///< that a macro calls to be asked; empty: none
+  std::string start_method;              ///< that a macro calls to start it; empty: none
 
   [[nodiscard]] bool has_answer() const { return answer || !quantity.empty(); }
 };

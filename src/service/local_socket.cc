@@ -55,6 +55,7 @@ class Descriptor {
 struct Client {
   explicit Client(int fd) : socket(fd) {}
   Descriptor socket;
+  double heard_s = machine::HostNow();
   std::string incoming = {};
   std::string outgoing = {};
 };
@@ -87,6 +88,7 @@ bool ReadSome(Client& client) {
   const ssize_t count = read(client.socket.get(), bytes.data(), bytes.size());
   if (count < 0) return errno == EINTR || errno == EAGAIN;
   client.incoming.append(bytes.data(), static_cast<std::size_t>(count));
+  client.heard_s = machine::HostNow();
   return count > 0;
 }
 
@@ -112,6 +114,11 @@ bool ServeClient(Client& client, short events, const machine::RequestHandler& an
   if ((events & POLLOUT) != 0 && !WriteSome(client)) return false;
   if ((events & (POLLIN | POLLHUP | POLLERR)) == 0) return true;
   return ReadSome(client) && AnswerLines(client, answer);
+}
+
+void DropLongestSilent(std::list<Client>& clients) {
+  const auto silent = std::ranges::min_element(clients, {}, &Client::heard_s);
+  if (silent != clients.end()) clients.erase(silent);
 }
 
 json Refusal(int code, const std::string& message) {
@@ -188,8 +195,10 @@ LocalSocket::~LocalSocket() {
 
 void LocalSocket::Serve(const std::stop_token& stop) {
   std::list<Client> clients;
+  double accepts_from_s = 0;
   while (!stop.stop_requested()) {
-    std::vector<pollfd> waiting = {{clients.size() < kMostClients ? listener_ : -1, POLLIN, 0}};
+    const bool accepts = machine::HostNow() >= accepts_from_s;
+    std::vector<pollfd> waiting = {{accepts ? listener_ : -1, POLLIN, 0}};
     for (const Client& client : clients) {
       const int events = client.outgoing.empty() ? POLLIN : POLLIN | POLLOUT;
       waiting.push_back({client.socket.get(), static_cast<short>(events), 0});
@@ -201,9 +210,15 @@ void LocalSocket::Serve(const std::stop_token& stop) {
           looked_at->revents == 0 || ServeClient(*client, looked_at->revents, answer_);
       client = stays ? std::next(client) : clients.erase(client);
     }
-    if (waiting.front().revents != 0) {
-      const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-      if (fd >= 0) clients.emplace_back(fd);
+    if (waiting.front().revents == 0) continue;
+    if (clients.size() >= kMostClients) DropLongestSilent(clients);
+    const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd >= 0) {
+      clients.emplace_back(fd);
+    } else if (errno != EINTR && errno != EAGAIN && errno != ECONNABORTED) {
+      // No descriptor is left, which poll would report again at once.
+      DropLongestSilent(clients);
+      accepts_from_s = machine::HostNow() + kLook_ms / 1e3;
     }
   }
 }

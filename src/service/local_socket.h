@@ -20,7 +20,7 @@ namespace trammel::service {
 
 /// Serves JSON-RPC 2.0, a line each way for each request, to programs of this user (mode 0600) on a
 /// thread of its own, until it is destroyed; the file goes with it. At most 16 clients, 64 KiB a
-/// request.
+/// request: a further client takes the place of the one that was silent for longest.
 class LocalSocket {
  public:
   /// Takes the place of a socket that a killed service left. Errors: kMachine where another service

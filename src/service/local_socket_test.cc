@@ -1,14 +1,20 @@
 #include "service/local_socket.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "support/temporary_folder.h"
 
@@ -75,6 +81,64 @@ TEST_F(LocalSocketTest, TakesThePlaceOfASocketThatAKilledServiceLeftAndOfNothing
   test::WriteWhole(path_, "mine");
   EXPECT_FALSE(LocalSocket::Listen(path_, Echo));
   EXPECT_EQ(test::ReadWhole(path_), "mine");
+}
+
+class CrowdedSocketTest : public LocalSocketTest {
+ protected:
+  int Connect() const {
+    const int client = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string& text = path_.native();
+    std::copy(text.begin(), text.end(), address.sun_path);
+    EXPECT_EQ(connect(client, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    return client;
+  }
+};
+
+TEST_F(CrowdedSocketTest, SilentClientsLockNobodyOut) {
+  const auto listening = Listen();
+  std::vector<int> silent;
+  for (int i = 0; i < 40; ++i) {
+    silent.push_back(Connect());
+    if (i % 13 != 0) continue;
+    const auto answer = AskLocally(path_, "echo", {{"a", i}});
+    ASSERT_TRUE(answer) << i << ": " << answer.error().message;
+  }
+  const auto answer = AskLocally(path_, "echo", {{"a", 1}});
+  EXPECT_TRUE(answer) << answer.error().message;
+  for (const int client : silent) close(client);
+}
+
+// A listener without a descriptor to give is ready all the time.
+TEST_F(CrowdedSocketTest, WithoutDescriptorsItWaitsAndThenGoesOn) {
+  const auto listening = Listen();
+  const int client = Connect();
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit few{100, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> taken;
+  for (int fd = open("/dev/null", O_RDONLY); fd >= 0; fd = dup(fd)) taken.push_back(fd);
+  ASSERT_FALSE(taken.empty());
+  close(taken.back());
+  taken.pop_back();
+  const int waiting = Connect();  // its other end finds no descriptor
+  const auto used = [] {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double before_s = used();
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  constexpr double kSpinning_s = 0.2;  // it spun for all of the 0.6 s
+  EXPECT_LT(used() - before_s, kSpinning_s);
+  for (const int fd : taken) close(fd);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  close(waiting);
+  close(client);
+  const auto answer = AskLocally(path_, "echo", {{"a", 1}});
+  EXPECT_TRUE(answer) << answer.error().message;
 }
 
 TEST(LocalSocket, APathFitsIntoASocketsNameHoweverLongThePrintersAddressIs) {

@@ -163,6 +163,7 @@ service::JobKind PhotoJob() {
   kind.check = CheckPhoto;
   kind.notice = kNoPrintNoted;
   kind.words = {"pa", "photo"};
+  kind.copies = {"photo"};
   kind.start_method = "trammel_photo";
   return kind;
 }

@@ -225,6 +225,7 @@ service::JobKind OffsetScanJob() {
   kind.arguments = {kFile};
   kind.check = CheckScanJob;
   kind.words = {"offset", "measure"};
+  kind.copies = {"scan"};
   kind.looks = false;
   kind.apply = [](const std::string& folder, const Arguments&) {
     return std::vector<std::string>{"offset", "apply", folder, "--apply", "--brief"};
