@@ -18,7 +18,7 @@ import sys
 from typing import Any
 
 from .kalico import Classifier
-from .library import Library, TapError, library_path
+from .library import TapError, library_path, open_library
 from .load_cell_probe import LoadCellProbe
 from .tapping import Settings, Tapping
 
@@ -47,7 +47,10 @@ def check_sample_rate(config: Any, rate: float) -> None:
 
 
 def load_config(config: Any) -> Tapping:
-    """Makes the printer object trammel_tap; without its library, probing stays Klipper's own."""
+    """Makes the printer object trammel_tap.
+
+    Without its library, or in a Klipper that is made otherwise, probing stays Klipper's own.
+    """
     if getattr(sys.modules.get('klippy'), 'APP_NAME', '') == 'Kalico':
         raise config.error("trammel_tap: Kalico pulls back by itself: remove [trammel_tap], and "
                            "set tap_classifier: trammel in [load_cell_probe]")
@@ -58,12 +61,9 @@ def load_config(config: Any) -> Tapping:
     path = os.path.expanduser(config.get('library', '') or library_path())
     try:
         probe = LoadCellProbe(printer.load_object(config, 'load_cell_probe'))
+        library = open_library(path)
     except TapError as e:
-        raise config.error("trammel_tap: %s" % (e,))
-    try:
-        library = Library(path)
-    except TapError as e:
-        return Tapping(printer, settings, probe, None, str(e))
+        return Tapping(printer, settings, None, None, str(e))
     check_homing(config)
     check_sample_rate(config, probe.sample_rate())
     return Tapping(printer, settings, probe, library)

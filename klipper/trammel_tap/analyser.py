@@ -22,9 +22,13 @@ class Analyser:
         self._limit = limit
         self._thread = None  # type: Optional[threading.Thread]
 
+    def hangs(self) -> bool:
+        """Returns whether an analysis that was given up has still not ended."""
+        return self._thread is not None and self._thread.is_alive()
+
     def analyse(self, tap: Tap, context: Context) -> Answer:
         """Pauses the calling greenlet until the answer is there; TapError after the limit."""
-        if self._thread is not None and self._thread.is_alive():
+        if self.hangs():
             raise TapError("an earlier analysis has not ended; restart Klipper's service")
         completion = self._reactor.completion()
         self._thread = threading.Thread(target=self._run, args=(completion, tap, context))

@@ -8,7 +8,12 @@ import os
 from typing import Any
 
 from .analyser import Analyser
-from .library import Context, Library, Move, Tap, TapError, library_path
+from .library import Context, Move, Tap, TapError, library_path, open_library
+
+# What is used of Kalico, as in load_cell_probe.py.
+NAMES = tuple((name, arguments, 'load_cell/tap_analysis', 'TapAnalysis') for name, arguments in (
+    ('get_time', 0), ('get_force', 0), ('get_moves', 0), ('get_trigger_force', 0),
+    ('set_is_valid', 1), ('set_validation_error', 1), ('_tap_pos', None)))
 
 
 class Classifier:
@@ -17,14 +22,22 @@ class Classifier:
     def __init__(self, config: Any) -> None:
         path = os.path.expanduser(config.get('trammel_library', '') or library_path())
         self._printer = config.get_printer()
+        self._given_up = False
         try:
-            self._analyser = Analyser(self._printer.get_reactor(), Library(path))
+            self._analyser = Analyser(self._printer.get_reactor(), open_library(path))
         except TapError as e:
             raise config.error("tap_classifier: trammel: %s" % (e,))
 
     def classify(self, tap_analysis: Any, gcmd: Any) -> None:
         """Sets the tap's place and validity; raises Kalico's error where there is no contact."""
         from klippy.extras.load_cell.tap_analysis import TapValidationError
+        if self._analyser.hangs():  # the tap keeps Kalico's own judgement
+            if not self._given_up:
+                self._given_up = True
+                self._printer.lookup_object('gcode').respond_raw(
+                    "!! tap_classifier: trammel: the library hangs: the analysis of a tap has not "
+                    "ended. Taps are judged by Kalico alone until its service is restarted")
+            return
         moves = tap_analysis.get_moves()
         tap = Tap(tap_analysis.get_time(), tap_analysis.get_force(), [
             Move(m.print_time, m.move_t, m.start_v, m.accel, m.start_z, m.z_r) for m in moves])

@@ -9,8 +9,9 @@ import os
 import random
 import shutil
 import tempfile
+import threading
 import time
-from typing import Any, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 # As in include/trammel/tap.h.
 STRUCTS = """
@@ -53,6 +54,7 @@ LEAST_VERSION = 2  # negative latencies
 SONAME = 'libtrammel_tap.so.1'
 VERDICTS = (0, 1, 2)  # of trammel_tap_result: good, cannot_tell, refused
 MOST_NOTICES = 16
+OPEN_LIMIT_S = 10.  # a hundred times what a slow disk takes
 
 
 class TapError(Exception):
@@ -142,6 +144,30 @@ def open_copy(ffi: Any, path: str) -> Any:
         except OSError:  # the file's own error names the file
             pass
     return ffi.dlopen(path)
+
+
+def open_library(path: str, limit: float = OPEN_LIMIT_S) -> 'Library':
+    """Loads and tries the library on a thread, so that one that hangs does not keep Klipper.
+
+    Raises TapError as Library does, and after the limit.
+    """
+    made = []  # type: List[Any]
+
+    def load() -> None:
+        try:
+            made.append(Library(path))
+        except TapError as e:
+            made.append(e)
+
+    thread = threading.Thread(target=load)
+    thread.daemon = True
+    thread.start()
+    thread.join(limit)
+    if not made:
+        raise TapError("the library %s did not answer within %.0f s" % (path, limit))
+    if isinstance(made[0], TapError):
+        raise made[0]
+    return made[0]
 
 
 class Library:

@@ -10,7 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from .analyser import Analyser
 from .library import Answer, Context, Move, Tap, TapError
-from .load_cell_probe import LoadCellProbe
+from .load_cell_probe import LoadCellProbe, check_printer
 
 # Reasons that lie in what was pressed on (docs/tap.md), which a scrub may mend.
 SCRUB_REASONS = frozenset([
@@ -23,6 +23,7 @@ APPROACH_S = 3.  # looked at before the pull-back: the rest at full press (0.45 
 MOST_USUAL_SPEED = .5  # mm/s: faster, little of a press is left after the acceleration
 AFTER_PULLBACK_S = .05  # of free force: more than a converter is late
 SAME_PLACE_MM = 1e-6
+CONSOLE_S = 5.  # after the start, until Moonraker listens to the console: 1 to 3 s
 BESIDE_MM = .1  # what samples dated too late move a contact by, and more
 
 
@@ -78,25 +79,57 @@ class Settings(NamedTuple):
 class Tapping:
     """The printer object trammel_tap."""
 
-    def __init__(self, printer: Any, settings: Settings, probe: LoadCellProbe, library: Any,
-                 trouble: str = '') -> None:
+    def __init__(self, printer: Any, settings: Settings, probe: Optional[LoadCellProbe],
+                 library: Any, trouble: str = '') -> None:
+        """@param probe  None where there is trouble: probing is Klipper's own."""
         self.printer = printer
         self._settings = settings
-        self._probe = probe
         self._trouble = trouble
         self._answer = None  # type: Optional[Answer]
         self._counts = {'taps': 0, 'refused': 0, 'scrubs': 0}
-        if library is None:
-            printer.register_event_handler('klippy:ready', self._say_trouble)
+        printer.register_event_handler('klippy:ready', self._handle_ready)
+        if probe is None:
             return
+        self._probe = probe
         self._analyser = Analyser(printer.get_reactor(), library)
         probe.replace_tap(self.run_tap)
 
-    def _say_trouble(self) -> None:
-        text = ("trammel_tap: %s. Probing is Klipper's own, and heights are where it triggered, "
-                "below the contact" % (self._trouble,))
+    def _handle_ready(self) -> None:
+        if self._trouble:
+            self._warn(CONSOLE_S)
+            return
+        try:
+            check_printer(self.printer)
+        except TapError as e:
+            self._give_up(str(e), CONSOLE_S)
+            return
+        if self._probe.has_own_fit:
+            # Whoever installed the extra wants its contact; nobody is to wonder whose height it is.
+            self._say_in_console(
+                "// trammel_tap: this Klipper fits the contact of a probe by itself. [trammel_tap] "
+                "takes the place of that fit: heights are trammel's, with an interval, and a bad "
+                "tap is repeated. Without that section they are Klipper's", CONSOLE_S)
+
+    def _warn(self, delay: float) -> None:
+        text = ("trammel_tap: %s. Probing is Klipper's own: its heights differ from trammel's, so "
+                "calibrate z_offset anew before you print with them" % (self._trouble,))
         self.printer.lookup_object('configfile').runtime_warning(text)
-        self.printer.lookup_object('gcode').respond_raw('!! ' + text)
+        self._say_in_console('!! ' + text, delay)
+
+    def _say_in_console(self, text: str, delay: float) -> None:
+        """Says it after a while: Moonraker begins to listen only after Klipper is ready."""
+        reactor = self.printer.get_reactor()
+
+        def say(eventtime: float) -> None:
+            self.printer.lookup_object('gcode').respond_raw(text)
+
+        reactor.register_callback(say, reactor.monotonic() + delay)
+
+    def _give_up(self, trouble: str, delay: float = 0.) -> None:
+        """Leaves probing to Klipper until the next start, and says so once."""
+        self._trouble = trouble
+        self._probe.give_back()
+        self._warn(delay)
 
     def get_status(self, eventtime: float) -> Dict[str, Any]:
         """Returns numbers, text, lists and None only, which JSON can hold."""
@@ -120,6 +153,11 @@ class Tapping:
         if ((homing and gcmd.get('HOME_ATTEMPT_NUM', '') == '1')
                 or self.printer.get_start_args().get('debugoutput') is not None):
             return self._probe.klippers_tap(gcmd)
+        # The command in which it began to hang has failed: no heights of two kinds are mixed.
+        if self._analyser.hangs():
+            self._give_up("the library hangs: the analysis of a tap has not ended. Restart "
+                          "Klipper's service to try it again")
+            return self._probe.klippers_tap(gcmd)
         settings = self._settings.of_command(gcmd, self._probe.sample_rate())
         start_z = self._position()[2]
         try:
@@ -137,10 +175,11 @@ class Tapping:
                         homing: bool) -> Tuple[Sequence[float], bool]:
         left = settings.retries
         while True:
-            place, answer = self._tap(gcmd, settings)
+            place, halt_z, answer = self._tap(gcmd, settings)
             if answer.z is not None:
                 if not homing:  # z is about to change
                     gcmd.respond_info("trammel_tap: %s" % (answer.in_words(),))
+                self._rise_further(gcmd, halt_z)
                 return [place[0], place[1], answer.z] + list(place[3:]), True
             if left == 0:
                 raise TapError("no contact height after %d taps. The last: %s"
@@ -152,8 +191,9 @@ class Tapping:
                 self._scrub(settings.scrub)
             left -= 1
 
-    def _tap(self, gcmd: Any, settings: Settings) -> Tuple[Sequence[float], Answer]:
-        """Presses, pulls back and measures, once."""
+    def _tap(self, gcmd: Any, settings: Settings) -> Tuple[Sequence[float], float, Answer]:
+        """Presses, pulls back and measures, once. Returns the trigger's place, z where the nozzle
+        halted, and the answer."""
         place, collector = self._probe.press(gcmd)
         halt_z = self._position()[2]
         try:
@@ -182,7 +222,16 @@ class Tapping:
         self._counts['taps'] += 1
         self._counts['refused'] += answer.z is None
         self._probe.tell(tap, place, answer)
-        return place, answer
+        return place, halt_z, answer
+
+    def _rise_further(self, gcmd: Any, halt_z: float) -> None:
+        """Rises by the rest of the lift that this Klipper's own tap has, and its callers have not.
+        """
+        params = self._probe.params(gcmd)
+        z = halt_z + self._probe.lift_of_tap(gcmd)
+        if z > self._position()[2]:
+            self.printer.lookup_object('toolhead').manual_move([None, None, z],
+                                                               params['lift_speed'])
 
     def _pull_back(self, settings: Settings) -> float:
         """Raises the nozzle from where it halted; returns the time at which that ends."""
@@ -218,7 +267,7 @@ class Tapping:
     def _lift(self, gcmd: Any, start_z: float) -> None:
         """Lifts to where the tap began, and by sample_retract_dist at least."""
         params = self._probe.params(gcmd)
-        z = max(start_z, self._position()[2] + params['sample_retract_dist'])
+        z = max(start_z, self._position()[2] + self._probe.retract(gcmd))
         self.printer.lookup_object('toolhead').manual_move([None, None, z], params['lift_speed'])
 
     def _lift_after_error(self, gcmd: Any, start_z: float) -> None:

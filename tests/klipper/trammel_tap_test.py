@@ -10,8 +10,8 @@ from unittest import mock
 import fake_klipper
 import trammel_tap
 from trammel_tap import analyser, tapping
-from trammel_tap.library import Answer, TapError
-from trammel_tap.load_cell_probe import LoadCellProbe
+from trammel_tap.library import Answer, TapError, open_library
+from trammel_tap.load_cell_probe import PROBE_NAMES, LoadCellProbe
 
 GOOD = Answer('good', 'none', '', .05, 5e-4, (.049, .051), 97., 2.)
 
@@ -48,6 +48,7 @@ class TappingTest(unittest.TestCase):
     def setUp(self):
         self.printer = fake_klipper.Printer()
         self.toolhead = self.printer.toolhead
+        self.own = "Klipper's own"
         self.probe = self.printer.objects['load_cell_probe']
         logging = mock.patch('logging.exception')
         logging.start()
@@ -81,9 +82,9 @@ class TappingTest(unittest.TestCase):
 
     def test_samples_and_moves_are_those_of_the_tap(self):
         self.make(GOOD)
+        end = self.toolhead.time + 1.
         self.run_tap()
         (tap, context), = self.library.taps
-        end = self.toolhead.time
         self.assertGreaterEqual(tap.times[0], end - .2 / .32 - tapping.APPROACH_S)
         self.assertLess(tap.times[0], end - .2 / .32 - tapping.APPROACH_S + .02)
         self.assertEqual([m.z_r for m in tap.moves], [-1., 1.])
@@ -176,7 +177,7 @@ class TappingTest(unittest.TestCase):
         scrub = Scrub(self.toolhead)
         self.make(refused('adhesion'), GOOD, scrub=scrub)
         first = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='1')
-        self.assertEqual(self.run_tap(first), ("Klipper's own", True))
+        self.assertEqual(self.run_tap(first), (self.own, True))
         self.assertEqual(self.toolhead.moves, [])
         second = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='2')
         self.assertEqual(self.run_tap(second)[0][2], .05)
@@ -185,7 +186,7 @@ class TappingTest(unittest.TestCase):
     def test_klippers_batch_mode_has_no_samples_and_taps_by_itself(self):
         self.make(GOOD)
         self.printer.start_args = {'debugoutput': 'out'}
-        self.assertEqual(self.run_tap(), ("Klipper's own", True))
+        self.assertEqual(self.run_tap(), (self.own, True))
 
     def test_parameters_of_the_command_hold_for_it(self):
         self.make(refused('no_break'))
@@ -229,6 +230,84 @@ class TappingTest(unittest.TestCase):
         self.assertEqual(tap['tap_pos'], [100., 100., .05])
 
 
+    def test_a_library_that_hangs_is_given_up_and_klipper_probes_by_itself(self):
+        release = threading.Event()
+        self.addCleanup(release.set)
+        made = self.make(GOOD)
+        self.library.analyse = lambda tap, context: release.wait(10.) and GOOD
+        with mock.patch.object(made._analyser, '_limit', .05):
+            self.assertIn("took longer", self.fails())  # no mesh of two kinds of heights
+            self.assertGreaterEqual(self.toolhead.position[2], 2.)
+        for _ in range(3):
+            self.assertEqual(self.run_tap(), (self.own, True))
+        self.assertEqual(len([t for t in self.printer.said if t.startswith('!! ')]), 1)
+        self.assertIn("the library hangs", self.printer.said[-1])
+        self.assertIn("hangs", made.get_status(0.)['trouble'])
+        self.assertFalse(made.get_status(0.)['active'])
+
+    def test_an_analysis_that_was_only_late_is_not_given_up(self):
+        made = self.make(GOOD)
+        release = threading.Event()
+        self.library.analyse = lambda tap, context: release.wait(10.) and GOOD
+        with mock.patch.object(made._analyser, '_limit', .05):
+            self.fails()
+        release.set()
+        made._analyser._thread.join()
+        self.assertEqual(self.run_tap()[0][2], .05)
+        self.assertTrue(made.get_status(0.)['active'])
+
+    def test_a_motion_that_is_made_otherwise_leaves_probing_to_klipper(self):
+        self.make(GOOD)
+        del self.printer.objects['motion_report'].dtrapqs['toolhead']
+        self.printer.handlers['klippy:ready']()
+        self.assertEqual(self.run_tap(), (self.own, True))
+        self.assertIn("extract_trapq", self.printer.said[-1])
+
+
+class OwnFitTest(TappingTest):
+    """All of the above in a Klipper that fits the contact by itself."""
+
+    def setUp(self):
+        super().setUp()
+        self.probe = self.printer.objects['load_cell_probe'] = fake_klipper.OwnFitProbe(
+            self.toolhead)
+        self.own = "Klipper's own fit"
+
+    def test_it_is_said_whose_height_it_is(self):
+        self.make(GOOD)
+        self.printer.handlers['klippy:ready']()
+        self.assertIn("takes the place of that fit", self.printer.said[0])
+        self.assertGreaterEqual(fake_klipper.Reactor.delays[-1], 4.)  # Moonraker hears it
+
+    def test_the_nozzle_is_pulled_back_once_and_lifted_as_far_as_klippers_own_tap_does(self):
+        self.make(GOOD)
+        self.assertEqual(self.run_tap(), ([100., 100., .05, 0.], True))
+        (pull_back, slow), (lift, fast) = self.toolhead.moves
+        self.assertAlmostEqual(pull_back[2], .01 + .2)
+        self.assertAlmostEqual(slow, .32)
+        self.assertEqual((lift, fast), ([None, None, .01 + 2.], 5.))
+
+    def test_the_nozzle_is_pulled_back_before_the_tap_is_analysed(self):
+        self.make(GOOD)
+        self.library.analyse = lambda tap, context: GOOD._replace(z=self.toolhead.position[2])
+        self.assertAlmostEqual(self.run_tap()[0][2], .21)
+
+    def test_a_lift_that_is_not_named_leaves_probing_to_klipper(self):
+        self.probe.get_probe_params = lambda gcmd: {'sample_retract_dist': 0., 'lift_speed': 5.}
+        with self.assertRaisesRegex(TapError, "how far a probe lifts"):
+            LoadCellProbe(self.probe)
+
+    def test_the_first_touch_of_g28_is_klippers_and_the_second_is_not_scrubbed(self):
+        self.make(GOOD)
+        first = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='1')
+        self.assertEqual(self.run_tap(first), ("Klipper's own fit", True))
+
+    def test_klippers_batch_mode_has_no_samples_and_taps_by_itself(self):
+        self.make(GOOD)
+        self.printer.start_args = {'debugoutput': 'out'}
+        self.assertEqual(self.run_tap(), ("Klipper's own fit", True))
+
+
 class AnalyserTest(unittest.TestCase):
     def test_an_analysis_that_hangs_is_given_up_and_no_other_begun(self):
         release = threading.Event()
@@ -268,14 +347,14 @@ class LoadConfigTest(unittest.TestCase):
     def test_a_g28_that_ends_with_its_first_touch_is_refused(self):
         self.sections['stepper_z'] = {'endstop_pin': 'probe:z_virtual_endstop',
                                       'homing_retract_dist': 0.}
-        with mock.patch('trammel_tap.Library'):
+        with mock.patch('trammel_tap.open_library'):
             self.refuses("'homing_retract_dist' in section 'stepper_z' must be above 0")
             self.sections['stepper_z']['endstop_pin'] = 'PA1'
             self.load()
 
     def test_a_sensor_that_is_too_slow_is_refused_by_its_option(self):
         sensor = self.printer.objects['load_cell_probe']._load_cell.sensor
-        with mock.patch('trammel_tap.Library'):
+        with mock.patch('trammel_tap.open_library'):
             for rate in (10, 20):
                 sensor.get_samples_per_second = lambda: rate
                 self.refuses("'sample_rate' in section 'load_cell_probe' must be at least 40; it is %d"
@@ -287,9 +366,41 @@ class LoadConfigTest(unittest.TestCase):
         del self.sections['load_cell_probe']
         self.refuses('load_cell_probe')
 
-    def test_a_klipper_made_otherwise_is_refused_by_what_is_missing(self):
-        del self.printer.objects['load_cell_probe']._tapping_move._load_cell_probing_move
-        self.refuses('_load_cell_probing_move')
+    def leaves_probing_to_klipper(self, name):
+        tapping_move = self.printer.objects['load_cell_probe']._tapping_move
+        with mock.patch('trammel_tap.open_library'):
+            made = self.load()
+        self.printer.handlers['klippy:ready']()
+        self.assertIn(name, self.printer.said[0])
+        self.assertTrue(self.printer.said[1].startswith('!! '))
+        self.assertFalse(made.get_status(0.)['active'])
+        self.assertEqual(tapping_move.run_tap(None), ("Klipper's own", True))
+
+    def test_where_klippers_names_changed_it_says_so_and_probing_stays_klippers(self):
+        for name in [n[0] for n in PROBE_NAMES if n[0] != '_tapping_move.run_tap']:
+            with self.subTest(name=name):
+                self.setUp()
+                of = self.printer.objects['load_cell_probe']
+                *way, last = name.split('.')
+                for step in way:
+                    of = getattr(of, step)
+                if last == 'get_probe_params':
+                    of.get_probe_params = None
+                else:
+                    delattr(of, last)
+                self.leaves_probing_to_klipper(last)
+
+    def test_where_klipper_calls_otherwise_it_says_so_and_probing_stays_klippers(self):
+        tapping_move = self.printer.objects['load_cell_probe']._tapping_move
+        tapping_move._load_cell_probing_move.probing_move = lambda gcmd, speed: None
+        self.leaves_probing_to_klipper('probing_move with other arguments')
+
+    def test_a_library_that_hangs_when_it_is_loaded_does_not_keep_klipper(self):
+        release = threading.Event()
+        self.addCleanup(release.set)
+        with mock.patch('trammel_tap.library.Library', lambda path: release.wait(10.)):
+            with self.assertRaisesRegex(TapError, "did not answer within"):
+                open_library('/some/where.so', .05)
 
     def test_a_section_in_kalico_is_refused_with_what_to_write_instead(self):
         with mock.patch.dict(sys.modules, klippy=types.SimpleNamespace(APP_NAME='Kalico')):
@@ -362,7 +473,7 @@ class KalicoTest(unittest.TestCase):
         config = fake_klipper.Config(fake_klipper.Printer(), {'load_cell_probe': {}},
                                      'load_cell_probe')
         gcmd = fake_klipper.GCodeCommand()
-        with mock.patch('trammel_tap.kalico.Library', lambda path: self.library):
+        with mock.patch('trammel_tap.kalico.open_library', lambda path: self.library):
             classifier = factory(config)
         try:
             classifier.classify(self.tap, gcmd)
@@ -380,6 +491,11 @@ class KalicoTest(unittest.TestCase):
             self.classify(refused('adhesion'))
         self.assertEqual(caught.exception.args, ('ADHESION', "Sentence."))
         self.assertIn("refused, adhesion: Sentence.", self.said[0])
+
+    def test_a_library_that_hangs_leaves_the_tap_to_kalico(self):
+        with mock.patch('trammel_tap.analyser.Analyser.hangs', lambda self: True):
+            self.classify(GOOD)
+        self.assertEqual((self.tap._tap_pos, self.tap.error), (None, 'TAP_SHAPE_INVALID'))
 
     def test_a_bug_makes_a_bad_tap_and_no_shutdown(self):
         with mock.patch('logging.exception'), self.assertRaises(TapValidationError):
