@@ -91,8 +91,8 @@ class LoadCellProbe:
         self.has_own_fit = any(part(probe, name[0]) is not MISSING for name in OWN_FIT_NAMES)
         # A Klipper whose callers do not lift has a tap that does.
         params = self.params(None)
-        self._lifts = not params.get('sample_retract_dist')
-        if self._lifts and self._retract(params) is None:
+        self.lifts = not params.get('sample_retract_dist')
+        if self.lifts and self._retract(params) is None:
             raise TapError("this Klipper is made otherwise: it does not name how far a probe lifts")
 
     def replace_tap(self, run_tap: Any) -> None:
@@ -124,7 +124,7 @@ class LoadCellProbe:
 
     def lift_of_tap(self, gcmd: Any) -> float:
         """Returns how far above its halt a tap has to leave the nozzle: 0 where callers lift it."""
-        return self.retract(gcmd) if self._lifts else 0.
+        return self.retract(gcmd) if self.lifts else 0.
 
     def sample_rate(self) -> float:
         return float(self._probe._load_cell.sensor.get_samples_per_second())

@@ -149,10 +149,11 @@ class Tapping:
         Whatever goes wrong comes out as an error of the command, with the nozzle lifted.
         """
         homing = gcmd.get_command() == 'G28'
-        # At its first touch G28 has made up a height from which no move up is in range.
-        if ((homing and gcmd.get('HOME_ATTEMPT_NUM', '') == '1')
-                or self.printer.get_start_args().get('debugoutput') is not None):
+        if self.printer.get_start_args().get('debugoutput') is not None:
             return self._probe.klippers_tap(gcmd)
+        # At its first touch G28 has made up a height from which no move up is in range.
+        if homing and gcmd.get('HOME_ATTEMPT_NUM', '') == '1':
+            return self._touch(gcmd)
         # The command in which it began to hang has failed: no heights of two kinds are mixed.
         if self._analyser.hangs():
             self._give_up("the library hangs: the analysis of a tap has not ended. Restart "
@@ -170,6 +171,18 @@ class Tapping:
                 logging.exception("trammel_tap")
             self._lift_after_error(gcmd, start_z)
             raise self.printer.command_error("trammel_tap: %s" % (str(e) or repr(e),))
+
+    def _touch(self, gcmd: Any) -> Tuple[Sequence[float], bool]:
+        """Takes the place of the trigger and leaves the nozzle there."""
+        if not self._probe.lifts:
+            return self._probe.klippers_tap(gcmd)
+        place, collector = self._probe.press(gcmd)  # Klipper's own tap would lift: out of range
+        _, errors = collector.collect_until(
+            self.printer.lookup_object('toolhead').get_last_move_time())
+        if errors:
+            raise self.printer.command_error(
+                "trammel_tap: the load cell's sensor reported %d errors and %d overflows" % errors)
+        return place, True
 
     def _tap_until_good(self, gcmd: Any, settings: Settings, start_z: float,
                         homing: bool) -> Tuple[Sequence[float], bool]:

@@ -299,8 +299,13 @@ class OwnFitTest(TappingTest):
 
     def test_the_first_touch_of_g28_is_klippers_and_the_second_is_not_scrubbed(self):
         self.make(GOOD)
+        self.toolhead.top = .1  # the height that G28 has made up is above all that is in range
         first = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='1')
-        self.assertEqual(self.run_tap(first), ("Klipper's own fit", True))
+        self.assertEqual(self.run_tap(first), ([100., 100., .02, 0.], True))
+        self.assertEqual(self.toolhead.moves, [])
+        self.probe.sensor_errors = [(3, 1)]
+        with self.assertRaisesRegex(fake_klipper.CommandError, "3 errors and 1 overflows"):
+            self.run_tap(first)
 
     def test_klippers_batch_mode_has_no_samples_and_taps_by_itself(self):
         self.make(GOOD)
