@@ -6,11 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <mutex>
+#include <random>
 #include <utility>
 
 #include "base/url_secrets.h"
 #include "base/utf8.h"
 #include "machine/camera/camera_url.h"
+#include "machine/camera/digest_auth.h"
 #include "machine/camera/frame_check.h"
 #include "machine/net/byte_stream.h"
 #include "machine/net/host_clock.h"
@@ -71,22 +73,42 @@ std::string Base64(const std::string& text) {
   return encoded;
 }
 
-std::string Request(const CameraUrl& url, const std::string& target) {
+/// @param authorization  the value of that field; empty: Basic, where the address has a user
+std::string Request(const CameraUrl& url, const std::string& target,
+                    const std::string& authorization) {
   const bool v6 = url.host.find(':') != std::string::npos;
   std::string text = fmt::format(
       "GET {} HTTP/1.0\r\nHost: {}{}{}:{}\r\nUser-Agent: trammel\r\nAccept: "
       "multipart/x-mixed-replace, */*\r\nConnection: close\r\n",
       target, v6 ? "[" : "", url.host, v6 ? "]" : "", url.port);
-  if (!url.user.empty()) {
+  if (!authorization.empty()) {
+    text += "Authorization: " + authorization + "\r\n";
+  } else if (!url.user.empty()) {
     text += "Authorization: Basic " + Base64(url.user + ":" + url.password) + "\r\n";
   }
   return text + "\r\n";
 }
 
+/// The field in which a server names how it wants to be told user and password.
+std::string Challenge(const HttpHead& head) {
+  const auto field = head.fields.find("www-authenticate");
+  return field == head.fields.end() ? "" : field->second;
+}
+
 /// What a status other than 200 means for the user.
-std::string Refusal(const HttpHead& head) {
+std::string Refusal(const HttpHead& head, const CameraUrl& url) {
   const std::string status = fmt::format("HTTP {} {}", head.status, head.reason);
   if (head.status == 401 || head.status == 403) {
+    const std::string challenge = Challenge(head);
+    if (!challenge.empty() && !AsksFor("Basic", challenge) && !ParseDigest(challenge)) {
+      return fmt::format(
+          "{}; it wants a way of authentication that is not known here ({}); set it to Basic or "
+          "Digest (MD5, SHA-256)",
+          status, Utf8OrReplaced(challenge, kLongestShown));
+    }
+    if (!url.user.empty()) {
+      return status + "; it refuses them: write the right user and password into [camera] url";
+    }
     return status + "; write user and password into [camera] url: http://user:password@host/…";
   }
   if (head.status == 404) {
@@ -128,7 +150,8 @@ struct Opened {
 
 /// Sends the request and reads the answer's head.
 Result<Opened> Ask(const CameraUrl& url, const std::string& target, const CameraOptions& options,
-                   double deadline_s, const std::stop_token& stop) {
+                   const std::string& authorization, double deadline_s,
+                   const std::stop_token& stop) {
   const auto late = [&] {
     return Fail(fmt::format("no answer to the request within {:g} s; is this the camera's server?",
                             options.connect_time_limit_s),
@@ -139,7 +162,7 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
   auto stream = ByteStream::Connect(
       {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop);
   if (!stream) return tl::unexpected(stream.error());
-  if (auto sent = stream->Write(Request(url, target), deadline_s, stop); !sent) {
+  if (auto sent = stream->Write(Request(url, target, authorization), deadline_s, stop); !sent) {
     return tl::unexpected(sent.error());
   }
   std::vector<std::uint8_t> bytes;
@@ -176,6 +199,20 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
     bytes.insert(bytes.end(), buffer.begin(),
                  buffer.begin() + static_cast<std::ptrdiff_t>(read->count));
   }
+}
+
+/// Asks, and once more where the server wants user and password by Digest.
+Result<Opened> AskWithPassword(const CameraUrl& url, const std::string& target,
+                               const CameraOptions& options, double deadline_s,
+                               const std::stop_token& stop) {
+  auto opened = Ask(url, target, options, "", deadline_s, stop);
+  if (!opened || opened->head.status != 401 || url.user.empty()) return opened;
+  const auto challenge = ParseDigest(Challenge(opened->head));
+  if (!challenge) return opened;
+  std::random_device chance;  // of the system: a nonce stands in no result
+  const std::string nonce = fmt::format("{:08x}{:08x}", chance(), chance());
+  return Ask(url, target, options, DigestAnswer(*challenge, url.user, url.password, target, nonce),
+             deadline_s, stop);
 }
 
 class MjpegStream final : public FrameSource {
@@ -315,12 +352,12 @@ Result<std::unique_ptr<FrameSource>> OpenMjpegStream(const std::string& address,
   const bool has_query = url->target.find('?') != std::string::npos;
   const std::string with_times =
       asked ? url->target : url->target + (has_query ? "&" : "?") + "extra_headers=1";
-  auto opened = Ask(*url, with_times, options, deadline_s, stop);
+  auto opened = AskWithPassword(*url, with_times, options, deadline_s, stop);
   if (opened && opened->head.status != 200 && !asked) {
-    opened = Ask(*url, url->target, options, deadline_s, stop);
+    opened = AskWithPassword(*url, url->target, options, deadline_s, stop);
   }
   if (!opened) return About(name, opened.error());
-  if (opened->head.status != 200) return Broken(name, Refusal(opened->head));
+  if (opened->head.status != 200) return Broken(name, Refusal(opened->head, *url));
   auto boundary = BoundaryOf(opened->head);
   if (!boundary) return About(name, boundary.error());
   MultipartLimits limits;

@@ -144,6 +144,39 @@ TEST(MjpegStream, SendsUserAndPasswordAndNeverShowsThem) {
   EXPECT_THAT(server.requests().at(0), HasSubstr("Authorization: Basic dXNlcjpwQHNz\r\n"));
 }
 
+// A camera that wants Digest: Basic sends the password to whoever listens, and is refused.
+TEST(MjpegStream, AnswersAChallengeByDigest) {
+  for (const std::string algorithm : {"MD5", "SHA-256"}) {
+    const std::string refusal =
+        "HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: Basic realm=\"cam\"\r\n"
+        "WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=" +
+        algorithm + "\r\n\r\n";
+    const ScriptedHttp server([&](const std::string& request, HttpPeer& peer) {
+      const bool signed_in = request.find(
+                                 "Authorization: Digest username=\"user\", realm=\"cam\", "
+                                 "nonce=\"abc\"") != std::string::npos &&
+                             request.find("algorithm=" + algorithm) != std::string::npos;
+      peer.Send(signed_in ? MjpegHead() + MjpegPart(Picture()) : refusal);
+      if (signed_in) peer.WaitForClose();
+    });
+    const std::string address =
+        "http://user:p%40ss@127.0.0.1:" + std::to_string(server.port()) + "/stream";
+    EXPECT_EQ(ReadUntilError(address).frames.size(), 1) << algorithm;
+    ASSERT_EQ(server.requests().size(), 2U);
+    EXPECT_THAT(server.requests()[1], HasSubstr("uri=\"/stream?extra_headers=1\""));
+  }
+}
+
+TEST(MjpegStream, AWayOfAuthenticationThatIsNotKnownIsNamed) {
+  for (const std::string way : {"Negotiate", "Digest nonce=\"a\", algorithm=SHA-512-256"}) {
+    const ScriptedHttp server(
+        Says("HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: " + way + "\r\n\r\n", false));
+    const std::string address = "http://user:x@127.0.0.1:" + std::to_string(server.port()) + "/";
+    EXPECT_THAT(ReadUntilError(address).error.message,
+                AllOf(HasSubstr("not known here (" + way), HasSubstr("Basic or Digest")));
+  }
+}
+
 TEST(MjpegStream, ShowsNeitherTokensNorBytesThatATerminalCannotRead) {
   const ScriptedHttp server(Says("HTTP/1.1 404 \xFF\x1b[2J\r\n\r\n", false));
   const std::string address =

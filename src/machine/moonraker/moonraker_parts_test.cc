@@ -317,6 +317,43 @@ TEST(MoveLog, MovesThatNoPrinterMakesAreSkipped) {
   EXPECT_TRUE(log.Overlapping(-1e300, 1e300).empty());
 }
 
+TEST(WebcamList, AnAddressOfAnotherHostKeepsIt) {
+  const json answer = {{"webcams", {{{"name", "a"}, {"stream_url", "//cam.local:8080/stream"}}}}};
+  const auto url = [&](const char* address) {
+    return ReadWebcams(answer, *ParseMoonrakerAddress(address)).at(0).stream_url;
+  };
+  EXPECT_EQ(url("voron.local"), "http://cam.local:8080/stream");
+  EXPECT_EQ(url("https://farm.example/v"), "https://cam.local:8080/stream");
+  EXPECT_EQ(url("unix:/run/m.sock"), "http://cam.local:8080/stream");
+}
+
+TEST(WebcamList, WhatIsNoMjpegStreamIsPassedOver) {
+  const auto webcam = [](const char* name, const char* service, bool enabled = true) {
+    Webcam webcam;
+    webcam.name = name;
+    webcam.service = service;
+    webcam.enabled = enabled;
+    return webcam;
+  };
+  for (const char* other :
+       {"webrtc-camerastreamer", "webrtc-go2rtc", "webrtc-mediamtx", "hlsstream", "jmuxer-stream",
+        "iframe", "html-video", "uv4l", "of the future"}) {
+    const std::vector<Webcam> webcams = {
+        webcam("first", other), webcam("off", "mjpegstreamer", false),
+        webcam("second", "mjpegstreamer-adaptive"), webcam("third", "mjpegstreamer")};
+    EXPECT_EQ(ChooseWebcam(webcams, "")->name, "second") << other;
+    EXPECT_EQ(ChooseWebcam(webcams, "third")->name, "third");
+    for (const std::string name : {"", "first"}) {
+      const auto none = ChooseWebcam({webcams[0], webcams[1]}, name);
+      ASSERT_FALSE(none) << other;
+      EXPECT_THAT(none.error().message,
+                  AllOf(HasSubstr(std::string("first as ") + other), HasSubstr("[camera] url")));
+    }
+  }
+  EXPECT_EQ(ChooseWebcam({webcam("old", "")}, "")->name, "old");
+  EXPECT_THAT(ChooseWebcam({webcam("a", "")}, "b").error().message, HasSubstr("named b"));
+}
+
 TEST(WebcamList, RelativeAddressesAreTheWebInterfaces) {
   const json answer = {{"webcams", {{{"name", "a"}, {"stream_url", "webcam/?action=stream"}}}}};
   const auto url = [&](const char* address) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/utf8.h"
@@ -19,6 +21,9 @@ constexpr std::size_t kLongestName = 200;
 std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
   if (url.empty() || url.find("://") != std::string::npos) {
     return url;
+  }
+  if (url.starts_with("//")) {  // another host, by the scheme of the page that names it
+    return (address.transport == Transport::kTls ? "https:" : "http:") + url;
   }
   const std::string path = url.front() == '/' ? url : "/" + url;
   if (address.transport == Transport::kUnix) {
@@ -68,6 +73,42 @@ std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& addr
     }
   }
   return webcams;
+}
+
+namespace {
+
+/// Of those that Mainsail, Fluidd and Moonraker write, the services whose stream_url is MJPEG.
+constexpr std::array<std::string_view, 4> kMjpegServices = {
+    "mjpegstreamer", "mjpegstreamer-adaptive", "mjpegadaptive", "uv4l-mjpeg"};
+
+bool IsMjpeg(const Webcam& webcam) {
+  return webcam.service.empty() || std::find(kMjpegServices.begin(), kMjpegServices.end(),
+                                             webcam.service) != kMjpegServices.end();
+}
+
+}  // namespace
+
+Result<Webcam> ChooseWebcam(const std::vector<Webcam>& webcams, const std::string& name) {
+  const Webcam* other = nullptr;
+  for (const Webcam& webcam : webcams) {
+    if (!webcam.enabled || (!name.empty() && webcam.name != name)) continue;
+    if (IsMjpeg(webcam)) return webcam;
+    if (other == nullptr) other = &webcam;
+  }
+  if (other == nullptr) {
+    return Fail(fmt::format("the printer's server lists no camera{}: set [camera] url to the "
+                            "stream's address",
+                            name.empty() ? "" : " named " + name),
+                ErrorKind::kMachine);
+  }
+  return Fail(
+      fmt::format(
+          "the printer's server lists the camera {} as {}, which is no MJPEG stream: set "
+          "[camera] url to its MJPEG address, with camera-streamer http://HOST/webcam/stream, "
+          "with go2rtc http://HOST:1984/api/stream.mjpeg?src=NAME, else often "
+          "http://HOST/webcam/?action=stream",
+          other->name, other->service),
+      ErrorKind::kMachine);
 }
 
 }  // namespace trammel::machine

@@ -15,4 +15,9 @@ namespace trammel::machine {
 [[nodiscard]] std::vector<Webcam> ReadWebcams(const nlohmann::json& answer,
                                               const MoonrakerAddress& address);
 
+/// The first enabled webcam whose stream is MJPEG, by its service. @param name  empty: any
+/// Errors: kMachine: there is none; the message names the service of one that is there.
+[[nodiscard]] Result<Webcam> ChooseWebcam(const std::vector<Webcam>& webcams,
+                                          const std::string& name);
+
 }  // namespace trammel::machine

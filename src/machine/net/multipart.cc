@@ -53,7 +53,12 @@ HeaderFields ParseHeaderFields(std::string_view lines) {
     lines.remove_prefix(std::min(end + 1, lines.size()));
     const std::size_t colon = line.find(':');
     if (colon == std::string_view::npos) continue;
-    fields[Lower(Trimmed(line.substr(0, colon)))] = Trimmed(line.substr(colon + 1));
+    std::string name = Lower(Trimmed(line.substr(0, colon)));
+    const std::string_view value = Trimmed(line.substr(colon + 1));
+    std::string& field = fields[name];
+    // A server that offers several ways to sign in may send a line for each.
+    const bool joins = name == "www-authenticate" && !field.empty();
+    field = joins ? field + ", " + std::string(value) : std::string(value);
   }
   return fields;
 }

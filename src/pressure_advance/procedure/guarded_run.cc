@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/utf8.h"
+#include "machine/moonraker/webcam_list.h"
 
 namespace trammel::procedure {
 namespace {
@@ -76,16 +77,9 @@ Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
   if (!settings.camera.empty()) return machine::OpenCamera(settings.camera, options, session.stop);
   const auto webcams = session.printer.Webcams(session.Within(kAsk_s));
   if (!webcams) return tl::unexpected(webcams.error());
-  for (const machine::Webcam& webcam : *webcams) {
-    if (webcam.enabled && (settings.webcam.empty() || settings.webcam == webcam.name)) {
-      return machine::OpenCamera(webcam.stream_url, options, session.stop);
-    }
-  }
-  return Fail(
-      fmt::format("the printer's server lists no camera{}: set [camera] url to the stream's "
-                  "address",
-                  settings.webcam.empty() ? "" : " named " + settings.webcam),
-      ErrorKind::kMachine);
+  const auto webcam = machine::ChooseWebcam(*webcams, settings.webcam);
+  if (!webcam) return tl::unexpected(webcam.error());
+  return machine::OpenCamera(webcam->stream_url, options, session.stop);
 }
 
 }  // namespace trammel::procedure
