@@ -126,7 +126,12 @@ void Migrate(SQLite::Database& database) {
 
 SQLite::Database Open(const fs::path& index) {
   constexpr int kWait_ms = 5000;
-  SQLite::Database database(index.string(),
+  // SQLite takes no link anywhere in the path. The folders are the user's, and may be linked; a
+  // file of ours that is a link is nobody's (StateOf).
+  std::error_code ignored;
+  const fs::path folder = index.has_parent_path() ? index.parent_path() : fs::path(".");
+  const fs::path real = fs::canonical(folder, ignored);
+  SQLite::Database database((real.empty() ? index : real / index.filename()).string(),
                             SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOFOLLOW,
                             kWait_ms);
   database.exec(

@@ -61,6 +61,22 @@ class HistoryIndex : public ::testing::Test {
   fs::path index_ = folder_.path() / kIndexFile;
 };
 
+TEST_F(HistoryIndex, LiesUnderAnyLinkedFolderButIsNoLinkItself) {
+  Add(1);
+  const test::TemporaryFolder elsewhere;
+  const fs::path home = elsewhere.path() / "home";
+  fs::create_directory_symlink(folder_.path().parent_path(), home);  // as /home often is
+  const fs::path recordings = elsewhere.path() / "recordings";
+  fs::create_directory_symlink(home / folder_.path().filename(), recordings);
+  const auto history = ReadIndexed(recordings, {});
+  ASSERT_TRUE(history) << history.error().message;
+  EXPECT_EQ(history->entries.size(), 1U);
+  EXPECT_TRUE(fs::is_regular_file(index_));
+  fs::rename(index_, elsewhere.path() / "other.db");
+  fs::create_symlink(elsewhere.path() / "other.db", index_);
+  EXPECT_FALSE(ReadIndexed(recordings, {}));
+}
+
 TEST_F(HistoryIndex, GivesTheNewestFirstAndFollowsTheHistoryAsItGrows) {
   Add(1);
   EXPECT_THAT(Lines(), ElementsAre(Line(1)));
