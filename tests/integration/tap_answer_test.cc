@@ -65,7 +65,7 @@ class TapAnswer : public testing::Test {
   /// Taps, and @returns what the macro was told, once it was.
   std::map<std::string, std::string> Tap(const std::string& parameters = "") {
     shop_->With([](sim::VirtualKlipper& klipper) { klipper.kept.clear(); });
-    shop_->Script("TRAMMEL_TAP PROBE_SPEED=2 " + parameters);
+    shop_->Script("_TRAMMEL_TAP PROBE_SPEED=2 " + parameters);
     std::map<std::string, std::string> told;
     shop_->WaitUntil(
         [&told](sim::VirtualKlipper& klipper) {
@@ -123,6 +123,13 @@ TEST_F(TapAnswer, TheContactIsHandedBackInTime) {
   EXPECT_THAT(end.standard_error, HasSubstr("after the macro asked"));
 }
 
+TEST_F(TapAnswer, SoIsThatOfATapWithALongLift) {
+  Start(WithLoadCell());
+  Watch();
+  const auto told = Tap("LIFT=20 LIFT_SPEED=3");  // 6.7 s
+  EXPECT_EQ(told.at("VERDICT"), "good") << process_->StandardErrorSoFar();
+}
+
 TEST_F(TapAnswer, SoIsThatOfAForkThatPullsBackByItself) {
   ShopOptions options = WithLoadCell();
   options.klipper.load_cell->pulls_back = true;
@@ -172,7 +179,7 @@ TEST_F(TapAnswer, WithoutTrammelTheMacroGivesUpByItself) {
   Watch();
   process_->Send(SIGKILL);
   (void)process_->Wait(30);
-  shop_->Script("TRAMMEL_TAP");
+  shop_->Script("_TRAMMEL_TAP");
   std::map<std::string, std::string> told;
   const double until_s = sim::MonotonicNow() + kMacroWaits_s + 30;
   while (told.empty() && sim::MonotonicNow() < until_s) {

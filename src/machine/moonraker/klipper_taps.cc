@@ -123,7 +123,8 @@ class KlipperTaps : public TapStream {
     Ask("objects/query", {{"objects", {{"configfile", {"settings"}}}}},
         [this](const json& result) { intake_.TakeSettings(ObjectOr(result, "status")); });
     Ask("objects/subscribe",
-        {{"objects", {{"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}},
+        {{"objects",
+          {{"probe", {"last_z_result", "last_probe_position"}}, {"extruder", {"temperature"}}}},
          {"response_template", {{"method", "status"}}}},
         [this](const json& result) {
           intake_.TakeStatus(ObjectOr(result, "status"), HostNow(), true);

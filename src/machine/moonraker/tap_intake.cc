@@ -85,7 +85,15 @@ void TapIntake::TakeStatus(const json& status, double received_s, bool first) {
     const std::lock_guard lock(mutex_);
     temperature_c_ = *temperature;
   }
-  const auto z_mm = Number(ObjectOr(status, "probe"), "last_z_result");
+  const json& probe = ObjectOr(status, "probe");
+  if (first) by_position_ = !probe.contains("last_z_result");
+  std::optional<double> z_mm = Number(probe, "last_z_result");
+  // Klipper removes it in favour of the place on the bed, which is less the probe's offset.
+  const json* const place = by_position_ ? Member(probe, "last_probe_position") : nullptr;
+  constexpr std::size_t kZ = 2;
+  if (place != nullptr && place->is_array() && place->size() > kZ && (*place)[kZ].is_number()) {
+    z_mm = (*place)[kZ].get<double>() + z_offset_mm_;
+  }
   if (z_mm && !first) events_.on_firmware_z(*z_mm, received_s);
 }
 

@@ -59,6 +59,7 @@ class TapIntake {
   bool missed_moves_ = false;
   nlohmann::json last_whole_;  ///< a second subscription brings each tap twice
   double z_offset_mm_ = 0;
+  bool by_position_ = false;  ///< the printer tells last_probe_position alone
   mutable std::mutex mutex_;
   std::optional<double> temperature_c_;
 };

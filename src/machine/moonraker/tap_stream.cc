@@ -255,19 +255,21 @@ class MoonrakerTaps : public TapStream {
 
   /// `done` comes with the first answer, whatever it is.
   void SubscribeToStatus(int tries, const std::function<void()>& done) {
-    moonraker_.CallLater(
-        "printer.objects.subscribe",
-        {{"objects",
-          {{"webhooks", nullptr}, {"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}}},
-        [this, tries, done, session = session_](const RpcAnswer& answer) {
-          if (session == session_ && answer.kind == RpcAnswer::Kind::kResult) {
-            intake_.TakeStatus(ObjectOr(answer.result, "status"), answer.received_s, true);
-          } else if (session == session_) {
-            AskAgain(tries, "printer.objects.subscribe: " + answer.message,
-                     [this](int next) { SubscribeToStatus(next, [] {}); });
-          }
-          done();
-        });
+    moonraker_.CallLater("printer.objects.subscribe",
+                         {{"objects",
+                           {{"webhooks", nullptr},
+                            {"probe", {"last_z_result", "last_probe_position"}},
+                            {"extruder", {"temperature"}}}}},
+                         [this, tries, done, session = session_](const RpcAnswer& answer) {
+                           if (session == session_ && answer.kind == RpcAnswer::Kind::kResult) {
+                             intake_.TakeStatus(ObjectOr(answer.result, "status"),
+                                                answer.received_s, true);
+                           } else if (session == session_) {
+                             AskAgain(tries, "printer.objects.subscribe: " + answer.message,
+                                      [this](int next) { SubscribeToStatus(next, [] {}); });
+                           }
+                           done();
+                         });
   }
 
   void OnMessage(const std::string& method, const json& params, double received_s) {

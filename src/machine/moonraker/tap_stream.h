@@ -18,7 +18,8 @@ namespace trammel::machine {
 struct TapStreamEvents {
   /// An object with "time", "force" and "moves", as dump_taps sends it or as TapBuilder makes it.
   std::function<void(const nlohmann::json& tap, double received_s)> on_tap;
-  /// Where the printer says that the nozzle was triggered: its console or probe.last_z_result.
+  /// Where the printer says that the nozzle was triggered: its console, probe.last_z_result, or
+  /// probe.last_probe_position where Klipper has removed that.
   std::function<void(double z_mm, double received_s)> on_firmware_z;
   /// A macro called the remote method.
   std::function<void(const nlohmann::json& arguments, double received_s)> on_call;

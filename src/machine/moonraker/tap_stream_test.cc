@@ -175,6 +175,25 @@ TEST_F(TapStreamTest, BothConsoleSentencesTellTheHeightOfTheTrigger) {
               testing::ElementsAre(0.0125, testing::DoubleNear(0.0125, 1e-12)));
 }
 
+// Klipper removes last_z_result; what replaces it is the bed's height, less the probe's offset.
+TEST_F(TapStreamTest, WhereThePrinterTellsThePlaceOnTheBedItsHeightIsThatOfTheTrigger) {
+  server_.Answer(
+      "printer.objects.query",
+      {{"status", {{"configfile", {{"settings", {{"load_cell_probe", {{"z_offset", 0.25}}}}}}}}}});
+  server_.Answer("printer.objects.subscribe",
+                 {{"status", {{"probe", {{"last_probe_position", {1, 2, 9.0}}}}}}});
+  const auto stream = Open();
+  (void)MethodOf("printer.motion_report.dump_trapq");  // behind the settings
+  for (const json& odd : {json("high"), json::array(), json::array({1, 2, "x"}), json()}) {
+    server_.Push(test::StatusUpdate({{"probe", {{"last_probe_position", odd}}}}, 100));
+  }
+  server_.Push(
+      test::StatusUpdate({{"probe", {{"last_probe_position", {1.0, 2.0, -0.2375}}}}}, 100));
+  Push("trammel_tap", {{"id", 7}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
+  EXPECT_THAT(heard_.firmware_z_mm, testing::ElementsAre(testing::DoubleNear(0.0125, 1e-12)));
+}
+
 TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
   const auto stream = Open();
   for (int i = 0; i < 1000 && !stream->NozzleTemperature(); ++i) {  // what it is at the start

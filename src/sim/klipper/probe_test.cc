@@ -225,7 +225,7 @@ TEST(TapMacros, KeepWhatTheyAreToldAndFailWithoutAContact) {
   KlipperConfig config = ConfigWithCell();
   AddTapMacros(config);
   Bench bench(config);
-  ASSERT_EQ(bench.Run("TRAMMEL_TAP SAMPLES=2"), std::nullopt);
+  ASSERT_EQ(bench.Run("_TRAMMEL_TAP SAMPLES=2"), std::nullopt);
   const auto& taps = bench.klipper.history().taps;
   ASSERT_EQ(taps.size(), 1u) << "an answer is about one tap";
   ASSERT_TRUE(taps[0].truth.has_value()) << "the macro rises";
@@ -243,7 +243,7 @@ TEST(TapMacros, GiveUpByThemselvesWhereNobodyAnswers) {
   KlipperConfig config = ConfigWithCell();
   AddTapMacros(config, kAnswerS);
   Bench bench(config);
-  ASSERT_EQ(bench.Run("TRAMMEL_TAP"), std::nullopt);
+  ASSERT_EQ(bench.Run("_TRAMMEL_TAP"), std::nullopt);
   const double asked_s = bench.klipper.now_s();
   bench.klipper.Advance(asked_s + kAnswerS - 0.2);
   EXPECT_TRUE(bench.klipper.kept.empty());

@@ -30,7 +30,8 @@ constexpr double kWaitForFirmware_s = 0.7;
 /// and the printer's own z before the rise.
 constexpr double kLooseZ_s = 2;
 constexpr double kSameZ_mm = 2e-6;
-/// A tap older than this when a macro asks is not the one that it means.
+/// A tap that came so long before the macro began, or asks, is not the one that it means, where
+/// the tap does not tell when it rose.
 constexpr double kFresh_s = 5;
 constexpr std::size_t kMostEvents = 1000;
 constexpr const char* kRiseTime = "x_rise_print_time_s";
@@ -111,8 +112,9 @@ machine::TapStreamEvents TapWatcher::Events() {
               },
           .on_call =
               [this](const json& arguments, double received_s) {
-                Push(Call{PlainId(arguments), machine::NumberOr(arguments, "since", -HUGE_VAL),
-                          received_s});
+                const double since_s = machine::NumberOr(arguments, "since", -HUGE_VAL);
+                const double took_s = machine::NumberOr(arguments, "now", since_s) - since_s;
+                Push(Call{PlainId(arguments), since_s, took_s > 0 ? took_s : 0, received_s});
               },
           .on_news = [this](const std::string& text) { Push(News{text}); }};
 }
@@ -217,7 +219,11 @@ void TapWatcher::Take(const Call& call, machine::TapStream& stream) {
   if (!options_.answer) return;
   // One macro waits at a time: Klipper runs them one after the other.
   asked_ = call;
-  if (unanswered_s_ && call.received_s - *unanswered_s_ > kFresh_s) unanswered_s_.reset();
+  // By print time it is certain which tap is meant, however long the macro lifted after it.
+  const bool times_tell = std::isfinite(call.since_print_time_s) && last_rise_print_time_s_;
+  if (!times_tell && unanswered_s_ && call.received_s - *unanswered_s_ > kFresh_s + call.took_s) {
+    unanswered_s_.reset();
+  }
   Answer(stream, machine::HostNow());
 }
 

@@ -56,6 +56,7 @@ class TapWatcher {
   struct Call {
     std::string id;
     double since_print_time_s = 0;  ///< the tap that is meant rose after it
+    double took_s = 0;              ///< from then until the macro asked; 0: it does not tell
     double received_s = 0;
   };
   struct News {

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 
 #include "support/drawn_tap_json.h"
 #include "support/ready_moonraker.h"
@@ -163,6 +164,19 @@ TEST_F(TapWatch, TheTapOfBeforeTheMacroIsNotTakenForItsOwn) {
   PushTap(own);
   EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good Z=-0.0"));
   EXPECT_EQ(process_->Wait(30).exit_code, 0);
+}
+
+// A fork's tap does not tell when it rose: the macro tells how long it took itself.
+TEST_F(TapWatch, ATapBeforeALongLiftIsTheMacrosOwn) {
+  Start({"--answer", "--count", "2", "--answer-within", "0.5"});
+  PushTap(DrawnTap(-0.01));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5600));
+  Push("trammel_tap", {{"since", 101.5}, {"now", 109.0}});
+  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good"));
+  PushTap(DrawnTap(-0.01));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5600));
+  Push("trammel_tap", {{"since", 111.5}, {"now", 111.5}});
+  EXPECT_THAT(Answer(2), HasSubstr("REASON=no_tap"));
 }
 
 TEST_F(TapWatch, NonsenseFromThePrinterIsNamedAndWatchingGoesOn) {
