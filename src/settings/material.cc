@@ -45,6 +45,24 @@ const Material* FindMaterial(std::string_view name) {
   return found == kMaterials.end() ? nullptr : &*found;
 }
 
+const Material* MaterialInName(std::string_view filament) {
+  const Material* found = nullptr;
+  std::string word;
+  for (std::size_t i = 0; i <= filament.size(); ++i) {
+    const unsigned char c = i < filament.size() ? static_cast<unsigned char>(filament[i]) : ' ';
+    if (std::isalpha(c) != 0) {
+      word += static_cast<char>(c);
+      continue;
+    }
+    const Material* const named = FindMaterial(word);
+    word.clear();
+    if (named == nullptr) continue;
+    if (found != nullptr && found != named) return nullptr;
+    found = named;
+  }
+  return found;
+}
+
 std::string DescribeMaterials() {
   std::string text;
   for (const Material& material : kMaterials) {

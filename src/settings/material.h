@@ -26,6 +26,10 @@ struct Material {
 /// The material of that name, in capitals or not; nullptr where there is none.
 [[nodiscard]] const Material* FindMaterial(std::string_view name);
 
+/// The one material that a filament's name has among its words: petg of "PETG Jet" and "petg_jet",
+/// pa of "PA12-CF". nullptr: none, or several.
+[[nodiscard]] const Material* MaterialInName(std::string_view filament);
+
 /// Every material with its temperatures: "pla: nozzle 215, bed 60 °C; petg: …".
 [[nodiscard]] std::string DescribeMaterials();
 

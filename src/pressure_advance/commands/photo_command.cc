@@ -104,7 +104,7 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   return code;
 }
 
-int RunPhoto(const PhotoArguments& arguments) {
+int RunPhoto(PhotoArguments arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
@@ -113,6 +113,7 @@ int RunPhoto(const PhotoArguments& arguments) {
   const auto print = arguments.plan.empty() ? LastNotedPrint(config->scan.address)
                                             : Result<std::optional<files::PatternPrint>>();
   if (!print) return PrintError(print.error());
+  if (arguments.filament.empty() && *print) arguments.filament = (*print)->filament;
   const auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
   if (!plan) return PrintError(plan.error());
   const auto printer = Connect(config->scan, interrupt.token());
@@ -144,7 +145,8 @@ void AddPhotoCommand(CLI::App& parent, int& exit_code) {
                       "the *.plan.json of the printed pattern; left out: that of pa print --photo");
   command->add_option("--filament", arguments->filament,
                       "which filament it is: trammel history lists the result under it; without "
-                      "it, the one of Spoolman's active spool");
+                      "it, the one that the pattern was printed for, else that of Spoolman's "
+                      "active spool");
   command->add_option("-o,--out", arguments->out, "new folder for photo and result");
   command->add_flag("--json", arguments->json, "print the answer as one JSON object");
   command->callback([arguments, &exit_code] { exit_code = RunPhoto(*arguments); });

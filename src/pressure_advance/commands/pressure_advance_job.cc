@@ -16,6 +16,7 @@ namespace trammel::app {
 namespace {
 
 constexpr const char* kFilament = "filament";
+constexpr const char* kMaterial = "material";
 
 /// A filament's key, which a button can hand on; empty where none is named.
 Result<std::string> KeyOf(const service::Arguments& arguments) {
@@ -24,12 +25,44 @@ Result<std::string> KeyOf(const service::Arguments& arguments) {
   return procedure::FilamentKey(filament->second);
 }
 
-/// The settings of a run. Errors: they cannot be read, or do not say how hot it prints.
+std::string GivenAs(const char* name, const service::Arguments& arguments) {
+  const auto found = arguments.find(name);
+  return found == arguments.end() ? std::string() : found->second;
+}
+
+/// The material of a run: as it is given, else as the filament's name has it; empty: the settings'.
+std::string MaterialFor(const service::Arguments& arguments) {
+  if (std::string given = GivenAs(kMaterial, arguments); !given.empty()) return given;
+  const settings::Material* const named = settings::MaterialInName(GivenAs(kFilament, arguments));
+  return named != nullptr ? std::string(named->name) : std::string();
+}
+
+/// Errors: the settings have a temperature of another material than the filament's name.
+Result<void> CheckOwnTemperatures(const files::Config& of_settings, const std::string& material,
+                                  const service::Arguments& arguments) {
+  const auto& own = of_settings.pattern;
+  const bool other = !material.empty() && !own.material.empty() &&
+                     settings::FindMaterial(own.material) != settings::FindMaterial(material);
+  if (!other || !own.nozzle_temperature_c || arguments.contains(kTemperatureArgument)) return {};
+  return Fail(fmt::format(
+      "FILAMENT is {} by its name, and [filament] in trammel.toml sets nozzle_temperature = {:g} "
+      "for {}: call with TEMP=…, or leave nozzle_temperature and bed_temperature out there",
+      material, *own.nozzle_temperature_c, own.material));
+}
+
+/// The settings of a run. Errors: they cannot be read, do not say how hot it prints, or say it of
+/// another material than the filament's name.
 Result<files::Config> SettingsFor(const service::PrinterPlace& place,
                                   const service::Arguments& arguments) {
   PrinterOptions options = OptionsAt(place);
-  if (const auto material = arguments.find("material"); material != arguments.end()) {
-    options.material = material->second;
+  const std::string material = MaterialFor(arguments);
+  if (!material.empty()) {
+    const auto own = LoadSettings(options);
+    if (!own) return own;
+    if (auto sound = CheckOwnTemperatures(*own, material, arguments); !sound) {
+      return tl::unexpected(sound.error());
+    }
+    options.material = material;
   }
   const auto temperature = arguments.find(kTemperatureArgument);
   if (temperature != arguments.end()) {
@@ -58,6 +91,9 @@ Result<service::Offer> OfferTo(const char* what, const service::PrinterPlace& pl
                                settings::DescribeTemperatures(config->pattern),
                                key->empty() ? "" : ", for filament " + *key);
   if (!key->empty()) offer.start[kFilament] = std::move(*key);
+  if (std::string material = MaterialFor(arguments); !material.empty()) {
+    offer.start[kMaterial] = std::move(material);
+  }
   if (const auto temperature = arguments.find(kTemperatureArgument);
       temperature != arguments.end()) {
     offer.start[kTemperatureArgument] = temperature->second;
@@ -75,14 +111,18 @@ Result<service::Offer> CheckPattern(const service::PrinterPlace& place,
   return OfferTo("printed for a photo", place, arguments);
 }
 
-// A photo moves and heats nothing.
+// A photo moves and heats nothing. Nobody has to say again for which filament it was printed.
 Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
                                   const service::Arguments& arguments) {
   const auto config = LoadSettings(OptionsAt(place));
   if (!config) return tl::unexpected(config.error());
   const auto key = KeyOf(arguments);
   if (!key) return tl::unexpected(key.error());
-  return service::Offer{};
+  service::Offer offer;
+  const auto print = LastNotedPrint(config->scan.address);
+  if (!print) return tl::unexpected(print.error());
+  if (*print && !(*print)->filament.empty()) offer.start[kFilament] = (*print)->filament;
+  return offer;
 }
 
 std::string UseWords(const service::Arguments& arguments) {
@@ -114,7 +154,6 @@ service::JobKind Measuring(const char* name) {
   service::JobKind kind;
   kind.name = name;
   kind.apply = ApplyWords;
-  kind.set_line = "applied ";  // of Apply in apply_command.cc
   kind.use = UseWords;
   kind.use_also = UseAlso;
   kind.in_force = [](const machine::PrinterState& state) {
@@ -129,19 +168,18 @@ service::JobKind Measuring(const char* name) {
 
 service::JobKind PressureAdvanceJob() {
   service::JobKind kind = Measuring("pressure_advance");
-  kind.arguments = {kFilament, "material", kTemperatureArgument};
+  kind.arguments = {kFilament, kMaterial, kTemperatureArgument};
   kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
   kind.check = Check;
   kind.words = {"pa", "calibrate"};
   kind.offer_method = "trammel_offer";
-  kind.start_method = "trammel_pressure_advance";
   return kind;
 }
 
 service::JobKind PhotoPatternJob() {
   service::JobKind kind;
   kind.name = "photo_pattern";
-  kind.arguments = {kFilament, "material", kTemperatureArgument};
+  kind.arguments = {kFilament, kMaterial, kTemperatureArgument};
   kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
   kind.check = CheckPattern;
   kind.words = {"pa", "print", "--photo"};
@@ -153,7 +191,6 @@ service::JobKind PhotoPatternJob() {
   kind.start_buttons = procedure::Buttons::kPrint;
   kind.done_buttons = procedure::Buttons::kPhoto;
   kind.offer_method = "trammel_offer_pattern";
-  kind.start_method = "trammel_pattern";
   return kind;
 }
 

@@ -20,8 +20,31 @@ TEST(PressureAdvanceJob, OffersTheTemperatureOfThisRunAndHandsItOn) {
       PressureAdvanceJob().check(PlaceWithPetg(), {{"filament", "PLA+"}, {"temp", "241.5"}});
   ASSERT_TRUE(offer) << offer.error().message;
   EXPECT_THAT(offer->question, HasSubstr("nozzle 241.5"));
-  EXPECT_EQ(offer->start, (Arguments{{"filament", "pla__2b"}, {"temp", "241.5"}}));
+  EXPECT_EQ(offer->start,
+            (Arguments{{"filament", "pla__2b"}, {"material", "pla"}, {"temp", "241.5"}}));
   EXPECT_EQ(PressureAdvanceJob().settings.at("temp"), "filament.nozzle_temperature");
+}
+
+TEST(PressureAdvanceJob, AFilamentIsHeatedAsTheMaterialInItsName) {
+  service::PrinterPlace place;
+  place.material = "pla";
+  for (const service::JobKind& kind : {PressureAdvanceJob(), PhotoPatternJob()}) {
+    const auto petg = kind.check(place, {{"filament", "PETG Jet"}});
+    ASSERT_TRUE(petg) << petg.error().message;
+    EXPECT_THAT(petg->question, HasSubstr("(petg: nozzle 235, bed 85 degC)"));
+    EXPECT_EQ(petg->start.at("material"), "petg");  // and so is the run
+    // What nobody knows is heated as the settings say, and a material that was given wins.
+    EXPECT_THAT(kind.check(place, {{"filament", "Jet Black"}})->question, HasSubstr("(pla: "));
+    EXPECT_THAT(kind.check(place, {{"filament", "PETG Jet"}, {"material", "abs"}})->question,
+                HasSubstr("(abs: "));
+  }
+  place.material.clear();
+  place.set = {"filament.material=pla", "filament.nozzle_temperature=205"};
+  const auto other = PressureAdvanceJob().check(place, {{"filament", "PETG Jet"}});
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().message, HasSubstr("nozzle_temperature = 205 for pla"));
+  EXPECT_TRUE(PressureAdvanceJob().check(place, {{"filament", "PETG Jet"}, {"temp", "240"}}));
+  EXPECT_TRUE(PressureAdvanceJob().check(place, {{"filament", "PLA Jet"}}));
 }
 
 TEST(PressureAdvanceJob, ATemperatureThatIsNoPlainNumberOrOutOfRangeIsRefused) {
