@@ -30,6 +30,15 @@ const char* NameOf(Buttons buttons) {
   return "close";
 }
 
+std::string WithoutMiddle(std::string plain) {
+  constexpr std::size_t kMost = 1000;  // some ten lines of a phone's dialog
+  constexpr std::string_view kGap = " ... ";
+  if (plain.size() > kMost) {
+    plain.replace(kMost / 2, plain.size() - kMost + kGap.size(), kGap);
+  }
+  return plain;
+}
+
 // What needs no quotation marks, and neither ends a command nor begins a comment.
 bool IsWord(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
@@ -41,7 +50,6 @@ bool IsWord(std::string_view text) {
 }  // namespace
 
 std::string Screen::Plain(std::string_view text) {
-  constexpr std::size_t kMost = 240;
   std::string plain;
   for (const char c : text.substr(0, text.find('\n'))) {
     const bool printable = c > ' ' && c <= '~';
@@ -53,9 +61,8 @@ std::string Screen::Plain(std::string_view text) {
     } else if (!plain.empty() && plain.back() != ' ') {
       plain += ' ';
     }
-    if (plain.size() == kMost) return plain.replace(kMost - 3, 3, "...");
   }
-  return plain;
+  return WithoutMiddle(std::move(plain));
 }
 
 void Screen::LearnCommands(const machine::WaitLimit& limit) {

@@ -35,14 +35,14 @@ class Screen {
   /// A dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), which front ends and
   /// touch screens show. Where the printer has no such macro there is none, and no error.
   /// @param start  what the first button (but of kUse) hands on, by TRAMMEL_ASK's parameters in
-  /// small letters
-  ///     ("filament"); values of [A-Za-z0-9_.,-]+, others are left out.
+  ///     small letters ("filament", "token"); values of [A-Za-z0-9_.,-]+, others are left out.
   [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons,
                                  const std::map<std::string, std::string>& start,
                                  const machine::WaitLimit& limit);
 
   /// The first line of the text as a G-code argument in quotation marks may carry it: printable
-  /// ASCII without what begins a comment or ends the quotation, cut at 240 characters.
+  /// ASCII without what begins a comment or ends the quotation. Of more than 1000 characters the
+  /// middle is cut out: the cause stands first, the remedy last.
   [[nodiscard]] static std::string Plain(std::string_view text);
 
  private:

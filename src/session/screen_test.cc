@@ -97,7 +97,14 @@ TEST(Screen, AsksWhereThePrinterHasDialogs) {
 
 TEST(Screen, NothingThatIsSaidCanBecomeACommand) {
   EXPECT_EQ(Screen::Plain("a\" ;b #c*d\\e 60 °C\nG28"), "a b c d e 60 C");
-  EXPECT_EQ(Screen::Plain(std::string(300, 'x')), fmt::format("{:x>237}...", ""));
+  const std::string cause = "The cause. ";
+  const std::string remedy = " The remedy.";
+  const std::string shown = Screen::Plain(cause + std::string(2000, 'x') + remedy);
+  EXPECT_EQ(shown.size(), 1000U);
+  EXPECT_THAT(shown, ::testing::StartsWith(cause));
+  EXPECT_THAT(shown, ::testing::EndsWith(remedy));
+  EXPECT_THAT(shown, ::testing::HasSubstr("x ... x"));
+  EXPECT_EQ(Screen::Plain(std::string(1000, 'x')).size(), 1000U);
   EXPECT_EQ(Screen::Plain(""), "");
 }
 
