@@ -31,11 +31,13 @@ std::string WithoutColumns(const std::string& line) {
   return text;
 }
 
-// Whether an application said that the value is set, whatever failed afterwards.
-bool WasSet(const std::string& set_line, const std::vector<std::string>& output) {
-  return !set_line.empty() && std::any_of(output.begin(), output.end(), [&](const auto& line) {
-    return line.starts_with(set_line);
-  });
+// Whether something was set since, whatever failed afterwards.
+bool WasSet(const std::vector<files::Application>& before,
+            const std::vector<files::Application>& now) {
+  using Step = files::Application::Step;
+  if (now.empty() || now.back().step != Step::kApplied) return false;
+  return before.empty() || now.size() != before.size() || before.back().step != Step::kApplied ||
+         before.back().utc != now.back().utc;
 }
 
 // One word, so that a value never passes for an option.
@@ -51,6 +53,11 @@ std::vector<std::string> OptionWords(const PrinterPlace& place) {
   for (const std::string& set : place.set) AddOption("set", set, words);
   AddOption("printer", place.address, words);
   return words;
+}
+
+Arguments Completed(Arguments given, const Offer& offer) {
+  given.insert(offer.start.begin(), offer.start.end());  // what is there stays
+  return given;
 }
 
 Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind) {
@@ -187,9 +194,20 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
     }
     AddOption("out", plan.folder, words);
   }
-  Conclude(plan, process.Run(
-                     words, [this](const procedure::Progress& progress) { Hear(progress); },
-                     options_.log));
+  const auto before = plan.applies ? NotedOf(plan.folder) : std::vector<files::Application>();
+  const JobEnd end = process.Run(
+      words, [this](const procedure::Progress& progress) { Hear(progress); }, options_.log);
+  Conclude(plan, end, before);
+}
+
+std::vector<files::Application> Desk::NotedOf(const std::string& folder) const {
+  const auto outcome = files::ReadOutcome(fs::path(folder) / files::kResultFile);
+  if (!outcome) return {};
+  const std::string result = files::Fingerprint(*outcome);
+  auto noted =
+      files::AllApplications(options_.state_folder / files::kAppliedFile,
+                             [&result](const std::string& each) { return each == result; });
+  return noted ? std::move((*noted)[result]) : std::vector<files::Application>();
 }
 
 void Desk::Hear(const procedure::Progress& progress) {
@@ -212,7 +230,8 @@ void Desk::Hear(const procedure::Progress& progress) {
             : progress.text});
 }
 
-void Desk::Conclude(const Plan& plan, const JobEnd& end) {
+void Desk::Conclude(const Plan& plan, const JobEnd& end,
+                    const std::vector<files::Application>& before) {
   constexpr int kGood = 0;
   constexpr int kNotTrusted = 2;  // CONVENTIONS.md
   for (const std::string& unrestored : end.unrestored) Tell({unrestored});
@@ -226,7 +245,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   if (measured && !plan.applies && plan.kind->has_answer()) {
     return ConcludeResult(plan, run, end.error);
   }
-  const bool is_set = plan.applies && WasSet(plan.kind->set_line, end.output);
+  const bool is_set = plan.applies && WasSet(before, NotedOf(plan.folder));
   Words words;
   std::optional<Proposal> proposal;
   if (end.exit_code == kGood && !plan.applies) {

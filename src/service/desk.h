@@ -18,6 +18,7 @@
 #include "base/measured.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
+#include "measurement/history.h"
 #include "service/job_kind.h"
 #include "service/job_process.h"
 #include "service/kept_state.h"
@@ -46,6 +47,7 @@ struct DeskOptions {
   std::function<std::string()> utc_now;  ///< ISO 8601 to the second, ending in Z
   /// Takes a line for the service's log; errors begin with "trammel: ". Of any thread.
   std::function<void(const std::string&)> log;
+  double offer_lasts_s = 600;  ///< a bed that was empty may not be so an hour later
 };
 
 /// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
@@ -79,10 +81,17 @@ class Desk {
   };
   /// A macro's call.
   struct Call {
-    enum class What { kOffer, kStart, kApply, kDismiss, kNewNozzle };
+    enum class What { kOffer, kConfirm, kStart, kApply, kDismiss, kNewNozzle };
     What what = What::kStart;
     const JobKind* job = nullptr;
+    Arguments arguments = {};  ///< of kConfirm the token
+  };
+  /// What the dialog that is open asks, and its button begins.
+  struct Offered {
+    std::string token;
+    const JobKind* job = nullptr;
     Arguments arguments = {};
+    double until_s = 0;  ///< machine::HostNow
   };
   /// What a run is made of before it begins.
   struct Plan {
@@ -113,7 +122,10 @@ class Desk {
   [[nodiscard]] std::string NewRunId(const std::string& job) const;
   void RunJob(const RunRecord& run, const Plan& plan, JobProcess& process);
   void Hear(const procedure::Progress& progress);
-  void Conclude(const Plan& plan, const JobEnd& end);
+  /// @param before  what was noted of the plan's result before the job
+  void Conclude(const Plan& plan, const JobEnd& end, const std::vector<files::Application>& before);
+  /// What the history notes of setting the result in a folder; empty: nothing, or no result.
+  [[nodiscard]] std::vector<files::Application> NotedOf(const std::string& folder) const;
   /// @param error  the last that the job said; empty: none
   void ConcludeResult(const Plan& plan, RunRecord run, const std::string& error);
   /// What the printer says is in force now, in words; empty where it is not told.
@@ -133,7 +145,10 @@ class Desk {
   [[nodiscard]] Result<void> Register(const std::stop_token& stop);
   void Answer(const Call& call);
   void AnswerStart(const Call& call);
+  void AnswerConfirmed(const Call& call);
   void ShowOffer(const Call& call);
+  /// Whether the printer's macros are of this trammel; says what to do where they are not.
+  [[nodiscard]] bool HasOurMacros();
   /// Of the answer that waits, as things are now; absent: none does.
   [[nodiscard]] std::optional<Words> WaitingWords() const;
   void OfferProposalAgain(const std::stop_token& stop);
@@ -155,9 +170,14 @@ class Desk {
   std::shared_ptr<JobProcess> process_;      // of the run under way
   bool ending_ = false;                      // nothing more is begun
   std::stop_token stop_;                     // Serve's, of its thread
+  std::optional<Offered> offered_;           // likewise
+  int offers_ = 0;                           // likewise
   std::optional<procedure::Screen> screen_;  // of Serve's thread
   std::jthread worker_;                      // last: it uses everything above
 };
+
+/// What was given, and of what it leads to the rest.
+[[nodiscard]] Arguments Completed(Arguments given, const Offer& offer);
 
 /// The answer of a kind in a folder's result.json. Errors: kInput: not there, none of the kind.
 [[nodiscard]] Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind);

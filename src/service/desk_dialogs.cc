@@ -1,8 +1,11 @@
 // What a desk says on the printer's own screen, and what the printer's macros ask of it.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "base/url_secrets.h"
+#include "machine/net/host_clock.h"
 #include "service/desk.h"
 
 namespace trammel::service {
@@ -16,11 +19,14 @@ constexpr std::size_t kMostCalls = 8;
 constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
 constexpr std::size_t kLongestArgument = 200;
 
-// What a macro hands over, of what the job takes; empty texts are none.
-Arguments ArgumentsOf(const json& called, const JobKind& kind) {
+constexpr const char* kToken = "token";
+constexpr const char* kStartMacro = "_TRAMMEL_START";
+
+// What a macro hands over, of what is taken; empty texts are none.
+Arguments ArgumentsOf(const json& called, const std::vector<std::string>& names) {
   Arguments arguments;
   if (!called.is_object()) return arguments;
-  for (const std::string& name : kind.arguments) {
+  for (const std::string& name : names) {
     const auto found = called.find(name);
     if (found == called.end() || !found->is_string()) continue;
     const auto& text = found->get_ref<const std::string&>();
@@ -32,15 +38,16 @@ Arguments ArgumentsOf(const json& called, const JobKind& kind) {
 }  // namespace
 
 Result<void> Desk::Register(const std::stop_token& stop) {
-  const auto add = [&](const std::string& method, Call::What what,
-                       const JobKind* job) -> Result<void> {
+  const auto add = [&](const std::string& method, Call::What what, const JobKind* job,
+                       std::vector<std::string> names = {}) -> Result<void> {
     if (method.empty()) return {};
+    if (job != nullptr) names = job->arguments;
     return printer_->RegisterRemoteMethod(
         method,
-        [this, what, job](const json& called) {
+        [this, what, job, names](const json& called) {
           const std::lock_guard lock(mutex_);
           if (calls_.size() < kMostCalls) {
-            calls_.push_back({what, job, job != nullptr ? ArgumentsOf(called, *job) : Arguments()});
+            calls_.push_back({what, job, ArgumentsOf(called, names)});
           }
           called_.notify_all();
         },
@@ -50,6 +57,7 @@ Result<void> Desk::Register(const std::stop_token& stop) {
     if (auto done = add(job.offer_method, Call::What::kOffer, &job); !done) return done;
     if (auto done = add(job.start_method, Call::What::kStart, &job); !done) return done;
   }
+  if (auto done = add("trammel_start", Call::What::kConfirm, nullptr, {kToken}); !done) return done;
   if (auto done = add("trammel_apply", Call::What::kApply, nullptr); !done) return done;
   if (auto done = add("trammel_dismiss", Call::What::kDismiss, nullptr); !done) return done;
   return add("trammel_new_nozzle", Call::What::kNewNozzle, nullptr);
@@ -118,6 +126,8 @@ void Desk::Answer(const Call& call) {
   switch (call.what) {
     case Call::What::kOffer:
       return ShowOffer(call);
+    case Call::What::kConfirm:
+      return AnswerConfirmed(call);
     case Call::What::kStart:
     case Call::What::kApply:
       return AnswerStart(call);
@@ -136,21 +146,54 @@ void Desk::AnswerStart(const Call& call) {
     return begun ? void() : Show({"not applied: " + begun.error().message}, false);
   }
   const auto offer = call.job->check(options_.place, call.arguments);
-  const auto begun =
-      offer ? Begin({call.job->name, call.arguments, {}, call.job}) : tl::unexpected(offer.error());
+  const auto begun = offer
+                         ? Begin({call.job->name, Completed(call.arguments, *offer), {}, call.job})
+                         : tl::unexpected(offer.error());
   if (begun) return;
   options_.log("trammel: " + begun.error().message);
   Show({"no calibration: " + begun.error().message, procedure::Buttons::kClose}, false);
 }
 
+// A dialog stays on many screens, and comes back with a page that is loaded anew: only the one that
+// was opened last begins anything, and once.
+void Desk::AnswerConfirmed(const Call& call) {
+  const auto token = call.arguments.find(kToken);
+  const bool open = offered_ && token != call.arguments.end() && token->second == offered_->token &&
+                    machine::HostNow() < offered_->until_s;
+  if (!open) {
+    return Show({"that dialog is closed, and nothing was started: ask anew"}, false);
+  }
+  Offered offered = std::move(*offered_);
+  offered_.reset();
+  AnswerStart({Call::What::kStart, offered.job, std::move(offered.arguments)});
+}
+
+bool Desk::HasOurMacros() {
+  const auto known = printer_->HasCommand(kStartMacro, {kCommand_s, stop_});
+  if (!known || *known) return true;  // a printer that does not tell shows what it can
+  Show({fmt::format("no calibration: trammel.cfg on the printer is older than this trammel and has "
+                    "no {}. Copy the one of this trammel (klipper/trammel.cfg) beside printer.cfg, "
+                    "then FIRMWARE_RESTART",
+                    kStartMacro),
+        procedure::Buttons::kClose},
+       false);
+  return false;
+}
+
 void Desk::ShowOffer(const Call& call) {
+  if (!HasOurMacros()) return;
   const JobKind& job = *call.job;
   auto offer = job.offer ? job.offer(*printer_, options_.place, call.arguments)
                          : job.check(options_.place, call.arguments);
   if (!offer) {
+    options_.log("trammel: " + offer.error().message);
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
   }
-  Show({std::move(offer->question), job.start_buttons, {}, std::move(offer->start)}, false);
+  // Not of one service before it: names are told apart by the second in which it began, too.
+  const std::string token = fmt::format("{}-{}", CompactUtc(options_.utc_now()), ++offers_);
+  offered_ = Offered{token, &job, Completed(call.arguments, *offer),
+                     machine::HostNow() + options_.offer_lasts_s};
+  Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
 }
 
 std::optional<Desk::Words> Desk::WaitingWords() const {

@@ -211,9 +211,9 @@ RpcAnswer Desk::StartAsked(const json& params) {
     auto arguments = ArgumentsOf(params, *plan.kind);
     if (!arguments) return Invalid(arguments.error().message);
     plan.arguments = std::move(*arguments);
-    if (const auto offer = plan.kind->check(options_.place, plan.arguments); !offer) {
-      return RpcAnswer::Refused(kRefused, offer.error().message);
-    }
+    const auto offer = plan.kind->check(options_.place, plan.arguments);
+    if (!offer) return RpcAnswer::Refused(kRefused, offer.error().message);
+    plan.arguments = Completed(std::move(plan.arguments), *offer);
   }
   const auto run = Begin(std::move(plan));
   if (!run) {

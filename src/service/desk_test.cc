@@ -84,7 +84,6 @@ class DeskTest : public ::testing::Test {
     kind.apply = [](const std::string& folder, const Arguments&) {
       return std::vector<std::string>{"pa", "apply", folder};
     };
-    kind.set_line = "applied ";
     kind.in_force = [this](const machine::PrinterState& state) {
       in_force_();
       const bool ready = state.readiness == machine::PrinterReadiness::kReady;
@@ -103,7 +102,7 @@ class DeskTest : public ::testing::Test {
     }
     if (offer_) kind.offer = offer_;
     kind.offer_method = "offer_it";
-    kind.start_method = "start_it";
+    if (starts_unasked_) kind.start_method = "start_it";
     const PrinterPlace place{
         .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
     desk_ = std::make_unique<Desk>(DeskOptions{place,
@@ -114,7 +113,8 @@ class DeskTest : public ::testing::Test {
                                                folder_.path(),
                                                {kind},
                                                [] { return std::string(kUtc); },
-                                               [](const std::string&) {}});
+                                               [](const std::string&) {},
+                                               offer_lasts_s_});
   }
 
   void Serve() {
@@ -172,6 +172,21 @@ class DeskTest : public ::testing::Test {
     }
     return words;
   }
+  // What a command writes down when it has set the answer.
+  std::string Notes(files::Application::Step step = files::Application::Step::kApplied) {
+    const fs::path file = folder_.path() / "noted";
+    fs::remove(file);
+    EXPECT_TRUE(files::NoteApplication(file, OutcomeWith(kGoodAnswer), {kUtc, "voron", step}));
+    return "cat \"$here/noted\" >> \"$here/applied.jsonl\"\n";
+  }
+  // The token of the dialog that was opened last.
+  std::string Token() {
+    const std::string key = "TOKEN=";
+    WaitUntil([&] { return !printer_.LastScriptWith(key).empty(); });
+    const std::string dialog = printer_.LastScriptWith(key);
+    const std::size_t at = dialog.find(key) + key.size();
+    return dialog.substr(at, dialog.find(' ', at) - at);
+  }
   // A printer's macro calls us, on the connection's thread.
   void CallMacro(const std::string& method, const json& arguments = json::object()) {
     WaitUntil([&] { return printer_.Registered(method); });
@@ -186,6 +201,8 @@ class DeskTest : public ::testing::Test {
   std::string blocker_;
   std::string also_;
   std::string message_;
+  bool starts_unasked_ = false;
+  double offer_lasts_s_ = 600;
   bool was_working_ = false;
   std::unique_ptr<Desk> desk_;
   std::jthread server_;
@@ -250,7 +267,7 @@ TEST_F(DeskTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["message"], "T1 and T2");
   EXPECT_EQ(Status()["proposal"]["answer"], "T1 and T2");
-  Program("echo 'applied           SET 1'\necho 'trammel: T2 did not answer' >&2\n", 3);
+  Program(Notes() + "echo 'trammel: T2 did not answer' >&2\n", 3);
   (void)Ask("start", {{"job", "apply"}});
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["message"], "set in part: T2 did not answer");
@@ -283,8 +300,8 @@ TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
   CallMacro("trammel_dismiss");  // behind it
   WaitUntil([this] { return printer_.ScriptsRun() >= 2; });
   StopServing();
-  EXPECT_THAT(printer_.scripts,
-              Contains("TRAMMEL_ASK BUTTONS=start TOOLS=0,1 MSG=\"Is it extruder?\""));
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=start TOKEN=20260102T030405Z-1 "
+                                         "MSG=\"Is it extruder?\""));
 }
 
 TEST_F(DeskTest, TheDialogSaysAllThatUsingTheAnswerWritesAndWhatBelongsToIt) {
@@ -502,8 +519,8 @@ TEST_F(DeskTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   Serve();
   (void)Start();
   WaitForEnd();
-  Program("echo 'applied           SET 0.0172'\necho 'trammel: the printer keeps nothing' >&2\n",
-          1);
+  // Whatever its sentences begin with: what is noted of the result decides.
+  Program(Notes() + "echo 'set: 0.0172'\necho 'trammel: the printer keeps nothing' >&2\n", 1);
   (void)Ask("start", {{"job", "apply"}});
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "failed");
@@ -512,6 +529,26 @@ TEST_F(DeskTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
   StopServing();
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
+}
+
+TEST_F(DeskTest, WhatIsNotNotedAsSetIsNotAppliedWhateverWasSaid) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  // The same result, set on a day before.
+  (void)Notes();
+  fs::copy_file(folder_.path() / "noted", folder_.path() / "applied.jsonl");
+  Program("echo 'applied           nothing at all'\necho 'trammel: it refused' >&2\n", 1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "it refused");
+  // Begun, and nobody knows.
+  Program(Notes(files::Application::Step::kBegun) + "echo 'trammel: it refused' >&2\n", 1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("not applied: it refused")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("kept as asked"))));
 }
 
 // Neither "applied" nor "not applied" would be true.
@@ -533,17 +570,76 @@ TEST_F(DeskTest, MacrosAskOfferStartAndDrop) {
   Serve();
   CallMacro("trammel_apply");
   CallMacro("offer_it", {{"filament", "PLA+"}, {"other", 3}});
-  CallMacro("start_it", {{"filament", "PLA+"}});
+  CallMacro("trammel_start", {{"token", Token()}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
   CallMacro("trammel_dismiss");
   WaitUntil([this] { return Status()["proposal"] == nullptr; });
   StopServing();
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing to apply")));
-  EXPECT_THAT(printer_.scripts,
-              Contains("TRAMMEL_ASK BUTTONS=start FILAMENT=key MSG=\"Is the bed empty?\""));
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=start TOKEN=20260102T030405Z-1 "
+                                         "MSG=\"Is the bed empty?\""));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("at work")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing applied")));
+}
+
+TEST_F(DeskTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
+  Serve();
+  for (const json& given : {json::object(), json{{"token", ""}}, json{{"token", 3}},
+                            json{{"token", "20260102T030405Z-1"}}}) {
+    CallMacro("trammel_start", given);  // no dialog is open
+  }
+  CallMacro("offer_it");
+  const std::string first = Token();
+  CallMacro("offer_it", {{"filament", "PLA+"}});
+  WaitUntil([&] { return Token() != first; });
+  CallMacro("trammel_start", {{"token", first}});  // of a page that was not loaded anew
+  CallMacro("trammel_start", {{"token", Token()}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["arguments"], (json{{"filament", "PLA+"}}));
+  const std::string used = Token();
+  CallMacro("trammel_dismiss");
+  CallMacro("trammel_start", {{"token", used}});
+  WaitUntil([this] {
+    return !printer_.LastScriptWith("nothing to drop").empty() || Status()["proposal"] == nullptr;
+  });
+  CallMacro("trammel_dismiss");  // behind it
+  WaitUntil([this] { return !printer_.LastScriptWith("nothing to drop").empty(); });
+  StopServing();
+  int closed = 0;
+  for (const std::string& script : printer_.scripts) {
+    closed += script.find("that dialog is closed, and nothing was started") != std::string::npos;
+  }
+  EXPECT_EQ(closed, 6);
+}
+
+TEST_F(DeskTest, AnOldDialogBeginsNothing) {
+  offer_lasts_s_ = 0;
+  MakeDesk();
+  Serve();
+  CallMacro("offer_it");
+  CallMacro("trammel_start", {{"token", Token()}});
+  WaitUntil([this] { return !printer_.LastScriptWith("that dialog is closed").empty(); });
+  EXPECT_EQ(Status()["run"], nullptr);
+}
+
+TEST_F(DeskTest, WhereThePrintersMacrosAreOlderItIsSaidInPlaceOfADialog) {
+  printer_.unknown["_TRAMMEL_START"] = true;
+  Serve();
+  CallMacro("offer_it");
+  WaitUntil([this] { return !printer_.LastScriptWith("BUTTONS=close").empty(); });
+  EXPECT_THAT(printer_.LastScriptWith("BUTTONS=close"),
+              HasSubstr("trammel.cfg on the printer is older than this trammel"));
+}
+
+TEST_F(DeskTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
+  starts_unasked_ = true;
+  MakeDesk();
+  Serve();
+  CallMacro("start_it", {{"filament", "PLA+"}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
 }
 
 TEST_F(DeskTest, WhereAFailedUpdateTookTheProgramAwayItIsNamed) {

@@ -29,7 +29,9 @@ using Arguments = std::map<std::string, std::string>;
 /// What is put before the owner before a job is started from a dialog.
 struct Offer {
   std::string question;
-  Arguments start = {};  ///< what the start button hands on: values of [A-Za-z0-9_.,-]+
+  /// What follows from the arguments that were given, and stands in for those that were not; also
+  /// what the button of the dialog after the job hands on: values of [A-Za-z0-9_.,-]+.
+  Arguments start = {};
 };
 
 /// The answer of a job, in words.
@@ -59,10 +61,7 @@ struct JobKind {
   bool looks = true;  ///< it takes --camera
   /// The command that sets its answer, with the folder of the run; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
-  /// How a line of that command begins once the answer is set; what fails afterwards does not take
-  /// it back. Empty: it is set where the command ends well.
-  std::string set_line = {};
-  /// What is to be said where something fails after that line.
+  /// What is to be said where something fails after the answer was set.
   std::string set_in_part = "applied, and not kept as asked for";
   /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
   std::function<std::string(const Arguments&)> use = {};
@@ -80,9 +79,11 @@ struct JobKind {
   procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
   procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
   std::vector<std::string> copies = {};  ///< stems of the uploads that it copies into its folder
-  std::string picture = {};              ///< of its answer, a PNG in its folder; empty: none
-  std::string offer_method;              ///< that a macro calls to be asked; empty: none
-  std::string start_method;              ///< that a macro calls to start it; empty: none
+  std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
+  std::string offer_method;  ///< that a macro calls to be asked; empty: none
+  /// That a macro calls to start it unasked; empty: none. REQUIRES that it neither moves, heats nor
+  /// lights anything.
+  std::string start_method;
 
   [[nodiscard]] bool has_answer() const { return answer || !quantity.empty(); }
 };

@@ -130,7 +130,7 @@ Error Taken(const std::string& owner) {
       fmt::format("another trammel has this printer: {} (computer.run); wait for its end. Where "
                   "it is dead, look to laser and heaters, then call {} in the printer's "
                   "console; its limit ends by itself, too",
-                  owner, kRelease)};
+                  owner, kReleaseByHand)};
 }
 
 }  // namespace

@@ -35,6 +35,14 @@ class FakePrinter : public machine::Printer {
     const std::lock_guard lock(mutex_);
     return scripts.size();
   }
+  /// The last script that holds this; empty: none does.
+  [[nodiscard]] std::string LastScriptWith(const std::string& part) const {
+    const std::lock_guard lock(mutex_);
+    for (auto script = scripts.rbegin(); script != scripts.rend(); ++script) {
+      if (script->find(part) != std::string::npos) return *script;
+    }
+    return {};
+  }
   [[nodiscard]] bool Registered(const std::string& method) const {
     const std::lock_guard lock(mutex_);
     return methods.contains(method);

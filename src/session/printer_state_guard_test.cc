@@ -210,7 +210,7 @@ TEST_F(PrinterStateGuardTest, DoesNotStopAPrinterThatIsOnlyAway) {
 TEST_F(PrinterStateGuardTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
   PrinterStateGuard guard = Begun();
   EXPECT_THAT(guard.Restore(), IsEmpty());
-  EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE OWNER=" + session_.owner);
+  EXPECT_EQ(printer_.scripts.back(), "_TRAMMEL_RELEASE OWNER=" + session_.owner);
 }
 
 TEST_F(PrinterStateGuardTest, CancelsItsOwnPrintAndLiftsTheNozzleOffIt) {

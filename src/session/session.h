@@ -44,7 +44,9 @@ struct Session {
 /// The macro by which the printer's own limit for laser and heaters begins anew, and the one that
 /// ends it (klipper/trammel.cfg).
 inline constexpr const char* kKeepAlive = "TRAMMEL_KEEP_ALIVE";
-inline constexpr const char* kRelease = "TRAMMEL_RELEASE";
+inline constexpr const char* kRelease = "_TRAMMEL_RELEASE";
+/// The macro by which a person does the same, after a dialog.
+inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";
 
 /// Tells the printer that somebody still looks after it. Nothing where it has no limit.
 /// Errors: kMachine, also where the printer belongs to another trammel by now.

@@ -50,7 +50,7 @@ struct ScanSettings {
   double scan_nozzle_temperature_c = 150;  ///< the nozzle cools to this before the scan: no ooze;
                                            ///< 0: off, and no waiting
   double heat_time_limit_s = 900;
-  std::string laser_on_gcode = "LASER_ON";
+  std::string laser_on_gcode = "_LASER_ON";
   std::string laser_off_gcode = "LASER_OFF";
   std::string lights_off_gcode;
   std::string lights_on_gcode;

@@ -193,10 +193,10 @@ std::vector<Case> BeforeItBegins() {
        kMachine,
        {"busy", "someone_elses_vase.gcode"}});
   cases.push_back(
-      {{"NoLaserMacro", [](ShopOptions& options) { options.klipper.macros.erase("LASER_ON"); },
+      {{"NoLaserMacro", [](ShopOptions& options) { options.klipper.macros.erase("_LASER_ON"); },
         WorkedWith},
        kMachine,
-       {"laser_on_gcode", "LASER_ON"}});
+       {"laser_on_gcode", "_LASER_ON"}});
   cases.push_back({{"UnknownStartMacro",
                     [](ShopOptions& options) {
                       options.config["printer"] =
@@ -240,7 +240,7 @@ std::vector<Case> BeforeItBegins() {
                     },
                     WorkedWith},
                    kMachine,
-                   {"does not see the laser", "LASER_ON"}});
+                   {"does not see the laser", "_LASER_ON"}});
   // What is refused before anything is printed leaves nothing behind.
   for (Case& one : cases) {
     const std::string& name = one.scenario.name;
@@ -326,8 +326,8 @@ std::vector<Case> InTheMiddle() {
       printing("HeaterFails", weak_nozzle, kMachine, {"extruder", "not heating"}),
       sweeping("HeaterFails", weak_bed, kMachine, {"heater_bed", "not heating"}),
       sweeping("MacroVanishes",
-               Klipper([](VirtualKlipper& klipper) { klipper.macros().erase("LASER_ON"); }),
-               kMachine, {"LASER_ON", "Unknown command"}),
+               Klipper([](VirtualKlipper& klipper) { klipper.macros().erase("_LASER_ON"); }),
+               kMachine, {"_LASER_ON", "Unknown command"}),
       sweeping("LaserOffVanishes",
                [](MachineShop& shop, TrammelProcess& process) {
                  shop.With([](VirtualKlipper& klipper) { klipper.macros().erase("LASER_OFF"); });

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -107,11 +108,11 @@ TEST(KlipperMacros, TheDefaultsOfTheScanAreAmongThem) {
 
 TEST(KlipperMacros, TheLaserIsLimitedBeforeItIsOnAndOffWhereTheBoardShutsDown) {
   const auto sections = ReadSections();
-  const std::string& on = sections.at("gcode_macro LASER_ON");
+  const std::string& on = sections.at("gcode_macro _LASER_ON");
   EXPECT_LT(on.find("UPDATE_DELAYED_GCODE ID=_trammel_laser_limit"), on.find("SET_PIN"));
   for (const auto& [header, text] : sections) {
     const bool switches_on = text.find("PIN=trammel_laser VALUE=1") != std::string::npos;
-    EXPECT_EQ(switches_on, header == "gcode_macro LASER_ON") << header;
+    EXPECT_EQ(switches_on, header == "gcode_macro _LASER_ON") << header;
   }
   EXPECT_THAT(sections.at("delayed_gcode _trammel_laser_limit"),
               testing::HasSubstr("SET_PIN PIN=trammel_laser VALUE=0"));
@@ -128,7 +129,7 @@ TEST(KlipperMacros, TheHeatersLimitSwitchesLaserAndHeatersOff) {
 
 TEST(KlipperMacros, ATapRisesSlowlyBehindTheProbeAndAsksWhenItIsDone) {
   const auto sections = ReadSections();
-  const std::string& tap = sections.at("gcode_macro TRAMMEL_TAP");
+  const std::string& tap = sections.at("gcode_macro _TRAMMEL_TAP");
   // One PROBE leaves one tap: several samples would lift the nozzle in between.
   EXPECT_THAT(tap, testing::HasSubstr("PROBE {rawparams} SAMPLES=1\n"));
   EXPECT_LT(tap.find("PROBE {"), tap.find("_TRAMMEL_TAP_RISE"));
@@ -151,19 +152,19 @@ TEST(KlipperMacros, ThePrinterBelongsToOneRunUntilItIsReleasedOrItsLimitIsReache
   const std::string& alive = sections.at("gcode_macro TRAMMEL_KEEP_ALIVE");
   EXPECT_LT(alive.find("action_raise_error"), alive.find("SET_GCODE_VARIABLE"));
   const std::string free = "SET_GCODE_VARIABLE MACRO=_TRAMMEL_RUN VARIABLE=owner VALUE=\"''\"";
-  EXPECT_THAT(sections.at("gcode_macro TRAMMEL_RELEASE"), testing::HasSubstr(free));
+  EXPECT_THAT(sections.at("gcode_macro _TRAMMEL_RELEASE"), testing::HasSubstr(free));
   EXPECT_THAT(sections.at("delayed_gcode _trammel_heater_limit"), testing::HasSubstr(free));
 }
 
 TEST(KlipperMacros, AReleaseTellsWhichHeatersStayOn) {
-  EXPECT_THAT(ReadSections().at("gcode_macro TRAMMEL_RELEASE"), testing::HasSubstr("stays on"));
+  EXPECT_THAT(ReadSections().at("gcode_macro _TRAMMEL_RELEASE"), testing::HasSubstr("stays on"));
 }
 
 // What calls trammel is refused while a print is on its way, and says where nobody answers.
 TEST(KlipperMacros, WhoeverAsksLooksForAPrintFirstAndWaitsForAnAnswer) {
   const auto sections = ReadSections();
-  for (const char* name : {"TRAMMEL_PA", "TRAMMEL_PRINT_PATTERN", "TRAMMEL_PA_PHOTO",
-                           "TRAMMEL_OFFSET", "TRAMMEL_PRINT_SHEET", "TRAMMEL_OFFSET_SCAN"}) {
+  for (const char* name : {"TRAMMEL_PA", "TRAMMEL_PA_PATTERN", "_TRAMMEL_START", "TRAMMEL_PA_PHOTO",
+                           "TRAMMEL_OFFSET", "TRAMMEL_OFFSET_SCAN"}) {
     const std::string& text = sections.at(std::string("gcode_macro ") + name);
     const std::size_t asks = text.find("action_call_remote_method");
     ASSERT_NE(asks, std::string::npos) << name;
@@ -181,9 +182,64 @@ TEST(KlipperMacros, TheButtonsOfADialogCallMacrosAndHandOnWhatTheyWereGiven) {
   for (const std::string& macro : called) {
     EXPECT_TRUE(sections.contains("gcode_macro " + macro)) << macro;
   }
-  EXPECT_THAT(called, testing::IsSupersetOf({"TRAMMEL_PRINT_SHEET", "TRAMMEL_OFFSET_SCAN"}));
-  EXPECT_THAT(ask, testing::HasSubstr("\"TOOLS\""));
-  EXPECT_THAT(sections.at("gcode_macro TRAMMEL_PRINT_SHEET"), testing::HasSubstr("params.TOOLS"));
+  EXPECT_THAT(called, testing::IsSupersetOf({"_TRAMMEL_START", "TRAMMEL_OFFSET_SCAN"}));
+  EXPECT_THAT(ask, testing::HasSubstr("\"TOKEN\""));
+  EXPECT_THAT(sections.at("gcode_macro _TRAMMEL_START"), testing::HasSubstr("token=params.TOKEN"));
+}
+
+/// The macros that a macro calls, and what those call.
+std::set<std::string> Called(const std::map<std::string, std::string>& sections,
+                             const std::string& macro, std::set<std::string> known = {}) {
+  for (const std::string& name :
+       WordsAfter(sections.at("gcode_macro " + macro), "\\n *(?=_?[A-Z])")) {
+    if (!sections.contains("gcode_macro " + name) || !known.insert(name).second) continue;
+    known.merge(Called(sections, name, known));
+  }
+  return known;
+}
+
+// Front ends make a button of each macro whose name does not begin with "_".
+TEST(KlipperMacros, WhatIsAButtonNeitherHeatsNorMovesNorLightsNorBeginsAJob) {
+  const auto sections = ReadSections();
+  const std::regex acts(
+      "\\n *(G0|G1|G2|G3|G28|PROBE|M104|M109|M140|M190|SET_HEATER_TEMPERATURE|TEMPERATURE_WAIT|"
+      "MANUAL_STEPPER|FORCE_MOVE|SET_PIN [^\\n]*VALUE=[^0\\n])");
+  std::size_t buttons = 0;
+  for (const auto& [header, text] : sections) {
+    const std::string kind = "gcode_macro ";
+    if (!header.starts_with(kind) || header[kind.size()] == '_') continue;
+    ++buttons;
+    const std::string name = header.substr(kind.size());
+    std::set<std::string> all = Called(sections, name);
+    all.insert(name);
+    for (const std::string& each : all) {
+      const std::string& body = sections.at(kind + each);
+      EXPECT_FALSE(std::regex_search(body, acts)) << name << " by " << each;
+      EXPECT_THAT(body, testing::Not(testing::HasSubstr("\"trammel_start\""))) << name;
+    }
+    // A run's limit goes with its release.
+    EXPECT_FALSE(all.contains("_TRAMMEL_RELEASE")) << name;
+  }
+  EXPECT_GE(buttons, 15U);
+  for (const char* old : {"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "TRAMMEL_PRINT_PATTERN",
+                          "TRAMMEL_PRINT_SHEET", "LASER_ON"}) {
+    EXPECT_FALSE(sections.contains(std::string("gcode_macro ") + old)) << old;
+  }
+}
+
+TEST(KlipperMacros, WhatADialogOfMacrosBeginsLooksFirstWhetherItIsOpen) {
+  const auto sections = ReadSections();
+  std::size_t dialogs = 0;
+  for (const auto& [header, text] : sections) {
+    for (const std::string& macro : WordsAfter(text, "_TRAMMEL_CONFIRM [^\\n]*MACRO=")) {
+      const std::string& button = sections.at("gcode_macro " + macro);
+      EXPECT_THAT(button, testing::HasSubstr("gcode:\n    _TRAMMEL_CONFIRMED TOKEN=")) << macro;
+      ++dialogs;
+    }
+  }
+  EXPECT_EQ(dialogs, 3U);
+  const std::string& confirmed = sections.at("gcode_macro _TRAMMEL_CONFIRMED");
+  EXPECT_LT(confirmed.find("action_raise_error"), confirmed.find("VALUE=\"''\""));
 }
 
 TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {

@@ -17,13 +17,13 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
-constexpr const char* kCalibrate = "TRAMMEL_CALIBRATE_PRESSURE_ADVANCE";
+constexpr const char* kClosed = "that dialog is closed, and nothing was started";
 
 ShopOptions WithMacros() {
   ShopOptions options;
   auto& macros = options.klipper.macros;
   macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};  // anything: that it was called counts
-  macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
+  macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
   return options;
 }
 
@@ -56,6 +56,15 @@ class Listen : public testing::Test {
     int before = 0;
     shop_->With([&](sim::VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
     shop_->Script(macro);
+    WaitToHear(answer, before);
+  }
+
+  // Asks for a calibration and presses the dialog's button.
+  void Calibrate(const std::string& answer, const std::string& parameters = "") {
+    int before = 0;
+    shop_->With([&](sim::VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
+    Ask("TRAMMEL_PA" + parameters, "TRAMMEL_ASK BUTTONS=start");
+    shop_->Confirm();
     WaitToHear(answer, before);
   }
 
@@ -94,11 +103,16 @@ class Listen : public testing::Test {
 TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   Start(WithMacros());
   Ask("TRAMMEL_APPLY", "nothing to apply");
-  Ask("TRAMMEL_PA FILAMENT=\"PLA+ 50%\"", "TRAMMEL_ASK BUTTONS=start FILAMENT=pla__2b_50__25 ");
-  const std::string calibrate = std::string(kCalibrate) + " FILAMENT=pla__2b_50__25";
-  Ask(calibrate, "TRAMMEL_KEEP_ALIVE");
+  // A click on any macro begins nothing, and neither does the button of a dialog that is closed.
+  Ask("_TRAMMEL_START", kClosed);
+  Ask("_TRAMMEL_START TOKEN=20260102T030405Z-1", kClosed);
+  Ask("TRAMMEL_PA FILAMENT=\"PLA+ 50%\"", "TRAMMEL_ASK BUTTONS=start TOKEN=");
+  EXPECT_EQ(shop_->Look().bed_target_c, before_.bed_target_c);
+  const std::string filament = " FILAMENT=\"PLA+ 50%\"";
+  Calibrate("TRAMMEL_KEEP_ALIVE", filament);
   WaitToHear("heating");
-  Ask(kCalibrate, "already at work");
+  shop_->Confirm();  // a second press
+  WaitToHear("already at work");
   Ask("TRAMMEL_APPLY", "still calibrating");
   WaitToHear("M117 scanning line 1");
   int asked = 1;
@@ -106,7 +120,7 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   while (!HasAnswer()) {
     ASSERT_LT(asked, kMostTimes) << process_->StandardErrorSoFar();
     Ask("TRAMMEL_APPLY", "nothing to apply");
-    Ask(calibrate, "TRAMMEL_KEEP_ALIVE");
+    Calibrate("TRAMMEL_KEEP_ALIVE", filament);
     ++asked;
   }
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
@@ -133,14 +147,14 @@ TEST_F(Listen, OffersNothingForANameThatIsNone) {
   Start(WithMacros());
   Ask("TRAMMEL_PA FILAMENT=\" \"", "TRAMMEL_ASK BUTTONS=close");
   Ask("TRAMMEL_DISMISS", "nothing to drop");
-  Ask("TRAMMEL_PA", "TRAMMEL_ASK BUTTONS=start MSG=");
+  Ask("TRAMMEL_PA", "TRAMMEL_ASK BUTTONS=start TOKEN=");
 }
 
 TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
   ShopOptions options = WithMacros();
   options.with_camera = false;
   Start(options);
-  Ask(kCalibrate, "no calibration: camera");
+  Calibrate("no calibration: camera");
   shop_->Script("FIRMWARE_RESTART");
   shop_->WaitUntil(
       [](sim::VirtualKlipper& klipper) {
@@ -155,11 +169,11 @@ TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
   // button meanwhile presses it again.
   bool heard = false;
   for (int attempt = 0; attempt < 20 && !heard; ++attempt) {
-    shop_->Script(kCalibrate);
+    shop_->Script("TRAMMEL_PA");
     try {
       shop_->WaitUntil(
-          [](sim::VirtualKlipper& klipper) { return TimesRead(klipper, "no calibration") >= 2; },
-          "a second answer came", *process_, 1);
+          [](sim::VirtualKlipper& klipper) { return TimesRead(klipper, "BUTTONS=start") >= 2; },
+          "it asked again", *process_, 1);
       heard = true;
     } catch (const std::runtime_error&) {
       ASSERT_TRUE(process_->Running()) << process_->StandardErrorSoFar();
@@ -184,14 +198,14 @@ TEST_F(Listen, HeatsNothingWhereTheSettingsNameNoMaterial) {
     return times;
   };
   const int before = heated();
-  Ask(kCalibrate, "no calibration");
+  Ask("TRAMMEL_PA", "no calibration");
   EXPECT_THAT(process_->StandardErrorSoFar(), HasSubstr("[filament] bed_temperature"));
   EXPECT_EQ(heated(), before);
 }
 
 TEST_F(Listen, ATermInTheMiddleOfASweepLeavesThePrinterAsItWas) {
   Start(WithMacros());
-  Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+  Calibrate("TRAMMEL_KEEP_ALIVE");
   shop_->WaitUntilSweeping(1, *process_);
   process_->Send(SIGTERM);
   const ProcessEnd end = process_->Wait(kEnough_s);

@@ -163,6 +163,20 @@ void MachineShop::Script(const std::string& gcode) const {
   }
 }
 
+void MachineShop::Confirm() const {
+  const std::string key = " TOKEN=";
+  std::string token;
+  With([&](sim::VirtualKlipper& klipper) {
+    for (const sim::ReadLine& line : klipper.history().lines) {
+      const std::size_t at = line.text.find(key);
+      if (!line.text.starts_with("TRAMMEL_ASK ") || at == std::string::npos) continue;
+      const std::size_t begin = at + key.size();
+      token = line.text.substr(begin, line.text.find(' ', begin) - begin);
+    }
+  });
+  Script("_TRAMMEL_START TOKEN=" + token);
+}
+
 PrinterLook MachineShop::Look() const {
   PrinterLook look;
   With([&](sim::VirtualKlipper& klipper) {

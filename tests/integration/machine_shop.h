@@ -77,6 +77,8 @@ class MachineShop {
   void With(const std::function<void(sim::VirtualKlipper&)>& function) const;
   /// Runs G-code as if from the printer's own screen, and waits until it was read.
   void Script(const std::string& gcode) const;
+  /// Presses the first button of the dialog that trammel opened last.
+  void Confirm() const;
   [[nodiscard]] PrinterLook Look() const;
 
   /// Runs the calibration with the shop's settings: `pa calibrate --printer … --out rec` and more.

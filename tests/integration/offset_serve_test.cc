@@ -83,6 +83,15 @@ class OffsetServe : public testing::Test {
     shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesRead(klipper, answer) > before; },
                      "the printer was told: " + answer, *service_, kEnough_s);
   }
+  /// Asks for a sheet, presses the dialog's button, and waits until the printer was told this.
+  void Print(const std::string& parameters, const std::string& answer) {
+    Ask("TRAMMEL_OFFSET" + parameters, "TRAMMEL_ASK BUTTONS=sheet TOKEN=");
+    int before = 0;
+    shop_->With([&](VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
+    shop_->Confirm();
+    shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesRead(klipper, answer) > before; },
+                     "the printer was told: " + answer, *service_, kEnough_s);
+  }
   /// The folder of the last sheet.
   [[nodiscard]] std::string SheetFolder() const {
     std::string last;
@@ -140,11 +149,11 @@ class OffsetServe : public testing::Test {
 TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
   Open();
   Ask("TRAMMEL_OFFSET",
-      "TRAMMEL_ASK BUTTONS=sheet MSG=\"Is A5 paper (148 mm along X, 210 along Y) taped flat on "
+      " MSG=\"Is A5 paper (148 mm along X, 210 along Y) taped flat on "
       "the COLD bed, its middle at X");
   EXPECT_EQ(Moves(), 0U);
   ExpectAllOff();
-  Ask("TRAMMEL_PRINT_SHEET", "TRAMMEL_ASK BUTTONS=scan MSG=\"Sheet printed, everything is off.");
+  Print("", "TRAMMEL_ASK BUTTONS=scan MSG=\"Sheet printed, everything is off.");
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   ExpectAllOff();
   Ask("TRAMMEL_OFFSET_SCAN", "no calibration: there is no scan in the folder trammel");
@@ -189,7 +198,7 @@ TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
 TEST_F(OffsetServe, WhatIsNoScanOfThisPrintIsRefusedByItsCause) {
   Open();
   Ask("TRAMMEL_OFFSET_SCAN", "no sheet was printed on localhost");
-  Ask("TRAMMEL_PRINT_SHEET TOOLS=0,1", "TRAMMEL_ASK BUTTONS=scan");
+  Print(" TOOLS=0,1", "TRAMMEL_ASK BUTTONS=scan");
   const std::string pattern = SheetFolder() + "/pattern.gcode";
   const std::string scan = ScanOf(pattern, 51);
   // An earlier print of the same sheet has the same number.
@@ -227,11 +236,10 @@ TEST_F(OffsetServe, BeginsNothingOnAWarmBedOrWithOneToolOrASecondTime) {
   options.klipper.bed.cool_s = 1e5;
   Open(options);
   shop_->With([](VirtualKlipper& klipper) { klipper.bed.temperature_c = 58; });
-  Ask("TRAMMEL_PRINT_SHEET", "wants a cold printer: heater_bed 5");
+  Print("", "wants a cold printer: heater_bed 5");
   Ask("TRAMMEL_OFFSET TOOLS=0,x", "no calibration: TOOLS must be a list of numbers");
   Ask("TRAMMEL_OFFSET TOOLS=0,1 TEMP=9", "no calibration: ");
-  Ask("TRAMMEL_OFFSET TOOLS=0,1 TEMP=200",
-      "TRAMMEL_ASK BUTTONS=sheet TEMP=200 TOOLS=0,1 MSG=\"Is A5 paper");
+  Ask("TRAMMEL_OFFSET TOOLS=0,1 TEMP=200", " MSG=\"Is A5 paper");
   EXPECT_EQ(Moves(), 0U);
   ExpectAllOff();
   // A guided start in a terminal has the printer while it asks.
@@ -243,7 +251,12 @@ TEST_F(OffsetServe, BeginsNothingOnAWarmBedOrWithOneToolOrASecondTime) {
         return shell->StandardErrorSoFar().find("[y/N]") != std::string::npos;
       },
       "it asked", *shell, kEnough_s);
-  Ask("TRAMMEL_PRINT_SHEET", "no calibration: the printer is taken");
+  shop_->Confirm();
+  shop_->WaitUntil(
+      [](VirtualKlipper& klipper) {
+        return TimesRead(klipper, "no calibration: the printer is taken") > 0;
+      },
+      "it refused", *service_, kEnough_s);
   shell->Type("n");
   (void)shell->Wait(kEnough_s);
   service_->Send(SIGTERM);
@@ -259,7 +272,8 @@ TEST_F(OffsetServe, KilledWhileItPrintsAllIsColdAndWhatWasPrintedIsNotMeasured) 
   ShopOptions options = Changer();
   options.hurry = 20;
   Open(options);
-  shop_->Script("TRAMMEL_PRINT_SHEET");
+  Ask("TRAMMEL_OFFSET", "TRAMMEL_ASK BUTTONS=sheet TOKEN=");
+  shop_->Confirm();
   shop_->WaitUntilPrinting(*service_);
   const ProcessEnd second = shop_->Run(
       {"offset", "start", "--yes", "move,paper", "--out", "other", "--printer", shop_->address()});
@@ -280,7 +294,7 @@ TEST_F(OffsetServe, WhereNobodyKeepsOffsetsTheAnswerIsShownAndNothingIsOffered) 
   options.klipper.extruders = 2;
   Open(options);
   Ask("TRAMMEL_OFFSET", "no calibration: the printer has several extruders");
-  Ask("TRAMMEL_PRINT_SHEET TOOLS=0,1", "TRAMMEL_ASK BUTTONS=scan");
+  Print(" TOOLS=0,1", "TRAMMEL_ASK BUTTONS=scan");
   Store("sheet.png", ScanOf(SheetFolder() + "/pattern.gcode", 71));
   Ask("TRAMMEL_OFFSET_SCAN", "TRAMMEL_ASK BUTTONS=close MSG=\"tool offsets T1");
   Ask("TRAMMEL_APPLY", "nothing to apply");

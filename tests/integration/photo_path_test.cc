@@ -31,9 +31,9 @@ constexpr std::size_t kMostBytes = std::size_t{64} << 20;
 ShopOptions WithoutLaser() {
   ShopOptions options;
   auto& macros = options.klipper.macros;
-  macros.erase("LASER_ON");
+  macros.erase("_LASER_ON");
   macros.erase("LASER_OFF");
-  macros["TRAMMEL_RELEASE"].lines = {"UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
+  macros["_TRAMMEL_RELEASE"].lines = {"UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   options.klipper.delayed_gcode.erase("LASER_LIMIT");
   options.klipper.delayed_gcode["TRAMMEL_LIMIT"] = {"TURN_OFF_HEATERS"};
   options.with_camera = false;
@@ -216,10 +216,15 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
     shop_.WaitUntil([&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > 0; },
                     "the printer was told: " + answer, service, kEnough_s);
   };
-  ask("TRAMMEL_PA_PATTERN FILAMENT=\"Generic PLA\"",
-      "TRAMMEL_ASK BUTTONS=print FILAMENT=generic_pla MSG=\"Is the bed empty?");
-  ask("TRAMMEL_PRINT_PATTERN FILAMENT=generic_pla",
-      "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla MSG=\"Pattern printed");
+  ask("TRAMMEL_PA_PATTERN FILAMENT=\"Generic PLA\"", " MSG=\"Is the bed empty?");
+  shop_.Confirm();
+  shop_.WaitUntil(
+      [](sim::VirtualKlipper& klipper) {
+        return TimesRead(klipper,
+                         "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla MSG=\"Pattern printed") >
+               0;
+      },
+      "the pattern was printed", service, kEnough_s);
   EXPECT_EQ(shop_.Look().bed_target_c, 0);
   ask("TRAMMEL_PA_PHOTO", "no calibration: there is no photo in the folder trammel");
   std::string run;
@@ -229,7 +234,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   }
   ASSERT_FALSE(run.empty());
   Upload("phone.jpg", PhotoOf(run));
-  ask("TRAMMEL_PA_PHOTO FILAMENT=generic_pla", "BUTTONS=use");
+  ask("TRAMMEL_PA_PHOTO", "BUTTONS=use");  // what was printed is noted
   ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
   service.Send(SIGTERM);

@@ -33,7 +33,7 @@ class Serve : public testing::Test {
   void Start(ShopOptions options = {}) {
     auto& macros = options.klipper.macros;
     macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};
-    macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
+    macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
     shop_ = std::make_unique<MachineShop>(std::move(options));
     shop_->Script(kWorkedWith);
     before_ = shop_->Look();

@@ -134,7 +134,7 @@ TEST(ConfigFile, SetsTheMachineThatScans) {
   EXPECT_EQ(scan.scan_speed_mm_s, 5);
   EXPECT_EQ(scan.scan_nozzle_temperature_c, 140);
   EXPECT_EQ(scan.lights_off_gcode, "SET_LED LED=chamber RED=0");
-  EXPECT_EQ(scan.laser_on_gcode, "LASER_ON");
+  EXPECT_EQ(scan.laser_on_gcode, "_LASER_ON");
   EXPECT_EQ(config->pattern.nozzle_temperature_c, PatternConfig{}.nozzle_temperature_c);
 }
 

@@ -77,7 +77,7 @@ TEST_F(SetupEyeTest, GoesThereSwitchesTheLightAndKeepsThePicture) {
   EXPECT_EQ(picture->width, 48);
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "stripe-01.jpg"));
   EXPECT_THAT(printer_.scripts, ElementsAre("G90\nG1 Z17.000 F300\nG1 X100.000 Y80.000 F9000",
-                                            "M400", "LIGHTS_OFF", "M400", "LASER_ON", "M400"));
+                                            "M400", "LIGHTS_OFF", "M400", "_LASER_ON", "M400"));
 }
 
 TEST_F(SetupEyeTest, TheLaserGoesOffBeforeTheLightsGoOn) {
@@ -87,7 +87,7 @@ TEST_F(SetupEyeTest, TheLaserGoesOffBeforeTheLightsGoOn) {
   const auto on = std::ranges::find(printer_.scripts, "LIGHTS_ON");
   EXPECT_LT(off, on);
   EXPECT_NE(on, printer_.scripts.end());
-  EXPECT_THAT(printer_.scripts, Not(Contains("LASER_ON")));
+  EXPECT_THAT(printer_.scripts, Not(Contains("_LASER_ON")));
 }
 
 TEST_F(SetupEyeTest, NothingMovesOutsideOfWhatIsClear) {

@@ -32,7 +32,7 @@ class SetUpCameraTest : public ::testing::Test {
     EXPECT_EQ(outcome.record.result.verdict(), Verdict::kRefused);
     const bool moved = std::ranges::any_of(printer_.scripts, [](const std::string& script) {
       return script.find("G1") != std::string::npos || script.find("G28") != std::string::npos ||
-             script.find("M104") != std::string::npos || script == "LASER_ON";
+             script.find("M104") != std::string::npos || script == "_LASER_ON";
     });
     EXPECT_FALSE(moved) << "moved, heated or lit before it was refused";
     return outcome.done ? Error{} : outcome.done.error();

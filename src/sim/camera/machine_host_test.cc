@@ -19,7 +19,7 @@ TEST(MachineHost, ShowsWhereTheHeadReallyIsAndWhatShines) {
   EXPECT_DOUBLE_EQ(host.At(1000).x_mm, options.klipper.physical_start_mm[0]);
   EXPECT_TRUE(host.At(1000).lights_on);
   double time_s = 1000;
-  Play(host, time_s, 40, "G28\nG1 X100 Y50 Z18 F6000\nM400\nLIGHTS_OFF\nLASER_ON");
+  Play(host, time_s, 40, "G28\nG1 X100 Y50 Z18 F6000\nM400\nLIGHTS_OFF\n_LASER_ON");
   Play(host, time_s, 3, "G1 X130 F400");
   const MachineView view = host.At(time_s);
   EXPECT_NEAR(view.speed_mm_s, 400.0 / 60, 1e-9);
@@ -54,7 +54,7 @@ TEST(MachineHost, HurriesOnlyWhereNoLaserHasShoneForTenSeconds) {
   host.With([](VirtualKlipper& klipper) { klipper.bed.temperature_c = 1e6; });
   EXPECT_NEAR(host.MachineTime(1002), 1 + 20, 1e-9);
   double time_s = 1002;
-  Play(host, time_s, 1, "LASER_ON");
+  Play(host, time_s, 1, "_LASER_ON");
   const double lit_s = host.MachineTime(time_s);
   Play(host, time_s, 60, "");
   EXPECT_NEAR(host.MachineTime(time_s), lit_s + 60, 1e-9);

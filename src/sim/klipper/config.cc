@@ -8,7 +8,7 @@ namespace trammel::sim {
 
 KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) {
   KlipperConfig config;
-  config.macros["LASER_ON"].lines = {
+  config.macros["_LASER_ON"].lines = {
       "SET_PIN PIN=LASER VALUE=1",
       fmt::format("UPDATE_DELAYED_GCODE ID=LASER_LIMIT DURATION={:.3f}", laser_limit_s)};
   config.macros["LASER_OFF"].lines = {"SET_PIN PIN=LASER VALUE=0",
@@ -18,26 +18,22 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["TRAMMEL_KEEP_ALIVE"].lines = {
       fmt::format("UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION={:.3f}", heater_limit_s)};
   config.macros["TRAMMEL_KEEP_ALIVE"].owner = OwnerRule::kTake;
-  config.macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF",
-                                            "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
-  config.macros["TRAMMEL_RELEASE"].owner = OwnerRule::kGive;
+  config.macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF",
+                                             "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
+  config.macros["_TRAMMEL_RELEASE"].owner = OwnerRule::kGive;
   config.macros["_TRAMMEL_RUN"].variables["owner"] = "";
-  for (const auto& [macro, method] :
-       {std::pair{"TRAMMEL_PA", "trammel_offer"},
-        std::pair{"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "trammel_pressure_advance"},
-        std::pair{"TRAMMEL_PA_PATTERN", "trammel_offer_pattern"},
-        std::pair{"TRAMMEL_PRINT_PATTERN", "trammel_pattern"},
-        std::pair{"TRAMMEL_PA_PHOTO", "trammel_photo"}}) {
+  for (const auto& [macro, method] : {std::pair{"TRAMMEL_PA", "trammel_offer"},
+                                      std::pair{"TRAMMEL_PA_PATTERN", "trammel_offer_pattern"},
+                                      std::pair{"TRAMMEL_PA_PHOTO", "trammel_photo"}}) {
     config.macros[macro].remote_method = method;
     config.macros[macro].remote_arguments = {{"filament", "FILAMENT", "", false}};
   }
+  config.macros["_TRAMMEL_START"].remote_method = "trammel_start";
+  config.macros["_TRAMMEL_START"].remote_arguments = {{"token", "TOKEN", "", false}};
   config.macros["TRAMMEL_PA_PHOTO"].remote_arguments.push_back({"file", "FILE", "", false});
-  for (const auto& [macro, method] : {std::pair{"TRAMMEL_OFFSET", "trammel_offer_sheet"},
-                                      std::pair{"TRAMMEL_PRINT_SHEET", "trammel_sheet"}}) {
-    config.macros[macro].remote_method = method;
-    config.macros[macro].remote_arguments = {{"tools", "TOOLS", "", false},
-                                             {"temp", "TEMP", "", false}};
-  }
+  config.macros["TRAMMEL_OFFSET"].remote_method = "trammel_offer_sheet";
+  config.macros["TRAMMEL_OFFSET"].remote_arguments = {{"tools", "TOOLS", "", false},
+                                                      {"temp", "TEMP", "", false}};
   config.macros["TRAMMEL_OFFSET_SCAN"].remote_method = "trammel_offset_scan";
   config.macros["TRAMMEL_OFFSET_SCAN"].remote_arguments = {{"file", "FILE", "", false}};
   config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
@@ -56,9 +52,9 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
 }
 
 void AddTapMacros(KlipperConfig& config, double answer_s) {
-  config.macros["TRAMMEL_TAP"].lines = {"PROBE {rawparams} SAMPLES=1",
-                                        "_TRAMMEL_TAP_RISE {rawparams}",
-                                        "_TRAMMEL_TAP_ASK SINCE={print_time}"};
+  config.macros["_TRAMMEL_TAP"].lines = {"PROBE {rawparams} SAMPLES=1",
+                                         "_TRAMMEL_TAP_RISE {rawparams}",
+                                         "_TRAMMEL_TAP_ASK SINCE={print_time}"};
   config.macros["_TRAMMEL_TAP_RISE"].lines = {
       "SAVE_GCODE_STATE NAME=_trammel_tap",    "M220 S100", "G91",
       "G1 Z{RISE|0.2} F{RISE_SPEED|0.32|60}",  "G4 P400",   "G1 Z{LIFT|2} F{LIFT_SPEED|5|60}",

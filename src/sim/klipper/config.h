@@ -135,13 +135,13 @@ struct KlipperConfig {
   double restart_s = 2.2;  ///< from a restart to ready
 };
 
-/// The usual printer: macros LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and those of
-/// klipper/trammel.cfg. The laser goes off by itself `laser_limit_s` after LASER_ON, laser and
+/// The usual printer: macros _LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and those of
+/// klipper/trammel.cfg. The laser goes off by itself `laser_limit_s` after _LASER_ON, laser and
 /// heaters `heater_limit_s` after TRAMMEL_KEEP_ALIVE.
 [[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
                                                  double heater_limit_s = 1800);
 
-/// What klipper/trammel.cfg has for a load cell: TRAMMEL_TAP probes, rises slowly and calls the
+/// What klipper/trammel.cfg has for a load cell: _TRAMMEL_TAP probes, rises slowly and calls the
 /// remote method trammel_tap, TRAMMEL_TAP_RESULT keeps the answer, TRAMMEL_TAP_DONE fails where
 /// that holds no contact. Without an answer it is REASON=no_answer after `answer_s`.
 void AddTapMacros(KlipperConfig& config, double answer_s = 5);

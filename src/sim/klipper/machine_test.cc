@@ -162,7 +162,7 @@ TEST(VirtualKlipper, PinsChangeInStepWithTheMotion) {
   Bench bench;
   bench.Run("G28");
   const double from_s = bench.klipper.now_s();
-  EXPECT_LT(bench.Run("G1 X100 F3000\nLASER_ON").after_s, 0.05);
+  EXPECT_LT(bench.Run("G1 X100 F3000\n_LASER_ON").after_s, 0.05);
   bench.Pass(1);
   EXPECT_EQ(bench.klipper.pins.at("LASER"), 0);
   bench.Pass(2);
@@ -177,7 +177,7 @@ TEST(VirtualKlipper, PinsChangeInStepWithTheMotion) {
 
 TEST(VirtualKlipper, TheLaserGoesOffByItselfAfterItsLimit) {
   Bench bench({}, 20);
-  bench.Run("LASER_ON");
+  bench.Run("_LASER_ON");
   bench.Pass(19);
   EXPECT_EQ(bench.klipper.pins.at("LASER"), 1);
   bench.Pass(2);
@@ -186,8 +186,8 @@ TEST(VirtualKlipper, TheLaserGoesOffByItselfAfterItsLimit) {
 
 TEST(VirtualKlipper, EmergencyStopStandsStillAndEveryScriptFailsUntilTheRestart) {
   Bench bench;
-  bench.Run("G28\nM104 S200\nLASER_ON");
-  const std::uint64_t id = bench.klipper.RunScript("G1 X200 F600\nLASER_ON\nG4 P20000");
+  bench.Run("G28\nM104 S200\n_LASER_ON");
+  const std::uint64_t id = bench.klipper.RunScript("G1 X200 F600\n_LASER_ON\nG4 P20000");
   bench.Pass(3);
   bench.klipper.EmergencyStop();
   const double x = bench.klipper.TrueHead(bench.klipper.now_s()).position.x_mm;
@@ -203,7 +203,7 @@ TEST(VirtualKlipper, EmergencyStopStandsStillAndEveryScriptFailsUntilTheRestart)
   EXPECT_THAT(*home.error, StartsWith("Shutdown due to webhooks request\nOnce the underlying"));
   EXPECT_EQ(home.responses.back(), "!! Shutdown due to webhooks request");
   bench.Pass(30);
-  EXPECT_EQ(bench.klipper.pins.at("LASER"), 0) << "a queued LASER_ON must not outlive the stop";
+  EXPECT_EQ(bench.klipper.pins.at("LASER"), 0) << "a queued _LASER_ON must not outlive the stop";
   const double nozzle_c = bench.klipper.nozzle.temperature_c;
   bench.klipper.Restart();
   bench.Pass(0.1);
@@ -242,7 +242,7 @@ TEST(VirtualKlipper, PrintsAFileAndTellsItsProgress) {
 
 TEST(VirtualKlipper, TurnsHeatersOffWhenItIsLeftAlone) {
   Bench bench;
-  bench.Run("SET_IDLE_TIMEOUT TIMEOUT=30\nM104 S100\nLASER_ON");
+  bench.Run("SET_IDLE_TIMEOUT TIMEOUT=30\nM104 S100\n_LASER_ON");
   bench.Pass(35);
   EXPECT_EQ(bench.klipper.nozzle.target_c, 0);
   EXPECT_EQ(bench.klipper.pins.at("LASER"), 0);
@@ -267,7 +267,7 @@ TEST(VirtualKlipper, CallsARegisteredAgentAndNobodyElse) {
 TEST(VirtualKlipper, ComesToTheSameEndHoweverOftenTheClockIsRead) {
   const auto play = [](double step_s) {
     Bench bench;
-    bench.klipper.RunScript("G28\nG1 X80 Y30 F9000\nG1 X20\nG1 Y90\nM400\nLASER_ON\nM104 S150");
+    bench.klipper.RunScript("G28\nG1 X80 Y30 F9000\nG1 X20\nG1 Y90\nM400\n_LASER_ON\nM104 S150");
     for (double time_s = 0; time_s < 30; time_s += step_s) bench.klipper.Advance(time_s);
     bench.klipper.Advance(30);
     return ExecutedGcode(bench.klipper.history(), 0, 30) +

@@ -87,10 +87,10 @@ TEST_F(HubTest, AnUnknownFieldIsNullAndAnUnknownObjectEmpty) {
 TEST_F(HubTest, ListsItsCommandsAndTheHelpOfThoseThatHaveOne) {
   const Json commands = Status({{"gcode", {"commands"}}})["gcode"]["commands"];
   EXPECT_TRUE(commands.contains("G28"));
-  EXPECT_TRUE(commands.contains("LASER_ON"));
+  EXPECT_TRUE(commands.contains("_LASER_ON"));
   const Json help = Call(agent_, inbox_, "printer.gcode.help", Json::object())["result"];
   EXPECT_FALSE(help.contains("G28"));
-  EXPECT_EQ(help["LASER_ON"], Json("G-Code macro"));
+  EXPECT_EQ(help["_LASER_ON"], Json("G-Code macro"));
 }
 
 TEST_F(HubTest, AFileIsCountedInBytesAndClosedAtItsEnd) {

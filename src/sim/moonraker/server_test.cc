@@ -443,7 +443,7 @@ TEST(PrinterServer, ItsFaultsAreWhatTheySay) {
   closing.hub.faults.refuse_for_s = 90;
   Bench bench(closing);
   TestClient client(bench.port());
-  (void)client.Call("printer.gcode.script", Script("G28\nLASER_ON\nM400"));
+  (void)client.Call("printer.gcode.script", Script("G28\n_LASER_ON\nM400"));
   client.Send("printer.gcode.script", Script("G1 X50 F400\nM400"));
   while (client.Next()) {
   }

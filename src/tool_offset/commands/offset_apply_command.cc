@@ -257,11 +257,18 @@ int RunApply(OffsetApplyArguments arguments) {
     if (!same) return PrintError(same.error());
   }
   if (arguments.apply) {
-    const auto set = SetOffsets(*session, changes, SettingOf(arguments, address));
+    auto setting = SettingOf(arguments, address);
+    bool any_set = false;  // of several tools the first may be set, and the next not
+    setting.say = [&any_set, say = std::move(setting.say)](const std::string& done) {
+      any_set = true;
+      if (say) say(done);
+    };
+    const auto set = SetOffsets(*session, changes, setting);
+    if (any_set && file->result) {
+      NoteApplied({measurement::Instrument::kToolOffset, *file->result, address, {}});
+    }
     if (!set) return PrintError(set.error());
     SayHowLong(arguments);
-    if (file->result)
-      NoteApplied({measurement::Instrument::kToolOffset, *file->result, address, {}});
     return kExitGood;
   }
   fmt::print("nothing was changed\n");

@@ -215,7 +215,6 @@ service::JobKind OffsetSheetJob() {
   kind.start_buttons = procedure::Buttons::kSheet;
   kind.done_buttons = procedure::Buttons::kScan;
   kind.offer_method = "trammel_offer_sheet";
-  kind.start_method = "trammel_sheet";
   return kind;
 }
 
@@ -230,7 +229,6 @@ service::JobKind OffsetScanJob() {
   kind.apply = [](const std::string& folder, const Arguments&) {
     return std::vector<std::string>{"offset", "apply", folder, "--apply", "--brief"};
   };
-  kind.set_line = "applied   tool";  // of SetOffsets
   kind.set_in_part = "applied in part (trammel offset apply --undo takes it back)";
   kind.use = [](const Arguments&) {
     return std::string("Set the new offsets until Klipper restarts");
