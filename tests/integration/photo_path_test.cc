@@ -220,9 +220,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   shop_.Confirm();
   shop_.WaitUntil(
       [](sim::VirtualKlipper& klipper) {
-        return TimesRead(klipper,
-                         "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla MSG=\"Pattern printed") >
-               0;
+        return TimesRead(klipper, "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla ") > 0;
       },
       "the pattern was printed", service, kEnough_s);
   EXPECT_EQ(shop_.Look().bed_target_c, 0);
