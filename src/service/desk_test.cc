@@ -47,7 +47,7 @@ const Measured kGoodAnswer = Measured::Good({0.0172, 0.0004, {0.0164, 0.018}});
 class DeskTest : public ::testing::Test {
  protected:
   DeskTest() {
-    printer_.state.pressure_advance_s = 0.045;
+    printer_.state.pressure_advance["extruder"].advance_s = 0.045;
     Answers(kGoodAnswer);
     Program("cp \"$here/result.json\" \"$folder\"\n");
     MakeDesk();

@@ -166,7 +166,7 @@ std::string GcodeStateName(const std::string& run) { return "trammel_" + run; }
 Result<void> RestoreGcodeState(const Session& session, const RunJournal& journal) {
   std::string script =
       fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
-  if (!journal.extruder.empty()) {
+  if (journal.changes_tools) {
     const auto now = session.printer.State(session.Within(kAsk_s));
     if (!now) return tl::unexpected(now.error());
     const auto& offset_mm = now->gcode.homing_origin_mm;

@@ -37,13 +37,14 @@ TEST_F(DeadRunTest, WhatADeadRunLeftIsBroughtBackAndNotTakenForBefore) {
   printer_.state.heaters["extruder"].target_c = 0;
   printer_.state.heaters["heater_bed"].target_c = 0;
   Die();
-  printer_.state.pressure_advance_s = 0.09;
+  printer_.state.pressure_advance["extruder"].advance_s = 0.09;
   printer_.state.heaters["extruder"].target_c = 190;
   const auto guard = Take("run-2");
   ASSERT_TRUE(guard);
   EXPECT_EQ(printer_.scripts.front(), kMark);
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
-  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts,
+              Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(said_, Contains(HasSubstr("died here: brought back pressure advance 0.031 s")));
@@ -86,14 +87,16 @@ TEST_F(DeadRunTest, ARunWhosePrinterWasStoppedIsNotSaidToHaveDied) {
 TEST_F(DeadRunTest, ARunWhosePrinterRefusedIsSaidToHaveEnded) {
   {
     PrinterStateGuard refused = Begun();
-    printer_.refused["SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"] = "not now";
+    printer_.refused["SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"] =
+        "not now";
     EXPECT_THAT(refused.Restore(), ::testing::SizeIs(1));
   }
   printer_.refused.clear();
   said_.clear();
   ASSERT_TRUE(Take("run-2"));
-  EXPECT_THAT(said_, Contains(HasSubstr("as SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04 "
-                                        "failed: brought back pressure advance 0.031 s")));
+  EXPECT_THAT(said_, Contains(HasSubstr(
+                         "as SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04 "
+                         "failed: brought back pressure advance 0.031 s")));
 }
 
 TEST_F(DeadRunTest, AnotherPrintersJournalIsLeftAlone) {

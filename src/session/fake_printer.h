@@ -54,8 +54,7 @@ class FakePrinter : public machine::Printer {
     state.axis_maximum_mm = {250, 250, 250};
     state.limits = {300, 5000, 0.5, 5};
     state.active_extruder = "extruder";
-    state.pressure_advance_s = 0.031;
-    state.smooth_time_s = 0.04;
+    state.pressure_advance["extruder"] = {0.031, 0.04, "extruder"};
     state.heaters["extruder"] = {205, 205, true};
     state.heaters["heater_bed"] = {60, 60, {}};
     state.print_state = "standby";

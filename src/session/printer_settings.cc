@@ -19,8 +19,7 @@ RunJournal JournalOf(const machine::PrinterState& state) {
     journal.square_corner_velocity_mm_s = limits.square_corner_velocity_mm_s;
     journal.minimum_cruise_ratio = limits.minimum_cruise_ratio;
   }
-  journal.pressure_advance_s = state.pressure_advance_s;
-  if (state.pressure_advance_s) journal.smooth_time_s = state.smooth_time_s;
+  journal.pressure_advance = state.pressure_advance;
   for (const auto& [name, heater] : state.heaters) journal.targets_c[name] = heater.target_c;
   return journal;
 }
@@ -40,18 +39,18 @@ std::vector<std::string> SettingLines(const RunJournal& before) {
                              {"ACCEL", before.max_accel_mm_s2},
                              {"SQUARE_CORNER_VELOCITY", before.square_corner_velocity_mm_s},
                              {"MINIMUM_CRUISE_RATIO", before.minimum_cruise_ratio}});
-  const std::string command = before.extruder.empty()
-                                  ? "SET_PRESSURE_ADVANCE"
-                                  : "SET_PRESSURE_ADVANCE EXTRUDER=" + before.extruder;
-  add(command.c_str(),
-      {{"ADVANCE", before.pressure_advance_s}, {"SMOOTH_TIME", before.smooth_time_s}});
+  for (const auto& [section, motor] : before.pressure_advance) {
+    const std::string command = "SET_PRESSURE_ADVANCE EXTRUDER=" + machine::NameInGcode(section);
+    add(command.c_str(), {{"ADVANCE", motor.advance_s}, {"SMOOTH_TIME", motor.smooth_time_s}});
+  }
   return lines;
 }
 
 std::string DescribeSettings(const RunJournal& before) {
   std::string text;
-  if (before.pressure_advance_s) {
-    text += fmt::format("pressure advance {:.4g} s", *before.pressure_advance_s);
+  for (const auto& [section, motor] : before.pressure_advance) {
+    text += fmt::format("{}pressure advance {:.4g} s{}", text.empty() ? "" : ", ", motor.advance_s,
+                        before.pressure_advance.size() == 1 ? "" : " of " + section);
   }
   if (before.max_velocity_mm_s && before.max_accel_mm_s2) {
     text += fmt::format("{}limits {:.4g} mm/s and {:.4g} mm/s2", text.empty() ? "" : ", ",
@@ -61,8 +60,8 @@ std::string DescribeSettings(const RunJournal& before) {
 }
 
 std::string TargetLine(const std::string& heater, double target_c) {
-  return fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}",
-                     heater.substr(heater.rfind(' ') + 1), target_c);
+  return fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", machine::NameInGcode(heater),
+                     target_c);
 }
 
 std::string HeatersOn(const machine::PrinterState& state) {

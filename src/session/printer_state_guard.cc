@@ -71,8 +71,11 @@ std::vector<std::string> Differences(const machine::PrinterState& before,
       parts.push_back(fmt::format("{} {:.4g} (was {:.4g})", name, is, was));
     }
   };
-  compare("pressure advance", before.pressure_advance_s.value_or(0),
-          now.pressure_advance_s.value_or(0));
+  for (const auto& [section, motor] : before.pressure_advance) {
+    const auto is = now.pressure_advance.find(section);
+    if (is == now.pressure_advance.end()) continue;
+    compare(section + "'s pressure advance", motor.advance_s, is->second.advance_s);
+  }
   compare("velocity limit", before.limits.max_velocity_mm_s, now.limits.max_velocity_mm_s);
   compare("acceleration limit", before.limits.max_accel_mm_s2, now.limits.max_accel_mm_s2);
   for (const auto& [name, heater] : now.heaters) {
@@ -190,7 +193,7 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
     for (auto& [name, target_c] : journal.targets_c) target_c = 0;
   }
   journal.without_laser = without_laser_;
-  if (changes_tools_) journal.extruder = before_.active_extruder;
+  journal.changes_tools = changes_tools_;
   journal_ = std::move(journal);
   if (auto noted = files::WriteJournal(journal_path_, journal_); !noted) return noted;
   const auto read = files::ReadJournal(journal_path_);

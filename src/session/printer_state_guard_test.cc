@@ -35,12 +35,13 @@ TEST_F(PrinterStateGuardTest, SwitchesTheLaserOffBeforeAnythingElse) {
 
 TEST_F(PrinterStateGuardTest, BringsBackWhatWasSet) {
   PrinterStateGuard guard = Begun();
-  printer_.state.pressure_advance_s = 0.06;
+  printer_.state.pressure_advance["extruder"].advance_s = 0.06;
   printer_.state.limits.max_accel_mm_s2 = 100;
   printer_.state.heaters["extruder"].target_c = 150;
   EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
-  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts,
+              Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60"));
@@ -248,7 +249,7 @@ TEST_F(PrinterStateGuardTest, InDoubtWhoseThePrinterIsTheHeatersGoOffAndWhatStay
 
 TEST_F(PrinterStateGuardTest, HeatersThatCannotBeLookedAtGoOff) {
   PrinterStateGuard guard = Begun();
-  printer_.deaf_after = "SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04";
+  printer_.deaf_after = "SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04";
   EXPECT_THAT(guard.Restore(),
               ElementsAre(AllOf(HasSubstr("cannot be looked at"), HasSubstr("extruder 205 degC"))));
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));

@@ -56,8 +56,44 @@ std::string FileNameOf(std::string_view address) {
   return fmt::format("printer-{}-{:08x}", name, HashOf(address));
 }
 
+bool IsSection(std::string_view text) { return IsWordLike(text, "_ -", 100); }
+
 void Put(Json& json, const char* key, const std::optional<double>& value) {
   if (value) json[key] = *value;
+}
+
+bool Flag(JsonObject& object, const char* key) {
+  const nlohmann::json* flag = object.Find(key);
+  if (flag == nullptr) return false;
+  if (!flag->is_boolean()) object.Fault(key, "must be true or false");
+  return flag->is_boolean() && flag->get<bool>();
+}
+
+// Of before there was more than one: the active extruder's. Which one that was is noted where the
+// run changed tools, and the first is meant elsewhere.
+void ReadSinglePressureAdvance(JsonObject& object, RunJournal& journal) {
+  const auto advance_s = object.OptionalNumber("pressure_advance_s", kTimes_s);
+  const auto smooth_time_s = object.OptionalNumber("smooth_time_s", kTimes_s);
+  std::string extruder = object.has("extruder") ? object.Text("extruder") : "";
+  journal.changes_tools = journal.changes_tools || !extruder.empty();
+  if (extruder.empty()) extruder = "extruder";
+  if (!IsSection(extruder)) object.Fault("extruder", "is no extruder's name");
+  if (advance_s) journal.pressure_advance[extruder] = {*advance_s, smooth_time_s};
+}
+
+void ReadPressureAdvance(JsonObject& object, RunJournal& journal) {
+  journal.changes_tools = Flag(object, "changes_tools");
+  const nlohmann::json* motors = object.OptionalList("pressure_advance", 0, kMostHeaters);
+  if (motors == nullptr) return ReadSinglePressureAdvance(object, journal);
+  for (const auto& entry : *motors) {
+    JsonObject motor = object.Inner(entry, "pressure_advance");
+    const std::string section = motor.Text("section");
+    const double advance_s = motor.Number("advance_s", kTimes_s);
+    const auto smooth_time_s = motor.OptionalNumber("smooth_time_s", kTimes_s);
+    if (!motor.failed() && !IsSection(section)) motor.Fault("section", "is no section's name");
+    if (const auto done = motor.Finish(); !done) object.Adopt(done.error());
+    journal.pressure_advance[section] = {advance_s, smooth_time_s};
+  }
 }
 
 }  // namespace
@@ -108,9 +144,13 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   Put(json, "max_accel_mm_s2", journal.max_accel_mm_s2);
   Put(json, "square_corner_velocity_mm_s", journal.square_corner_velocity_mm_s);
   Put(json, "minimum_cruise_ratio", journal.minimum_cruise_ratio);
-  Put(json, "pressure_advance_s", journal.pressure_advance_s);
-  Put(json, "smooth_time_s", journal.smooth_time_s);
-  if (!journal.extruder.empty()) json["extruder"] = journal.extruder;
+  json["pressure_advance"] = Json::array();
+  for (const auto& [section, motor] : journal.pressure_advance) {
+    Json entry = {{"section", section}, {"advance_s", motor.advance_s}};
+    Put(entry, "smooth_time_s", motor.smooth_time_s);
+    json["pressure_advance"].push_back(std::move(entry));
+  }
+  if (journal.changes_tools) json["changes_tools"] = true;
   if (journal.without_laser) json["without_laser"] = true;
   if (!journal.ended.empty()) json["ended"] = journal.ended;
   json["heaters"] = Json::array();
@@ -143,24 +183,14 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   journal.square_corner_velocity_mm_s =
       object.OptionalNumber("square_corner_velocity_mm_s", kCorners);
   journal.minimum_cruise_ratio = object.OptionalNumber("minimum_cruise_ratio", kShares);
-  journal.pressure_advance_s = object.OptionalNumber("pressure_advance_s", kTimes_s);
-  journal.smooth_time_s = object.OptionalNumber("smooth_time_s", kTimes_s);
-  if (const nlohmann::json* without = object.Find("without_laser")) {
-    if (!without->is_boolean()) object.Fault("without_laser", "must be true or false");
-    journal.without_laser = without->is_boolean() && without->get<bool>();
-  }
-  if (object.has("extruder")) journal.extruder = object.Text("extruder");
-  if (!journal.extruder.empty() && !IsWordLike(journal.extruder, "_-", 100)) {
-    object.Fault("extruder", "is no extruder's name");
-  }
+  ReadPressureAdvance(object, journal);
+  journal.without_laser = Flag(object, "without_laser");
   if (object.has("ended")) journal.ended = object.Text("ended");
   for (const auto& entry : object.List("heaters", 0, kMostHeaters)) {
     JsonObject heater = object.Inner(entry, "heaters");
     const std::string name = heater.Text("name");
     const double target_c = heater.Number("target_c", kTargets_c);
-    if (!heater.failed() && !IsWordLike(name, "_ -", 100)) {
-      heater.Fault("name", "is no heater's name");
-    }
+    if (!heater.failed() && !IsSection(name)) heater.Fault("name", "is no heater's name");
     if (const auto done = heater.Finish(); !done) object.Adopt(done.error());
     journal.targets_c[name] = target_c;
   }

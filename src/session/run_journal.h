@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "machine/moonraker/printer_state.h"
 
 namespace trammel::files {
 
@@ -22,12 +23,11 @@ struct RunJournal {
   std::optional<double> max_accel_mm_s2;
   std::optional<double> square_corner_velocity_mm_s;
   std::optional<double> minimum_cruise_ratio;
-  std::optional<double> pressure_advance_s;
-  std::optional<double> smooth_time_s;
+  /// Of every motor that pushes filament, by its section of the configuration.
+  std::map<std::string, machine::PressureAdvance> pressure_advance;
   std::map<std::string, double> targets_c;  ///< of the heaters, by their names in the status
-  /// Whose pressure advance it is, of a run that changes tools: another one may be mounted by now,
-  /// and G-code's offset, which is that tool's, stays. Empty: it changes none.
-  std::string extruder = {};
+  /// Another tool may be mounted by now, and G-code's offset, which is that tool's, stays.
+  bool changes_tools = false;
   /// Its printer may have no laser, nor lights to switch: none of both was touched.
   bool without_laser = false;
   /// Why the run ended without bringing everything back, as part of a sentence: "the printer was

@@ -31,8 +31,8 @@ class RunJournalTest : public ::testing::Test {
     journal.max_accel_mm_s2 = 5000;
     journal.square_corner_velocity_mm_s = 5;
     journal.minimum_cruise_ratio = 0.5;
-    journal.pressure_advance_s = 0.031;
-    journal.smooth_time_s = 0.04;
+    journal.pressure_advance["extruder"] = {0.031, 0.04};
+    journal.pressure_advance["extruder_stepper belted"] = {0.052, {}};
     journal.targets_c = {{"extruder", 0}, {"heater_generic chamber", 45.5}};
     return journal;
   }
@@ -54,9 +54,25 @@ TEST_F(RunJournalTest, ReadsWhatWasWritten) {
   EXPECT_EQ((*read)->run, "20261122-1a-9");
   EXPECT_EQ((*read)->upload, "t.gcode");
   EXPECT_EQ((*read)->max_accel_mm_s2, 5000);
-  EXPECT_EQ((*read)->pressure_advance_s, 0.031);
+  EXPECT_EQ((*read)->pressure_advance, Full().pressure_advance);
   EXPECT_EQ((*read)->targets_c.at("heater_generic chamber"), 45.5);
   EXPECT_THAT(ReadAllJournals(folder_.path()), SizeIs(1));
+}
+
+TEST_F(RunJournalTest, TheFormWithOnePressureAdvanceIsStillRead) {
+  const std::string head =
+      R"({"format": 1, "run": "r", "address": "a", "started": "s", "upload": "", "heaters": [],
+          "pressure_advance_s": 0.031, "smooth_time_s": 0.04)";
+  test::WriteWhole(path_, head + R"(, "extruder": "extruder1"})");
+  const auto named = ReadJournal(path_);
+  ASSERT_TRUE(named && *named);
+  EXPECT_TRUE((*named)->changes_tools);
+  EXPECT_EQ((*named)->pressure_advance.at("extruder1").advance_s, 0.031);
+  test::WriteWhole(path_, head + "}");
+  const auto unnamed = ReadJournal(path_);
+  ASSERT_TRUE(unnamed && *unnamed);
+  EXPECT_FALSE((*unnamed)->changes_tools);
+  EXPECT_EQ((*unnamed)->pressure_advance.at("extruder").smooth_time_s, 0.04);
 }
 
 TEST_F(RunJournalTest, NoFileIsNoJournal) {
@@ -67,7 +83,8 @@ TEST_F(RunJournalTest, NoFileIsNoJournal) {
 }
 
 TEST_F(RunJournalTest, WhatNoRunWritesIsNamedAndNeverReachesThePrinter) {
-  EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("pressure_advance_s"));
+  EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("pressure_advance.advance_s"));
+  EXPECT_THAT(FaultOf("extruder_stepper belted", "belted\\nM112"), HasSubstr("section's name"));
   EXPECT_THAT(FaultOf("5000", "-1"), HasSubstr("max_accel_mm_s2"));
   EXPECT_THAT(FaultOf("45.5", "4550"), HasSubstr("target_c"));
   EXPECT_THAT(FaultOf("\"extruder\"", "\"extruder\\nM112\""), HasSubstr("heater's name"));

@@ -192,8 +192,8 @@ PrinterLook MachineShop::Look() const {
       look.restarts += entry.state == "disconnected";
     }
     const sim::MotionSettings& motion = klipper.settings;
-    look.settings = {{"pressure advance", motion.pressure_advance_s},
-                     {"smooth time", motion.smooth_time_s},
+    look.settings = {{"pressure advance", klipper.motors.at("extruder").pressure_advance_s},
+                     {"smooth time", klipper.motors.at("extruder").smooth_time_s},
                      {"velocity", motion.max_velocity_mm_s},
                      {"acceleration", motion.max_accel_mm_s2},
                      {"corner velocity", motion.square_corner_velocity_mm_s},

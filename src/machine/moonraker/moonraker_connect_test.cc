@@ -36,7 +36,7 @@ TEST(MoonrakerConnect, IsLetInAndKnowsThePrinter) {
   const PrinterState state = (*printer)->LastState();
   EXPECT_EQ(state.readiness, PrinterReadiness::kReady);
   EXPECT_EQ(state.homed_axes, "xyz");
-  EXPECT_EQ(state.pressure_advance_s, 0.04);
+  EXPECT_EQ(ActiveAdvance_s(state), 0.04);
   EXPECT_EQ(state.pins.at("output_pin LASER"), 0.0);
 }
 

@@ -153,17 +153,40 @@ TEST(MoonrakerStatus, PressureAdvanceIsTheActiveExtruders) {
                        {"neopixel case", {{"color_data", {{1.0, 0.5, 0.0, 0.25}}}}}};
   const PrinterState state = ReadStatus(status, 7);
   EXPECT_EQ(state.readiness, PrinterReadiness::kReady);
-  EXPECT_EQ(state.pressure_advance_s, 0.05);
+  EXPECT_EQ(ActiveAdvance_s(state), 0.05);
   EXPECT_EQ(state.heaters.size(), 1);
   EXPECT_THAT(state.lights.at("neopixel case").at(0), ElementsAre(1.0, 0.5, 0.0, 0.25));
   EXPECT_EQ(state.eventtime_s, 7);
+}
+
+TEST(MoonrakerStatus, PressureAdvanceIsOfEveryMotorThatPushesFilament) {
+  const json status = {
+      {"webhooks", {{"state", "ready"}}},
+      {"toolhead", {{"extruder", "extruder2"}}},
+      {"extruder", {{"pressure_advance", 0.02}, {"smooth_time", 0.04}}},
+      {"extruder1", {{"pressure_advance", 0.05}, {"motion_queue", "extruder"}}},
+      {"extruder2", {{"temperature", 20.0}}},  // its filament is pushed by the motor below
+      {"extruder_stepper belted", {{"pressure_advance", 0.03}, {"motion_queue", "extruder2"}}},
+      {"extruder_stepper spare", {{"pressure_advance", 0.0}, {"motion_queue", nullptr}}}};
+  const PrinterState state = ReadStatus(status, 0);
+  const std::map<std::string, PressureAdvance> motors = {
+      {"extruder", {0.02, 0.04, "extruder"}},
+      {"extruder1", {0.05, {}, "extruder"}},
+      {"extruder_stepper belted", {0.03, {}, "extruder2"}},
+      {"extruder_stepper spare", {0.0, {}, ""}}};
+  EXPECT_EQ(state.pressure_advance, motors);
+  EXPECT_EQ(ActiveAdvance_s(state), std::nullopt);
+  EXPECT_EQ(state.heaters.size(), 1);
+  EXPECT_EQ(NameInGcode("extruder_stepper belted"), "belted");
+  const json wanted = WantedObjects({"extruder_stepper belted", "extruder"});
+  EXPECT_TRUE(wanted.contains("extruder_stepper belted"));
 }
 
 TEST(MoonrakerStatus, NothingKnownIsNotReady) {
   for (const json& nothing : {json(), json::object(), json::array({1}), json("x")}) {
     const PrinterState state = ReadStatus(nothing, 0);
     EXPECT_EQ(state.readiness, PrinterReadiness::kDisconnected);
-    EXPECT_FALSE(state.pressure_advance_s);
+    EXPECT_FALSE(ActiveAdvance_s(state));
     EXPECT_THAT(state.heaters, IsEmpty());
   }
 }
@@ -227,7 +250,7 @@ TEST(MoonrakerStatus, AbsurdFiguresAreTheServersFaultByFieldAndValue) {
     const PrinterState state = ReadStatus(odd, 0, &fault);
     EXPECT_LT(std::abs(state.position_mm[2]), 1e6);
     EXPECT_LT(state.limits.max_accel_mm_s2, 1e9);
-    EXPECT_LT(state.pressure_advance_s.value_or(0), 101);
+    EXPECT_LT(ActiveAdvance_s(state).value_or(0), 101);
     return fault;
   };
   EXPECT_EQ(fault_with("toolhead", "max_accel", 1e308),

@@ -17,9 +17,14 @@ using nlohmann::json;
 
 namespace {
 
+bool IsExtruderStepper(std::string_view object) { return object.starts_with("extruder_stepper "); }
+
+bool IsExtruder(std::string_view object) {
+  return object.starts_with("extruder") && !IsExtruderStepper(object);
+}
+
 bool IsHeater(std::string_view object) {
-  return object.starts_with("extruder") || object == "heater_bed" ||
-         object.starts_with("heater_generic ");
+  return IsExtruder(object) || object == "heater_bed" || object.starts_with("heater_generic ");
 }
 
 bool IsPin(std::string_view object) {
@@ -56,7 +61,8 @@ constexpr Range kTarget_c{0, 2000};
 constexpr Range kOutput{0, 1000};  // of a pin or light: 0 … 1, but for forks that scale them
 constexpr std::size_t kMostHeaters = 100;
 constexpr std::size_t kMostOutputs = 500;  // pins and lights, each
-constexpr std::size_t kMostDevices = kMostHeaters + 2 * kMostOutputs + 1;
+constexpr std::size_t kMostMotors = 100;   // that push filament
+constexpr std::size_t kMostDevices = kMostHeaters + kMostMotors + 2 * kMostOutputs + 1;
 constexpr std::size_t kLongestName = 100;
 constexpr std::size_t kLongestText = 2000;
 constexpr std::size_t kLongestList = 2000;
@@ -198,8 +204,6 @@ void ReadMotion(Reader& reader, PrinterState& state) {
   reader.List("motion_report", "live_position", state.live_position_mm);
   state.live_velocity_mm_s =
       std::max(0.0, reader.Within("motion_report", "live_velocity", kLiveSpeed_mm_s, 0));
-  state.pressure_advance_s = reader.Within(state.active_extruder, "pressure_advance", kTime_s);
-  state.smooth_time_s = reader.Within(state.active_extruder, "smooth_time", kTime_s);
 }
 
 void ReadGcode(Reader& reader, GcodeModes& modes) {
@@ -228,6 +232,24 @@ void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   }
 }
 
+// An extruder's own motor moves its filament unless it was synchronised with another's; an older
+// Klipper does not report that.
+void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& state) {
+  const auto advance_s = reader.Within(name, "pressure_advance", kTime_s);
+  if (!advance_s || !reader.Room("extruder motors", state.pressure_advance.size(), kMostMotors)) {
+    return;
+  }
+  PressureAdvance& motor = state.pressure_advance[name];
+  motor.advance_s = *advance_s;
+  motor.smooth_time_s = reader.Within(name, "smooth_time", kTime_s);
+  const bool reported = Member(reader.Object(name), "motion_queue") != nullptr;
+  if (reported) {
+    motor.motion_queue = reader.Name(name, "motion_queue");
+  } else if (IsExtruder(name)) {
+    motor.motion_queue = name;
+  }
+}
+
 void ReadLight(Reader& reader, const std::string& name, PrinterState& state) {
   const json* colors = Member(reader.Object(name), "color_data");
   if (colors == nullptr || !colors->is_array() || colors->empty() ||
@@ -250,6 +272,7 @@ void ReadDevices(const json& known, Reader& reader, PrinterState& state) {
     if (!IsPlainName(name)) {
       continue;  // never asked for
     }
+    if (IsExtruder(name) || IsExtruderStepper(name)) ReadPressureAdvance(reader, name, state);
     if (IsHeater(name)) {
       ReadHeater(reader, name, state);
     } else if (IsPin(name)) {
@@ -288,7 +311,8 @@ json WantedObjects(const std::vector<std::string>& available) {
     if (!IsPlainName(object) || wanted.contains(object)) {
       continue;
     }
-    const bool device = IsHeater(object) || IsPin(object) || IsLight(object);
+    const bool device =
+        IsHeater(object) || IsExtruderStepper(object) || IsPin(object) || IsLight(object);
     if (device && ++devices > kMostDevices) {
       continue;
     }
@@ -309,8 +333,11 @@ json WantedObjects(const std::vector<std::string>& available) {
       want(object, {"state"});
     } else if (object == "pause_resume") {
       want(object, {"is_paused"});
+    } else if (IsExtruderStepper(object)) {
+      want(object, {"pressure_advance", "smooth_time", "motion_queue"});
     } else if (IsHeater(object)) {
-      want(object, {"temperature", "target", "pressure_advance", "smooth_time", "can_extrude"});
+      want(object, {"temperature", "target", "pressure_advance", "smooth_time", "motion_queue",
+                    "can_extrude"});
     } else if (IsPin(object)) {
       want(object, {"value"});
     } else if (IsLight(object)) {

@@ -18,4 +18,14 @@ std::string_view ToString(PrinterReadiness readiness) {
   return "disconnected";
 }
 
+std::optional<double> ActiveAdvance_s(const PrinterState& state) {
+  const auto own = state.pressure_advance.find(state.active_extruder);
+  if (own == state.pressure_advance.end()) return std::nullopt;
+  return own->second.advance_s;
+}
+
+std::string NameInGcode(std::string_view section) {
+  return std::string(section.substr(section.rfind(' ') + 1));
+}
+
 }  // namespace trammel::machine

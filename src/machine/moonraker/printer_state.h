@@ -22,6 +22,15 @@ struct Heater {
   std::optional<bool> can_extrude;  ///< extruders only
 };
 
+/// How far the motor of an extruder or of an [extruder_stepper] runs ahead of the melt.
+struct PressureAdvance {
+  double advance_s = 0;
+  std::optional<double> smooth_time_s;
+  std::string motion_queue = {};  ///< the extruder whose filament it moves; empty: none's now
+
+  bool operator==(const PressureAdvance&) const = default;
+};
+
 struct VelocityLimits {
   double max_velocity_mm_s = 0;
   double max_accel_mm_s2 = 0;
@@ -54,9 +63,10 @@ struct PrinterState {
   std::array<double, 3> axis_minimum_mm{};
   std::array<double, 3> axis_maximum_mm{};
   VelocityLimits limits;
-  std::string active_extruder;               ///< "extruder", "extruder1", …
-  std::optional<double> pressure_advance_s;  ///< of the active extruder
-  std::optional<double> smooth_time_s;       ///< of the active extruder's pressure advance
+  std::string active_extruder;  ///< "extruder", "extruder1", …
+  /// Of every motor that pushes filament, by its section of the configuration: "extruder",
+  /// "extruder1", "extruder_stepper belted". An extruder without a motor has none.
+  std::map<std::string, PressureAdvance> pressure_advance;
   GcodeModes gcode;
 
   std::map<std::string, Heater> heaters;  ///< "extruder", "heater_bed", "heater_generic chamber"
@@ -75,5 +85,12 @@ struct PrinterState {
   /// interruption ended the wait), but which the printer has not answered yet.
   int abandoned_scripts = 0;
 };
+
+/// Of the active extruder's own motor; absent where it has none, or the printer reports none.
+[[nodiscard]] std::optional<double> ActiveAdvance_s(const PrinterState& state);
+
+/// How G-code names the object of a section (EXTRUDER=, HEATER=): "belted" of
+/// "extruder_stepper belted".
+[[nodiscard]] std::string NameInGcode(std::string_view section);
 
 }  // namespace trammel::machine

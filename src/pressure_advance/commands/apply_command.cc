@@ -179,7 +179,7 @@ void SettleFailure(const ApplyArguments& arguments, const procedure::Session& se
   if (arguments.dry_run) return;
   const auto state = session.printer.State({kAsk_s});  // also where somebody stops the program
   if (!state) return;                                  // it stays open, and the next one looks
-  const auto left = SettleUnfinished(kInstrument, address, state->pressure_advance_s, true);
+  const auto left = SettleUnfinished(kInstrument, address, machine::ActiveAdvance_s(*state), true);
   if (left && !left->empty()) session.Say(*left);
 }
 
@@ -194,9 +194,10 @@ int RunUndo(const ApplyArguments& arguments) {
   if (!turn) return PrintError(turn.error());
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return PrintError(state.error());
-  auto settled = Settle(arguments, session, config->scan.address, state->pressure_advance_s);
+  auto settled = Settle(arguments, session, config->scan.address, machine::ActiveAdvance_s(*state));
   if (!settled) return PrintError(settled.error());
-  const auto undoing = LastToUndo(kInstrument, config->scan.address, state->pressure_advance_s);
+  const auto undoing =
+      LastToUndo(kInstrument, config->scan.address, machine::ActiveAdvance_s(*state));
   if (!undoing) return PrintError(undoing.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   options.before_setting = [&](std::optional<double> now_s) -> Result<void> {

@@ -93,7 +93,7 @@ Check CheckEarlierRuns(const procedure::Session& session, const std::string& add
 Check CheckLastApply(const procedure::Session& session, const std::string& address) {
   const auto left =
       SettleUnfinished(measurement::Instrument::kPressureAdvance, address,
-                       session.printer.LastState().pressure_advance_s, /*note=*/false);
+                       machine::ActiveAdvance_s(session.printer.LastState()), /*note=*/false);
   if (!left) return {"last apply", false, left.error().message};
   return {"last apply", left->empty(), left->empty() ? "noted to its end" : *left, true};
 }

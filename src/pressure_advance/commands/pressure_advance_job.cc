@@ -157,7 +157,8 @@ service::JobKind Measuring(const char* name) {
   kind.use = UseWords;
   kind.use_also = UseAlso;
   kind.in_force = [](const machine::PrinterState& state) {
-    return state.pressure_advance_s ? fmt::format("{:.4f} s", *state.pressure_advance_s) : "";
+    const auto advance_s = machine::ActiveAdvance_s(state);
+    return advance_s ? fmt::format("{:.4f} s", *advance_s) : "";
   };
   kind.quantity = "pressure_advance";
   kind.picture = kResultPicture;

@@ -50,7 +50,7 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
   }
   const auto before = session.printer.State(session.Within(kAsk_s));
   if (!before) return tl::unexpected(before.error());
-  const PressureAdvanceChange change{before->pressure_advance_s, pressure_advance_s};
+  const PressureAdvanceChange change{machine::ActiveAdvance_s(*before), pressure_advance_s};
   if (options.dry_run) return change;
   if (options.before_setting) {
     if (auto may = options.before_setting(change.before_s); !may) {
@@ -70,12 +70,12 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
   const auto state = session.printer.State(through);
   if (!state) return tl::unexpected(state.error());
   constexpr double kRounding_s = 0.0001;
-  if (!state->pressure_advance_s ||
-      std::abs(*state->pressure_advance_s - pressure_advance_s) > kRounding_s) {
+  const auto now_s = machine::ActiveAdvance_s(*state);
+  if (!now_s || std::abs(*now_s - pressure_advance_s) > kRounding_s) {
     return Fail(
         fmt::format("the printer was told to use a pressure advance of {:.4f} s and reports "
                     "{:.4f} s",
-                    pressure_advance_s, state->pressure_advance_s.value_or(std::nan(""))),
+                    pressure_advance_s, now_s.value_or(std::nan(""))),
         ErrorKind::kMachine);
   }
   return change;

@@ -21,7 +21,7 @@ class Obedient : public testing::FakePrinter {
     auto done = FakePrinter::Run(script, limit);
     double value = 0;
     if (std::sscanf(std::string(script).c_str(), "SET_PRESSURE_ADVANCE ADVANCE=%lf", &value) == 1) {
-      state.pressure_advance_s = value;
+      state.pressure_advance["extruder"].advance_s = value;
     }
     return done;
   }

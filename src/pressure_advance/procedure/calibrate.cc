@@ -34,7 +34,9 @@ PatternPlan PlanOf(const CalibrationRequest& request, const PatternConfig& confi
 PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before,
                              bool for_photo) {
   config.finish = for_photo ? pressure_advance::Finish::kEnd : pressure_advance::Finish::kIdle;
-  if (before.pressure_advance_s) config.restore_pressure_advance_s = before.pressure_advance_s;
+  if (const auto advance_s = machine::ActiveAdvance_s(before)) {
+    config.restore_pressure_advance_s = advance_s;
+  }
   if (before.limits.max_accel_mm_s2 > 0) {
     config.restore_acceleration_mm_s2 = before.limits.max_accel_mm_s2;
   }

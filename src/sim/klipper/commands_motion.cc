@@ -93,8 +93,8 @@ Move Limited(const VirtualKlipper& machine, const std::array<double, 4>& from,
   move.acceleration_mm_s2 = settings.max_accel_mm_s2;
   move.corner_velocity_mm_s = settings.square_corner_velocity_mm_s;
   move.minimum_cruise_ratio = settings.minimum_cruise_ratio;
-  move.pressure_advance_s = settings.pressure_advance_s;
-  move.smooth_time_s = settings.smooth_time_s;
+  move.pressure_advance_s = machine.ActiveMotor().pressure_advance_s;
+  move.smooth_time_s = machine.ActiveMotor().smooth_time_s;
   const double z_mm = std::abs(to[2] - from[2]);
   if (path_mm <= 1e-9) {
     move.feed_mm_s = std::min(speed_mm_s, config.max_extrude_only_velocity_mm_s);

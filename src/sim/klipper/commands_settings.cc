@@ -179,22 +179,43 @@ Result<Outcome> Acceleration(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line) {
+// The section that EXTRUDER names; without one the active extruder's.
+Result<std::string> MotorOf(const VirtualKlipper& machine, const CommandLine& line) {
   const auto named = line.parameters.find("EXTRUDER");
-  if (named != line.parameters.end() && named->second != "extruder") {
-    return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", named->second));
+  if (named == line.parameters.end()) return machine.active_extruder;
+  for (const char* kind : {"", "extruder_stepper "}) {
+    if (machine.motors.contains(kind + named->second)) return kind + named->second;
   }
+  return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", named->second));
+}
+
+Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line) {
+  const auto section = MotorOf(machine, line);
+  if (!section) return tl::unexpected(section.error());
   const auto advance = FloatOf(line, "ADVANCE", {0, {}, {}});
   if (!advance) return tl::unexpected(advance.error());
   const auto smooth = FloatOf(line, "SMOOTH_TIME", {0, {}, 0.2});
   if (!smooth) return tl::unexpected(smooth.error());
-  MotionSettings& settings = machine.settings;
-  settings.pressure_advance_s = advance->value_or(settings.pressure_advance_s);
-  settings.smooth_time_s = smooth->value_or(settings.smooth_time_s);
-  machine.Record("pressure_advance", settings.pressure_advance_s);
-  machine.Record("smooth_time", settings.smooth_time_s);
+  ExtruderMotor motor = machine.motors.at(*section);
+  motor.pressure_advance_s = advance->value_or(motor.pressure_advance_s);
+  motor.smooth_time_s = smooth->value_or(motor.smooth_time_s);
+  machine.SetMotor(*section, motor);
   machine.Inform(fmt::format("pressure_advance: {:.6f}\npressure_advance_smooth_time: {:.6f}",
-                             settings.pressure_advance_s, settings.smooth_time_s));
+                             motor.pressure_advance_s, motor.smooth_time_s));
+  return Outcome{};
+}
+
+Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const CommandLine& line) {
+  const auto section = MotorOf(machine, line);
+  if (!section) return tl::unexpected(section.error());
+  const auto queue = line.parameters.find("MOTION_QUEUE");
+  if (queue == line.parameters.end()) {
+    return Fail(fmt::format("Error on '{}': missing MOTION_QUEUE", line.text));
+  }
+  if (!queue->second.empty() && !machine.motors.contains(queue->second)) {
+    return Fail(fmt::format("'{}' is not a valid extruder.", queue->second));
+  }
+  machine.motors.at(*section).motion_queue = queue->second;
   return Outcome{};
 }
 
@@ -230,6 +251,7 @@ const std::map<std::string, Handler>& SettingCommands() {
       {"SET_VELOCITY_LIMIT", VelocityLimit},
       {"M204", Acceleration},
       {"SET_PRESSURE_ADVANCE", PressureAdvance},
+      {"SYNC_EXTRUDER_MOTION", SyncExtruderMotion},
       {"M114", TellPosition},
       {"G20", Inches},
       {"G21", Nothing},

@@ -96,6 +96,14 @@ struct ToolConfig {
   }
 };
 
+/// [extruder_stepper NAME]: a further motor on the filament of an extruder.
+struct ExtruderStepperConfig {
+  std::string name;                   ///< NAME
+  std::string extruder = "extruder";  ///< which it follows at start; empty: none
+  double pressure_advance_s = 0;
+  double smooth_time_s = 0.04;
+};
+
 struct KlipperConfig {
   std::array<double, 3> axis_minimum_mm{-2, -2, -5};
   std::array<double, 3> axis_maximum_mm{255, 255, 250};
@@ -129,6 +137,7 @@ struct KlipperConfig {
   std::optional<LoadCellConfig> load_cell;  ///< absent: there is no PROBE
   std::vector<ToolConfig> tools;            ///< empty: there is no klipper-toolchanger
   int extruders = 1;                        ///< [extruder], [extruder1], ...; each tool has its own
+  std::vector<ExtruderStepperConfig> extruder_steppers;
   /// Sections that printer.cfg has, too, and of which nothing but the name matters here.
   std::vector<std::string> more_sections;
 

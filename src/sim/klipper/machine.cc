@@ -123,11 +123,18 @@ void VirtualKlipper::Reset() {
   last_probe_z_mm = 0;
   kept.clear();
   stopped_at_s_.reset();
-  settings = {config_.max_velocity_mm_s,           config_.max_accel_mm_s2,
-              config_.square_corner_velocity_mm_s, config_.minimum_cruise_ratio,
-              config_.pressure_advance_s,          config_.smooth_time_s};
-  Record("pressure_advance", settings.pressure_advance_s);
-  Record("smooth_time", settings.smooth_time_s);
+  settings = {config_.max_velocity_mm_s, config_.max_accel_mm_s2,
+              config_.square_corner_velocity_mm_s, config_.minimum_cruise_ratio};
+  motors.clear();
+  for (const Heater* heater : Heaters()) {
+    const std::string& name = heater->config.name;
+    if (heater == &bed) continue;
+    SetMotor(name, {config_.pressure_advance_s, config_.smooth_time_s, name});
+  }
+  for (const ExtruderStepperConfig& stepper : config_.extruder_steppers) {
+    SetMotor("extruder_stepper " + stepper.name,
+             {stepper.pressure_advance_s, stepper.smooth_time_s, stepper.extruder});
+  }
   Record("max_velocity", settings.max_velocity_mm_s);
   Record("max_accel", settings.max_accel_mm_s2);
   Record("square_corner_velocity", settings.square_corner_velocity_mm_s);
@@ -172,6 +179,14 @@ const Heater& VirtualKlipper::ActiveNozzle() const {
     if (heater.config.name == active_extruder) return heater;
   }
   return nozzle;
+}
+
+// Changes of the first extruder's motor have no name behind them.
+void VirtualKlipper::SetMotor(const std::string& section, const ExtruderMotor& motor) {
+  motors[section] = motor;
+  const std::string whose = section == "extruder" ? "" : " " + section;
+  Record("pressure_advance" + whose, motor.pressure_advance_s);
+  Record("smooth_time" + whose, motor.smooth_time_s);
 }
 
 Heater* VirtualKlipper::FindHeater(const std::string& name) {

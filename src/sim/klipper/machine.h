@@ -63,8 +63,13 @@ struct MotionSettings {
   double max_accel_mm_s2 = 0;
   double square_corner_velocity_mm_s = 0;
   double minimum_cruise_ratio = 0;
+};
+
+/// A motor that pushes filament.
+struct ExtruderMotor {
   double pressure_advance_s = 0;
   double smooth_time_s = 0;
+  std::string motion_queue;  ///< the extruder whose moves it makes; empty: none's
 };
 
 /// The print from a file. Times are the machine's.
@@ -180,10 +185,14 @@ class VirtualKlipper {
   [[nodiscard]] std::vector<Heater*> Heaters();
   /// Of the extruder that is active.
   [[nodiscard]] const Heater& ActiveNozzle() const;
+  [[nodiscard]] const ExtruderMotor& ActiveMotor() const { return motors.at(active_extruder); }
+  void SetMotor(const std::string& section, const ExtruderMotor& motor);
 
   GcodeState gcode;
   std::map<std::string, GcodeState> saved;
   MotionSettings settings;
+  /// By section: "extruder", "extruder1", "extruder_stepper belted".
+  std::map<std::string, ExtruderMotor> motors;
   std::array<double, 4> commanded_mm{};  ///< the toolhead's last queued place: x, y, z, e
   std::array<bool, 3> homed{};
   /// Where the head is, less where Klipper believes it to be.

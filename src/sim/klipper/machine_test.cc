@@ -295,5 +295,22 @@ TEST(VirtualKlipper, TheExecutedLogPlansTheSameMotionAgain) {
   }
 }
 
+TEST(VirtualKlipperMotors, EachHasItsPressureAdvanceByItsSection) {
+  KlipperConfig config = DefaultKlipperConfig();
+  config.extruders = 2;
+  config.extruder_steppers = {{"belted", "extruder1", 0.05, 0.03}};
+  VirtualKlipper klipper(config, {});
+  klipper.RunScript(
+      "ACTIVATE_EXTRUDER EXTRUDER=extruder1\nSET_PRESSURE_ADVANCE ADVANCE=0.01\n"
+      "SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.02\n"
+      "SYNC_EXTRUDER_MOTION EXTRUDER=belted MOTION_QUEUE=extruder");
+  klipper.Advance(1);
+  EXPECT_EQ(ObjectStatus(klipper, "extruder")["pressure_advance"], 0.04);
+  EXPECT_EQ(ObjectStatus(klipper, "extruder1")["pressure_advance"], 0.01);
+  EXPECT_EQ(ObjectStatus(klipper, "extruder_stepper belted"),
+            (nlohmann::json{
+                {"pressure_advance", 0.02}, {"smooth_time", 0.03}, {"motion_queue", "extruder"}}));
+}
+
 }  // namespace
 }  // namespace trammel::sim

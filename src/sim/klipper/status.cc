@@ -58,12 +58,16 @@ Json HeaterStatus(const Heater& heater) {
           {"power", PowerOf(heater)}};
 }
 
+Json MotorStatus(const ExtruderMotor& motor) {
+  return {{"pressure_advance", motor.pressure_advance_s},
+          {"smooth_time", motor.smooth_time_s},
+          {"motion_queue", motor.motion_queue.empty() ? Json(nullptr) : Json(motor.motion_queue)}};
+}
+
 Json ExtruderStatus(const VirtualKlipper& machine, const Heater& heater) {
   Json status = HeaterStatus(heater);
   status["can_extrude"] = heater.temperature_c >= machine.config().min_extrude_temp_c;
-  status["pressure_advance"] = machine.settings.pressure_advance_s;
-  status["smooth_time"] = machine.settings.smooth_time_s;
-  status["motion_queue"] = nullptr;
+  status.update(MotorStatus(machine.motors.at(heater.config.name)));
   return status;
 }
 
@@ -139,6 +143,12 @@ Json ConfigFile(const VirtualKlipper& machine) {
                                {"pressure_advance_smooth_time", config.smooth_time_s}});
   for (const Heater& heater : machine.more_nozzles) {
     settings[heater.config.name] = settings["extruder"];
+  }
+  for (const ExtruderStepperConfig& stepper : config.extruder_steppers) {
+    settings["extruder_stepper " + LowerCase(stepper.name)] = {
+        {"extruder", stepper.extruder},
+        {"pressure_advance", stepper.pressure_advance_s},
+        {"pressure_advance_smooth_time", stepper.smooth_time_s}};
   }
   if (!config.tools.empty()) settings["toolchanger"] = Json::object();
   for (const ToolConfig& tool : config.tools) {
@@ -406,6 +416,9 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   if (!machine.tools.empty()) names.emplace_back("toolchanger");
   for (const ToolConfig& tool : machine.config().tools) names.push_back(tool.name);
   for (const Heater& heater : machine.more_nozzles) names.push_back(heater.config.name);
+  for (const ExtruderStepperConfig& stepper : machine.config().extruder_steppers) {
+    names.push_back("extruder_stepper " + stepper.name);
+  }
   for (const PinConfig& pin : machine.config().pins) names.push_back("output_pin " + pin.name);
   for (const auto& [name, macro] : machine.config().macros) names.push_back("gcode_macro " + name);
   for (const auto& [name, lines] : machine.config().delayed_gcode) {
@@ -425,6 +438,9 @@ Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   }
   for (const Heater& heater : machine.more_nozzles) {
     if (name == heater.config.name) return ExtruderStatus(machine, heater);
+  }
+  if (const auto motor = machine.motors.find(name); motor != machine.motors.end()) {
+    return MotorStatus(motor->second);
   }
   for (const auto& [macro, config] : machine.config().macros) {
     if (name != "gcode_macro " + macro) continue;
