@@ -155,7 +155,7 @@ Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
 }
 
 Result<Outcome> ResetFile(VirtualKlipper& machine, const CommandLine&) {
-  if (machine.print.running) return Fail("SDCARD_RESET_FILE cannot be run from the sdcard");
+  // From the console a print ends by that; the file itself could not go on.
   machine.print = {};
   return Outcome{};
 }
@@ -290,6 +290,7 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
   const auto minded = MindOwner(machine, macro.owner, line);
   if (!minded) return tl::unexpected(minded.error());
   if (!*minded) return Outcome{};
+  machine.MindSettings(macro.settings);
   if (!macro.keeps.empty()) {
     auto& kept = machine.kept[line.name];
     kept.clear();
@@ -332,10 +333,6 @@ const std::map<std::string, Handler>& HostCommands() {
       {"SET_IDLE_TIMEOUT", IdleTimeout},
       {"SDCARD_PRINT_FILE", PrintFile},
       {"SDCARD_RESET_FILE", ResetFile},
-      {"PAUSE", Pause},
-      {"RESUME", Resume},
-      {"CLEAR_PAUSE", ForgetPause},
-      {"CANCEL_PRINT", Cancel},
       {"M24", StartSd},
       {"M25", Pause},
       {"M73", Nothing},
@@ -344,9 +341,20 @@ const std::map<std::string, Handler>& HostCommands() {
   return commands;
 }
 
+namespace {
+
+const std::map<std::string, Handler>& PauseCommands() {
+  static const std::map<std::string, Handler> commands = {
+      {"PAUSE", Pause}, {"RESUME", Resume}, {"CLEAR_PAUSE", ForgetPause}, {"CANCEL_PRINT", Cancel}};
+  return commands;
+}
+
+}  // namespace
+
 std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKlipper& machine) {
   std::vector<const std::map<std::string, Handler>*> tables = {
       &MotionCommands(), &SettingCommands(), &VariableCommands(), &HeatCommands(), &HostCommands()};
+  if (machine.config().pause_resume) tables.push_back(&PauseCommands());
   if (machine.cell() != nullptr) tables.push_back(&ProbeCommands());
   if (!machine.tools.empty()) tables.push_back(&ToolCommands());
   return tables;

@@ -21,6 +21,8 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF",
                                              "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   config.macros["_TRAMMEL_RELEASE"].owner = OwnerRule::kGive;
+  config.macros["_TRAMMEL_KEEP_SETTINGS"].settings = SettingsRule::kKeep;
+  config.macros["_TRAMMEL_BRING_BACK_SETTINGS"].settings = SettingsRule::kBringBack;
   config.macros["_TRAMMEL_RUN"].variables["owner"] = "";
   for (const auto& [macro, method] : {std::pair{"TRAMMEL_PA", "trammel_offer"},
                                       std::pair{"TRAMMEL_PA_PATTERN", "trammel_offer_pattern"},

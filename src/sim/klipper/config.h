@@ -55,6 +55,9 @@ enum class OwnerRule {
   kGive   ///< does nothing at all for a run that does not have it
 };
 
+/// What a macro does with limits and pressure advance, as those of klipper/trammel.cfg.
+enum class SettingsRule { kNone, kKeep, kBringBack };
+
 /// [gcode_macro NAME]: plain lines, and at most one call of a client.
 struct MacroConfig {
   /// "{rawparams}" stands for the parameters as they were given, "{print_time}" for the end of what
@@ -64,6 +67,7 @@ struct MacroConfig {
   std::vector<std::string> keeps;  ///< parameters kept as its variables; those not given are not
   std::map<std::string, std::string> variables;  ///< by lower-case name; texts only
   OwnerRule owner = OwnerRule::kNone;
+  SettingsRule settings = SettingsRule::kNone;
   std::optional<MacroGuard> guard;
   std::string remote_method;  ///< empty: none
   std::vector<RemoteArgument> remote_arguments;
@@ -131,8 +135,9 @@ struct KlipperConfig {
   std::vector<PinConfig> pins{{"LASER", 0, 0}, {"LIGHTS", 1, 1}};
   std::map<std::string, MacroConfig> macros;                      ///< by name, upper case
   std::map<std::string, std::vector<std::string>> delayed_gcode;  ///< by name, upper case
-  double idle_timeout_s = 3600;
-  std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "SET_PIN PIN=LASER VALUE=0", "M84"};
+  double idle_timeout_s = 600;  // Klipper's own, as are the commands
+  std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "M84"};
+  bool pause_resume = true;  ///< [pause_resume]: PAUSE, RESUME, CANCEL_PRINT
 
   std::optional<LoadCellConfig> load_cell;  ///< absent: there is no PROBE
   std::vector<ToolConfig> tools;            ///< empty: there is no klipper-toolchanger

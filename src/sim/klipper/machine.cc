@@ -122,6 +122,7 @@ void VirtualKlipper::Reset() {
   if (config_.load_cell) cell_ = std::make_unique<CellProbe>(*config_.load_cell);
   last_probe_z_mm = 0;
   kept.clear();
+  kept_settings.reset();
   stopped_at_s_.reset();
   settings = {config_.max_velocity_mm_s, config_.max_accel_mm_s2,
               config_.square_corner_velocity_mm_s, config_.minimum_cruise_ratio};
@@ -129,7 +130,7 @@ void VirtualKlipper::Reset() {
   for (const Heater* heater : Heaters()) {
     const std::string& name = heater->config.name;
     if (heater == &bed) continue;
-    SetMotor(name, {config_.pressure_advance_s, config_.smooth_time_s, name});
+    SetMotor(name, {config_.pressure_advance_s, config_.smooth_time_s, ""});
   }
   for (const ExtruderStepperConfig& stepper : config_.extruder_steppers) {
     SetMotor("extruder_stepper " + stepper.name,
@@ -187,6 +188,17 @@ void VirtualKlipper::SetMotor(const std::string& section, const ExtruderMotor& m
   const std::string whose = section == "extruder" ? "" : " " + section;
   Record("pressure_advance" + whose, motor.pressure_advance_s);
   Record("smooth_time" + whose, motor.smooth_time_s);
+}
+
+void VirtualKlipper::MindSettings(SettingsRule rule) {
+  if (rule == SettingsRule::kKeep) kept_settings = {settings, motors};
+  if (rule != SettingsRule::kBringBack || !kept_settings) return;
+  settings.max_accel_mm_s2 = kept_settings->first.max_accel_mm_s2;
+  settings.minimum_cruise_ratio = kept_settings->first.minimum_cruise_ratio;
+  Record("max_accel", settings.max_accel_mm_s2);
+  Record("minimum_cruise_ratio", settings.minimum_cruise_ratio);
+  for (const auto& [section, motor] : kept_settings->second) SetMotor(section, motor);
+  kept_settings.reset();
 }
 
 Heater* VirtualKlipper::FindHeater(const std::string& name) {

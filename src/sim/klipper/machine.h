@@ -69,7 +69,8 @@ struct MotionSettings {
 struct ExtruderMotor {
   double pressure_advance_s = 0;
   double smooth_time_s = 0;
-  std::string motion_queue;  ///< the extruder whose moves it makes; empty: none's
+  /// The extruder whose moves it makes; empty: its own's, of an [extruder_stepper] none's.
+  std::string motion_queue;
 };
 
 /// The print from a file. Times are the machine's.
@@ -186,6 +187,7 @@ class VirtualKlipper {
   /// Of the extruder that is active.
   [[nodiscard]] const Heater& ActiveNozzle() const;
   [[nodiscard]] const ExtruderMotor& ActiveMotor() const { return motors.at(active_extruder); }
+  void MindSettings(SettingsRule rule);
   void SetMotor(const std::string& section, const ExtruderMotor& motor);
 
   GcodeState gcode;
@@ -193,6 +195,8 @@ class VirtualKlipper {
   MotionSettings settings;
   /// By section: "extruder", "extruder1", "extruder_stepper belted".
   std::map<std::string, ExtruderMotor> motors;
+  /// Limits and pressure advance that a macro keeps, until it has brought them back.
+  std::optional<std::pair<MotionSettings, std::map<std::string, ExtruderMotor>>> kept_settings;
   std::array<double, 4> commanded_mm{};  ///< the toolhead's last queued place: x, y, z, e
   std::array<bool, 3> homed{};
   /// Where the head is, less where Klipper believes it to be.

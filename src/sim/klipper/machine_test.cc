@@ -242,11 +242,29 @@ TEST(VirtualKlipper, PrintsAFileAndTellsItsProgress) {
 
 TEST(VirtualKlipper, TurnsHeatersOffWhenItIsLeftAlone) {
   Bench bench;
-  bench.Run("SET_IDLE_TIMEOUT TIMEOUT=30\nM104 S100\n_LASER_ON");
-  bench.Pass(35);
+  bench.Run("G28\nM104 S100");
+  bench.Pass(595);
+  EXPECT_EQ(bench.klipper.nozzle.target_c, 100);
+  bench.Pass(10);  // Klipper's own time-out is 600 s
   EXPECT_EQ(bench.klipper.nozzle.target_c, 0);
-  EXPECT_EQ(bench.klipper.pins.at("LASER"), 0);
+  EXPECT_FALSE(bench.klipper.homed[0]);
   EXPECT_EQ(ObjectStatus(bench.klipper, "idle_timeout")["state"], "Idle");
+}
+
+TEST(VirtualKlipper, WithoutPauseResumeAPrintEndsByClosingItsFile) {
+  KlipperConfig config = DefaultKlipperConfig();
+  config.pause_resume = false;
+  VirtualKlipper klipper(config, {});
+  klipper.files()["a.gcode"] = "G28\nG4 P60000\n";
+  klipper.RunScript("SDCARD_PRINT_FILE FILENAME=a.gcode");
+  klipper.Advance(1);
+  klipper.RunScript("CANCEL_PRINT");
+  klipper.Advance(2);
+  EXPECT_EQ(ObjectStatus(klipper, "print_stats")["state"], "printing");
+  klipper.RunScript("SDCARD_RESET_FILE");
+  klipper.Advance(100);
+  EXPECT_EQ(ObjectStatus(klipper, "print_stats")["state"], "standby");
+  EXPECT_EQ(ObjectStatus(klipper, "pause_resume"), nlohmann::json::object());
 }
 
 TEST(VirtualKlipper, CallsARegisteredAgentAndNobodyElse) {

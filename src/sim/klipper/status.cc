@@ -129,7 +129,6 @@ Json ConfigFile(const VirtualKlipper& machine) {
                    {"stepper_y", StepperSettings(config, 1)},
                    {"stepper_z", StepperSettings(config, 2)},
                    {"virtual_sdcard", {{"path", "/home/pi/printer_data/gcodes"}}},
-                   {"pause_resume", {{"recover_velocity", 50.0}}},
                    {"respond", {{"default_type", "echo"}, {"default_prefix", "echo:"}}},
                    {"idle_timeout", {{"timeout", config.idle_timeout_s}}}};
   settings["extruder"].update({{"nozzle_diameter", 0.4},
@@ -155,6 +154,7 @@ Json ConfigFile(const VirtualKlipper& machine) {
     settings[LowerCase(tool.name)] = {{"tool_number", tool.number}};
   }
   for (const std::string& section : config.more_sections) settings[section] = Json::object();
+  if (config.pause_resume) settings["pause_resume"] = {{"recover_velocity", 50.0}};
   if (config.load_cell) {
     const LoadCellConfig& cell = *config.load_cell;
     settings["load_cell_probe"] = {
@@ -411,7 +411,9 @@ Json GcodeHelp(const VirtualKlipper& machine) {
 
 std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   std::vector<std::string> names;
-  for (const auto& [name, teller] : Tellers()) names.push_back(name);
+  for (const auto& [name, teller] : Tellers()) {
+    if (name != "pause_resume" || machine.config().pause_resume) names.push_back(name);
+  }
   if (machine.cell() != nullptr) names.insert(names.end(), {"probe", "load_cell_probe"});
   if (!machine.tools.empty()) names.emplace_back("toolchanger");
   for (const ToolConfig& tool : machine.config().tools) names.push_back(tool.name);
@@ -429,6 +431,7 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
 
 Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   const auto teller = Tellers().find(name);
+  if (name == "pause_resume" && !machine.config().pause_resume) return Json::object();
   if (teller != Tellers().end()) return teller->second(machine);
   if (machine.cell() != nullptr && name == "probe") return ProbeStatus(machine);
   if (machine.cell() != nullptr && name == "load_cell_probe") return LoadCellStatus(machine);

@@ -291,7 +291,14 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
     if (text) RunScript(*text, reply);
     if (!text) reply(Missing("script"));
   } else if (script != scripts.end()) {
-    RunScript(script->second, reply);
+    bool registered = true;
+    machine_.With([&](VirtualKlipper& klipper) { registered = klipper.config().pause_resume; });
+    if (registered) RunScript(script->second, reply);
+    if (!registered) {
+      reply(Answer::Error(400, fmt::format("webhooks: No registered callback for path "
+                                           "'pause_resume/{}'",
+                                           method.substr(method.rfind('.') + 1))));
+    }
   } else if (starts) {
     const std::optional<std::string> name = TextOf(params, "filename");
     if (name) RunScript("SDCARD_PRINT_FILE FILENAME=" + Quoted(*name), reply);
