@@ -69,7 +69,8 @@ std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> ac
 std::vector<std::string> SaveStateCommands(Dialect dialect) {
   switch (dialect) {
     case Dialect::kKlipper:
-      return {"SAVE_GCODE_STATE NAME=trammel_pattern"};
+      return {"SAVE_GCODE_STATE NAME=trammel_pattern",
+              "_TRAMMEL_KEEP_SETTINGS ; limits and pressure advance, by klipper/trammel.cfg"};
     case Dialect::kRepRapFirmware:
       return {"M120"};
     case Dialect::kMarlin:
@@ -81,13 +82,29 @@ std::vector<std::string> SaveStateCommands(Dialect dialect) {
 std::vector<std::string> RestoreStateCommands(Dialect dialect) {
   switch (dialect) {
     case Dialect::kKlipper:
-      return {"RESTORE_GCODE_STATE NAME=trammel_pattern"};
+      return {"RESTORE_GCODE_STATE NAME=trammel_pattern", "_TRAMMEL_BRING_BACK_SETTINGS"};
     case Dialect::kRepRapFirmware:
       return {"M121"};
     case Dialect::kMarlin:
       return {};
   }
   return {};
+}
+
+std::string DescribeAfterwards(Dialect dialect, const std::vector<ChangedSetting>& changed) {
+  std::string all, values;
+  for (const ChangedSetting& one : changed) {
+    all += fmt::format("{}{}", all.empty() ? "" : " and ", one.words);
+    values += fmt::format(
+        "{}{} {}", values.empty() ? "" : ", ", one.words,
+        one.back ? "is set to " + FormatNumber(*one.back, 5)
+                 : fmt::format("stays at {} (set {})", FormatNumber(one.left, 5), one.key));
+  }
+  if (dialect != Dialect::kKlipper) {
+    return values + "; speed and flow factors stay at 100 %";
+  }
+  return fmt::format("{} come back as they were where Klipper has klipper/trammel.cfg; else {}",
+                     all, values);
 }
 
 std::string WaitForMovesCommand() { return "M400"; }

@@ -30,10 +30,23 @@ inline constexpr int kPressureAdvanceDecimals = 5;
                                                      std::optional<double> minimum_cruise_ratio);
 
 /// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets), under a name
-/// of the pattern alone: whoever prints it may keep a state of its own. Empty where
-/// the firmware has no such command.
+/// of the pattern alone: whoever prints it may keep a state of its own. On Klipper limits and
+/// pressure advance, too, by macros of klipper/trammel.cfg; without that file Klipper says that it
+/// does not know them, and goes on. Empty where the firmware has no such command.
 [[nodiscard]] std::vector<std::string> SaveStateCommands(Dialect dialect);
 [[nodiscard]] std::vector<std::string> RestoreStateCommands(Dialect dialect);
+
+/// A setting that a file changes.
+struct ChangedSetting {
+  std::string_view words;      ///< "pressure advance"
+  double left = 0;             ///< what the file leaves it at
+  std::optional<double> back;  ///< what the file sets it to in the end; absent: it is left
+  std::string_view key;        ///< of trammel.toml: sets `back`
+};
+
+/// What such a file leaves behind once it is printed, in a sentence.
+[[nodiscard]] std::string DescribeAfterwards(Dialect dialect,
+                                             const std::vector<ChangedSetting>& changed);
 
 /// Waits until the planned moves have been carried out: M400 everywhere.
 [[nodiscard]] std::string WaitForMovesCommand();

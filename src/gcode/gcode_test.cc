@@ -58,6 +58,17 @@ TEST(GcodeDialect, LimitsThatAreAbsentAreLeftAlone) {
   EXPECT_THAT(LimitCommands(Dialect::kRepRapFirmware, std::nullopt, 0.5), IsEmpty());
 }
 
+TEST(GcodeDialect, WhatAFileLeavesBehindIsSaidWithItsValues) {
+  const std::vector<ChangedSetting> changed = {
+      {"pressure advance", 0, 0.045, "restore_pressure_advance"},
+      {"acceleration", 3000, std::nullopt, "restore_acceleration"}};
+  const std::string values =
+      "pressure advance is set to 0.045, acceleration stays at 3000 (set restore_acceleration)";
+  EXPECT_THAT(DescribeAfterwards(Dialect::kKlipper, changed), HasSubstr("else " + values));
+  EXPECT_THAT(DescribeAfterwards(Dialect::kMarlin, changed),
+              HasSubstr(values + "; speed and flow"));
+}
+
 TEST(GcodeDialect, AMessageNeverBecomesACommand) {
   EXPECT_EQ(DisplayCommand("PA 0.01\nM112"), "M117 PA 0.01 M112");
 }

@@ -5,6 +5,7 @@
 ; prints within X 108.966 ... 141.034, Y 102.311 ... 147.689
 ; needs a printer that is allowed 150 mm/s and 3000 mm/s^2
 ; filament 27.6 mm, 57 s without heating
+; afterwards pressure advance and acceleration come back as they were where Klipper has klipper/trammel.cfg; else pressure advance stays at 0 (set restore_pressure_advance), acceleration stays at 3000 (set restore_acceleration)
 ; start G-code
 M140 S110
 M104 S195
@@ -13,6 +14,7 @@ M190 S110
 M109 S255
 ; pattern
 SAVE_GCODE_STATE NAME=trammel_pattern
+_TRAMMEL_KEEP_SETTINGS ; limits and pressure advance, by klipper/trammel.cfg
 G21 ; mm
 G90 ; absolute positions
 M82 ; absolute E
@@ -160,10 +162,9 @@ G1 Z20.25 F300
 G0 X5 Y5 F9000
 M400
 M117
-; pressure advance stays at 0: set restore_pressure_advance to change
-; acceleration stays at 3000: set restore_acceleration to change
 SET_VELOCITY_LIMIT MINIMUM_CRUISE_RATIO=0.5
 RESTORE_GCODE_STATE NAME=trammel_pattern
+_TRAMMEL_BRING_BACK_SETTINGS
 ; end G-code
 M104 S0
 M140 S0

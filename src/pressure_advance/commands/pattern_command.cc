@@ -111,6 +111,7 @@ void Print(const PatternSummary& summary, const PatternLayout& layout, const Pat
            const MachineTime& time) {
   fmt::print("lines      {} in {} pattern(s)\n", layout.lines.size(), layout.patterns.size());
   fmt::print("heated to  {}\n", settings::DescribeTemperatures(config));
+  fmt::print("afterwards {}\n", pressure_advance::DescribeAfterwards(config));
   fmt::print("filament   {:.1f} mm{}\n", summary.filament_mm,
              summary.filament_g ? fmt::format(", {:.2f} g", *summary.filament_g) : "");
   fmt::print("print      {} (without heating)\n", Describe(time.print));

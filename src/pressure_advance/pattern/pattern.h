@@ -71,6 +71,9 @@ struct PatternLayout {
 /// temperatures (settings::FindTemperatureProblem).
 [[nodiscard]] std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config);
 
+/// What the printed file leaves behind of what it changed, in a sentence.
+[[nodiscard]] std::string DescribeAfterwards(const PatternConfig& config);
+
 /// What a print's time is made of.
 struct PatternTime {
   double lines_s = 0;       ///< while lines are extruded

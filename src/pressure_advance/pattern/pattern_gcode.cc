@@ -84,6 +84,7 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
                           FormatNumber(fastest_mm_s, 2), FormatNumber(acceleration_mm_s2, 1)));
   writer.Line(fmt::format("; filament {} mm, {} s without heating",
                           FormatNumber(summary.filament_mm, 1), FormatNumber(summary.time_s, 0)));
+  writer.Line("; afterwards " + DescribeAfterwards(config));
 }
 
 /// Modes that the start G-code may have left in any state, and the limits of the pattern.
@@ -137,14 +138,6 @@ void WriteRestore(const PatternConfig& config, Writer& writer) {
   writer.Line("M117");
   if (config.restore_pressure_advance_s) {
     writer.Line(PressureAdvanceCommand(config.dialect, *config.restore_pressure_advance_s));
-  } else {
-    writer.Line(fmt::format(
-        "; pressure advance stays at {}: set restore_pressure_advance to change",
-        FormatNumber(config.frame_pressure_advance_s, gcode::kPressureAdvanceDecimals)));
-  }
-  if (!config.restore_acceleration_mm_s2) {
-    writer.Line(fmt::format("; acceleration stays at {}: set restore_acceleration to change",
-                            FormatNumber(config.acceleration_mm_s2, 1)));
   }
   writer.Lines(LimitCommands(config.dialect, config.restore_acceleration_mm_s2,
                              config.restore_minimum_cruise_ratio));
@@ -152,6 +145,15 @@ void WriteRestore(const PatternConfig& config, Writer& writer) {
 }
 
 }  // namespace
+
+std::string DescribeAfterwards(const PatternConfig& config) {
+  return gcode::DescribeAfterwards(
+      config.dialect,
+      {{"pressure advance", config.frame_pressure_advance_s, config.restore_pressure_advance_s,
+        "restore_pressure_advance"},
+       {"acceleration", SettingsOf(config, PatternCount(config) - 1).acceleration_mm_s2,
+        config.restore_acceleration_mm_s2, "restore_acceleration"}});
+}
 
 std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config) {
   const std::vector<gcode::Placeholder> known = PatternPlaceholders(config);

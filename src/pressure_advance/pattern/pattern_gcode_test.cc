@@ -157,7 +157,11 @@ TEST(PatternGcode, RestoresWhatItChanged) {
   EXPECT_TRUE(HasLine(klipper, "SET_PRESSURE_ADVANCE ADVANCE=0.045"));
   EXPECT_TRUE(HasLine(klipper, "SET_VELOCITY_LIMIT ACCEL=5000 MINIMUM_CRUISE_RATIO=0.5"));
   EXPECT_EQ(klipper.find("ACCEL_TO_DECEL"), std::string::npos);
+  // The macros come last: what was in force when the print began wins over what the settings know.
+  EXPECT_GT(klipper.find("\n_TRAMMEL_BRING_BACK_SETTINGS\n"), klipper.find("ACCEL=5000"));
+  EXPECT_LT(klipper.find("\n_TRAMMEL_KEEP_SETTINGS ;"), klipper.find("ACCEL=3000"));
   config.dialect = gcode::Dialect::kMarlin;
+  EXPECT_EQ(GcodeOf(config).find("_TRAMMEL"), std::string::npos);
   EXPECT_TRUE(HasLine(GcodeOf(config), "M204 P5000 T5000"));
   EXPECT_TRUE(HasLine(GcodeOf(config), "M900 K0.045"));
 }

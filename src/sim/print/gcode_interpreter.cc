@@ -329,7 +329,15 @@ Result<bool> Interpreter::RunModal(const Command& command) {
 
 // Limits, pressure advance and temperatures. False: not one of these.
 Result<bool> Interpreter::RunSetting(const Command& command) {
-  static constexpr const char* kSilent[] = {"M106", "M107", "M84", "M18", "M117", "M118", "G21"};
+  static constexpr const char* kSilent[] = {"M106",
+                                            "M107",
+                                            "M84",
+                                            "M18",
+                                            "M117",
+                                            "M118",
+                                            "G21",
+                                            "_TRAMMEL_KEEP_SETTINGS",
+                                            "_TRAMMEL_BRING_BACK_SETTINGS"};
   const std::string& name = command.name;
   Result<void> done;
   if (name == "SET_VELOCITY_LIMIT") {

@@ -91,6 +91,7 @@ void PrintSheetPlan(const SheetSettings& asked, const SheetPlan& plan, const She
   }
   fmt::print("heated to  {}, once the paper is taped down on the cold bed\n",
              DescribeTemperatures(plan.settings));
+  fmt::print("afterwards {}\n", DescribeAfterwards(plan.settings));
   fmt::print("structures {}, tool changes {}\n", plan.structures.size(), gcode.tool_changes);
   fmt::print("filament   {:.1f} mm\n", gcode.filament_mm);
   fmt::print("time       {} min {:.0f} s without heating and tool changes\n", minutes,

@@ -97,6 +97,7 @@ class Writer {
                           number(plan_.width_mm), number(plan_.height_mm),
                           number(settings_.tilt_deg), ToString(dialect_)));
     pen_.Line("; heated to " + DescribeTemperatures(settings_));
+    pen_.Line("; afterwards " + DescribeAfterwards(settings_));
     pen_.Line("; the scan is read with this file: keep it; the comments below are its settings");
     pen_.Block(FormatSheetComments(plan_));
   }
@@ -259,9 +260,6 @@ class Writer {
     pen_.Line(gcode::WaitForMovesCommand());
     if (const auto acceleration = settings_.printer.restore_acceleration_mm_s2) {
       pen_.Lines(gcode::LimitCommands(dialect_, acceleration, std::nullopt));
-    } else {
-      pen_.Line(fmt::format("; acceleration stays at {}: set restore_acceleration to change",
-                            gcode::FormatNumber(settings_.acceleration_mm_s2, 1)));
     }
     pen_.Line("M82 ; absolute E, as slicers expect it");
     pen_.Lines(gcode::RestoreStateCommands(dialect_));
@@ -300,6 +298,13 @@ std::string ParkForPaperGcode(const SheetPlan& plan) {
 }
 
 std::string ParkAsideGcode(const SheetPlan& plan) { return Parked(plan, &SheetPen::Park); }
+
+std::string DescribeAfterwards(const SheetSettings& settings) {
+  return gcode::DescribeAfterwards(
+      settings.printer.dialect,
+      {{"acceleration", settings.acceleration_mm_s2, settings.printer.restore_acceleration_mm_s2,
+        "restore_acceleration"}});
+}
 
 SheetGcode WriteSheetGcode(const SheetPlan& plan, PaperComes paper) {
   return Writer(plan, paper).Write();

@@ -39,4 +39,7 @@ enum class PaperComes {
 [[nodiscard]] SheetGcode WriteSheetGcode(const SheetPlan& plan,
                                          PaperComes paper = PaperComes::kInTheFile);
 
+/// What the printed file leaves behind of what it changed, in a sentence.
+[[nodiscard]] std::string DescribeAfterwards(const SheetSettings& settings);
+
 }  // namespace trammel::tool_offset
