@@ -28,6 +28,8 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
   command.add_option("--set", options.set, "one setting: key=value; may be repeated");
   command.add_option("--printer", options.address,
                      "Moonraker's address: host, host:port, URL or unix:PATH");
+  command.add_flag("--verbose", options.verbose,
+                   "an error ends with the last messages from and to the printer");
 }
 
 void AddMaterialOption(CLI::App& command, std::string& material) {
@@ -63,6 +65,7 @@ Result<files::Config> LoadSettings(const PrinterOptions& options) {
     return tl::unexpected(valid.error());
   }
   if (!options.address.empty()) config->scan.address = options.address;
+  config->scan.quote_messages = options.verbose;
   if (!options.camera.empty()) {
     auto camera = CameraAddressOf("--camera", options.camera);
     if (!camera) return tl::unexpected(camera.error());
@@ -83,6 +86,7 @@ machine::MoonrakerOptions OptionsOf(const settings::ScanSettings& settings) {
   options.api_key = settings.api_key;
   options.ca_file = settings.ca_file;
   options.accept_any_certificate = settings.accept_any_certificate;
+  options.quote_messages = settings.quote_messages;
   return options;
 }
 

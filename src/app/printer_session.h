@@ -26,9 +26,10 @@ struct PrinterOptions {
   std::string address;           ///< Moonraker's; empty: the settings'
   std::string camera;            ///< empty: the settings'
   std::string material;          ///< empty: the settings'
+  bool verbose = false;          ///< errors quote the conversation with the printer
 };
 
-/// --config, --set and --printer.
+/// --config, --set, --printer and --verbose.
 void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
 
 /// --material, for what prints.

@@ -28,7 +28,7 @@ Check CheckReadiness(const PrinterState& state) {
   if (state.readiness == PrinterReadiness::kReady) return Pass("printer", "ready");
   return Miss("printer", fmt::format("the printer is not ready but in \"{}\": {}; look at its own "
                                      "screen, then FIRMWARE_RESTART",
-                                     ToString(state.readiness), state.message));
+                                     ToString(state.readiness), machine::FirstLine(state.message)));
 }
 
 Check CheckIdle(const PrinterState& state) {

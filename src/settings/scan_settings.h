@@ -21,6 +21,7 @@ struct ScanSettings {
   std::string api_key_file;  ///< its first line is the key
   std::string ca_file;
   bool accept_any_certificate = false;
+  bool quote_messages = false;    ///< as machine::MoonrakerOptions; of the command line alone
   bool keep_in_spoolman = false;  ///< whatever `pa apply` sets
 
   // [camera]

@@ -54,6 +54,7 @@ Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) con
 }
 
 std::string Moonraker::LastMessages() const {
+  if (!options_.quote_messages) return "";
   const std::string excerpt = log().Excerpt(kMessagesInErrors);
   return excerpt.empty() ? "" : "\n  the last messages (> ours, < the printer's):" + excerpt;
 }

@@ -24,6 +24,7 @@ struct MoonrakerOptions {
   /// Where an agent has the name: takes name-2 … name-9. Otherwise the connection fails, and is
   /// tried again like any that is lost: for an agent that others call by its name.
   bool other_names = true;
+  bool quote_messages = false;       ///< errors end with the last messages of the conversation
   double connect_time_limit_s = 10;  ///< of one attempt, 0.1 … 600
   std::size_t max_message_bytes = std::size_t{16}
                                   << 20;  ///< of an incoming message; a long configuration has 1 MB

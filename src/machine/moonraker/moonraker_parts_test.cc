@@ -163,7 +163,7 @@ TEST(MoonrakerStatus, PressureAdvanceIsOfEveryMotorThatPushesFilament) {
   const json status = {
       {"webhooks", {{"state", "ready"}}},
       {"toolhead", {{"extruder", "extruder2"}}},
-      {"extruder", {{"pressure_advance", 0.02}, {"smooth_time", 0.04}}},
+      {"extruder", {{"pressure_advance", 0.02}, {"smooth_time", 0.04}, {"motion_queue", nullptr}}},
       {"extruder1", {{"pressure_advance", 0.05}, {"motion_queue", "extruder"}}},
       {"extruder2", {{"temperature", 20.0}}},  // its filament is pushed by the motor below
       {"extruder_stepper belted", {{"pressure_advance", 0.03}, {"motion_queue", "extruder2"}}},

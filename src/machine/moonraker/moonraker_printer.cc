@@ -171,8 +171,9 @@ void MoonrakerPrinter::OnReadiness(PrinterReadiness readiness, const std::string
       // A script whose answer was lost with the link goes on: it is not the firmware that left it.
       const bool unheard = script->answer && script->answer->kind == RpcAnswer::Kind::kLost;
       if (script->broke.empty() && !unheard) {
+        // The cause; what to do about it goes on in further lines.
         script->broke = fmt::format("the printer went to '{}'{}{}", ToString(readiness),
-                                    message.empty() ? "" : ": ", message);
+                                    message.empty() ? "" : ": ", FirstLine(message));
       }
     }
   }

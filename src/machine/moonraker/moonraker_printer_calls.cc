@@ -173,7 +173,7 @@ Result<void> MoonrakerPrinter::Restart(const WaitLimit& limit) {
       })) {
     return tl::unexpected(
         WaitError(fmt::format("the firmware to be ready after its restart (it is '{}': {})",
-                              ToString(readiness_), readiness_message_),
+                              ToString(readiness_), FirstLine(readiness_message_)),
                   limit));
   }
   return {};
@@ -184,9 +184,10 @@ Result<void> MoonrakerPrinter::WaitUntilReady(const WaitLimit& limit) {
   std::unique_lock lock(mutex_);
   if (!WaitFor(lock, limit,
                [this] { return readiness_ == PrinterReadiness::kReady && restarts_ > 0; })) {
-    return tl::unexpected(WaitError(fmt::format("the printer to be ready (it is '{}': {})",
-                                                ToString(readiness_), readiness_message_),
-                                    limit));
+    return tl::unexpected(
+        WaitError(fmt::format("the printer to be ready (it is '{}': {})", ToString(readiness_),
+                              FirstLine(readiness_message_)),
+                  limit));
   }
   return {};
 }
@@ -214,8 +215,7 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
     if (state.readiness != PrinterReadiness::kReady) {
       const bool away = state.readiness == PrinterReadiness::kDisconnected;
       return Fail(fmt::format("the printer is '{}' ({}) while waiting for {}; {}{}",
-                              ToString(state.readiness),
-                              state.message.substr(0, state.message.find('\n')), what,
+                              ToString(state.readiness), FirstLine(state.message), what,
                               away ? "begin again when Moonraker and Klipper are back"
                                    : "find the cause, then FIRMWARE_RESTART",
                               moonraker_.LastMessages()),

@@ -55,7 +55,7 @@ TEST_F(MoonrakerPrinterTest, AComplaintThatTheAnswerOvertookIsStillHeard) {
 }
 
 TEST_F(MoonrakerPrinterTest, AnErrorNamesTheLineTheReasonAndARemedy) {
-  Connect();
+  Connect({.quote_messages = true});
   server_.Handle("printer.gcode.script", [](const json& request) {
     const std::string words = "Move out of range: 999.000 50.000 0.300 [1.200]";
     return std::vector{GcodeResponse("!! " + words), test::ErrorFor(request, 400, words)};
@@ -63,6 +63,12 @@ TEST_F(MoonrakerPrinterTest, AnErrorNamesTheLineTheReasonAndARemedy) {
   EXPECT_THAT(RunError("G90\nG1 X10 Y50 Z0.3 F6000\nG1 X999\nM400"),
               AllOf(HasSubstr("line 3, 'G1 X999'"), HasSubstr("Move out of range"),
                     HasSubstr("bed's size"), HasSubstr("the last messages")));
+}
+
+TEST_F(MoonrakerPrinterTest, TheConversationIsQuotedOnRequestAlone) {
+  Connect();
+  ScriptSays({GcodeResponse("!! laser interlock open")});
+  EXPECT_THAT(RunError("LASER_ON"), ::testing::Not(HasSubstr("messages")));
 }
 
 TEST_F(MoonrakerPrinterTest, AReportedErrorFailsThoughTheAnswerIsOk) {

@@ -232,8 +232,8 @@ void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   }
 }
 
-// An extruder's own motor moves its filament unless it was synchronised with another's; an older
-// Klipper does not report that.
+// Klipper reports no queue (null) for an extruder's own motor until that was synchronised with
+// another's.
 void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& state) {
   const auto advance_s = reader.Within(name, "pressure_advance", kTime_s);
   if (!advance_s || !reader.Room("extruder motors", state.pressure_advance.size(), kMostMotors)) {
@@ -242,8 +242,8 @@ void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& 
   PressureAdvance& motor = state.pressure_advance[name];
   motor.advance_s = *advance_s;
   motor.smooth_time_s = reader.Within(name, "smooth_time", kTime_s);
-  const bool reported = Member(reader.Object(name), "motion_queue") != nullptr;
-  if (reported) {
+  const json* queue = Member(reader.Object(name), "motion_queue");
+  if (queue != nullptr && queue->is_string()) {
     motor.motion_queue = reader.Name(name, "motion_queue");
   } else if (IsExtruder(name)) {
     motor.motion_queue = name;
@@ -326,7 +326,7 @@ json WantedObjects(const std::vector<std::string>& available) {
       want(object, {"absolute_coordinates", "absolute_extrude", "speed", "speed_factor",
                     "extrude_factor", "homing_origin", "gcode_position"});
     } else if (object == "print_stats") {
-      want(object, {"state", "filename", "message"});
+      want(object, {"state", "filename", "message", "total_duration", "filament_used"});
     } else if (object == "virtual_sdcard") {
       want(object, {"progress", "is_active"});
     } else if (object == "idle_timeout") {
@@ -387,6 +387,8 @@ PrinterState ReadStatus(const json& known, double eventtime_s, std::string* faul
   state.print_message = reader.Text("print_stats", "message");
   state.print_progress =
       std::clamp(NumberOr(reader.Object("virtual_sdcard"), "progress", 0), 0.0, 1.0);
+  state.print_total_s = std::max(0.0, NumberOr(reader.Object("print_stats"), "total_duration", 0));
+  state.print_filament_mm = NumberOr(reader.Object("print_stats"), "filament_used", 0);
   state.idle_state = reader.Text("idle_timeout", "state");
   state.paused = BoolOr(reader.Object("pause_resume"), "is_paused", false);
   if (fault != nullptr) {

@@ -47,8 +47,9 @@ struct TrapezoidMove {
 /// A printer that takes G-code. Thread-safe: any call from any thread.
 ///
 /// All failures are kMachine, or kInterrupted where the limit's stop token ended the wait. The
-/// message names what was tried, what came back, the last messages of the conversation, and what
-/// to do. A lost connection is taken up again in the background; calls fail until it is back.
+/// message names what was tried, what came back, and what to do, on request with the last messages
+/// of the conversation. A lost connection is taken up again in the background; calls fail until it
+/// is back.
 class Printer {
  public:
   virtual ~Printer() = default;

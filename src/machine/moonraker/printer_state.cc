@@ -24,6 +24,10 @@ std::optional<double> ActiveAdvance_s(const PrinterState& state) {
   return own->second.advance_s;
 }
 
+std::string FirstLine(std::string_view message) {
+  return std::string(message.substr(0, message.find('\n')));
+}
+
 std::string NameInGcode(std::string_view section) {
   return std::string(section.substr(section.rfind(' ') + 1));
 }

@@ -78,7 +78,9 @@ struct PrinterState {
   std::string print_file;     ///< the file being or last printed, empty where none
   std::string print_message;  ///< why a print failed
   double print_progress = 0;  ///< 0 … 1 of the file's bytes
-  std::string idle_state;     ///< "Idle", "Ready", "Printing" (any motion)
+  double print_total_s = 0;   ///< of the file being or last printed: how long it has taken
+  double print_filament_mm = 0;  ///< … and how much filament its moves have asked for
+  std::string idle_state;        ///< "Idle", "Ready", "Printing" (any motion)
   bool paused = false;
 
   /// Scripts that this client sent and whose answer it no longer waits for (a time limit or an
@@ -88,6 +90,9 @@ struct PrinterState {
 
 /// Of the active extruder's own motor; absent where it has none, or the printer reports none.
 [[nodiscard]] std::optional<double> ActiveAdvance_s(const PrinterState& state);
+
+/// The cause at the head of a firmware's message.
+[[nodiscard]] std::string FirstLine(std::string_view message);
 
 /// How G-code names the object of a section (EXTRUDER=, HEATER=): "belted" of
 /// "extruder_stepper belted".
