@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
@@ -67,18 +68,108 @@ Result<void> HeatersOff(const Session& session, const std::string& why) {
   return off;
 }
 
+// Klipper has the last print's figures until the next one begins, or until the file is closed.
+bool PrintedSince(const RunJournal& journal, const machine::PrinterState& now) {
+  if (now.print_file.empty() || now.print_file == journal.upload) return false;
+  return now.print_file != journal.last_print ||
+         !SameValue(now.print_total_s, journal.last_print_s);
+}
+
+/// What becomes of the values that are not as they were before a run.
+struct Remains {
+  files::SettingValues back;      ///< still what the run gave them: as they were before it
+  files::SettingValues off;       ///< heaters that are on, and that the run heated to that: off
+  std::vector<std::string> ours;  ///< both, in words
+  std::vector<std::string> left;  ///< what somebody else has set since, in words
+  std::string print;              ///< that was made since: nothing is changed then
+};
+
+bool GaveIt(const RunJournal& journal, const std::string& name, double value) {
+  const auto given = journal.given.find(name);
+  return given != journal.given.end() &&
+         std::any_of(given->second.begin(), given->second.end(),
+                     [&](double one) { return SameValue(one, value); });
+}
+
+Remains RemainsOf(const RunJournal& journal, const machine::PrinterState& now) {
+  Remains remains;
+  if (PrintedSince(journal, now)) remains.print = now.print_file;
+  for (const auto& [name, is] : SettingsOf(now)) {
+    const auto before = journal.before.find(name);
+    const double was = before == journal.before.end() ? 0 : before->second;
+    const bool another_tools = journal.changes_tools && name.starts_with("offset ");
+    if (IsTarget(name) ? is <= 0 : before == journal.before.end() || SameValue(is, was)) continue;
+    if (another_tools) continue;
+    if (!remains.print.empty() || !GaveIt(journal, name, is)) {
+      // A heater that the run never touched is nothing that it left.
+      if (IsTarget(name) && SameValue(is, was)) continue;
+      remains.left.push_back(
+          fmt::format("{} (before that run {:.4g})", DescribeSetting(name, is), was));
+    } else if (IsTarget(name)) {
+      remains.off[name] = 0;
+      remains.ours.push_back(fmt::format("{} -> off", DescribeSetting(name, is)));
+    } else {
+      remains.back[name] = was;
+      remains.ours.push_back(fmt::format("{} -> {:.4g}", DescribeSetting(name, is), was));
+    }
+  }
+  return remains;
+}
+
+// "brought back …; left as they are …", in either tense.
+std::string Describe(const Remains& remains, const char* bring_back, const char* leave) {
+  std::string text =
+      remains.ours.empty() ? "nothing to bring back" : bring_back + Joined(remains.ours);
+  if (!remains.left.empty()) {
+    text += fmt::format("; {}, {}: {}", leave,
+                        remains.print.empty()
+                            ? "because that run did not set them so"
+                            : fmt::format("because {} was printed since", remains.print),
+                        Joined(remains.left));
+  }
+  return text;
+}
+
+// The G-code state comes back as a whole: what the run did not set, or no longer has its value, is
+// set to what it is now, G-code's offset and origin always.
+std::string GcodeStateScript(const RunJournal& journal, const machine::PrinterState& now,
+                             const files::SettingValues& back) {
+  files::SettingValues modes;
+  for (const auto& [name, is] : SettingsOf(now)) {
+    if (IsOfGcodeState(name)) modes[name] = back.contains(name) ? back.at(name) : is;
+  }
+  std::string script =
+      fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
+  for (const std::string& line : SettingLines(modes)) script += "\n" + line;
+  const auto& offset_mm = now.gcode.homing_origin_mm;
+  const auto& at = now.gcode.gcode_position_mm;
+  return script + fmt::format(
+                      "\nSET_GCODE_OFFSET X={:.6f} Y={:.6f} Z={:.6f}"
+                      "\nG92 X{:.6f} Y{:.6f} Z{:.6f} E{:.6f}",
+                      offset_mm[0], offset_mm[1], offset_mm[2], at[0], at[1], at[2], at[3]);
+}
+
 // @returns whether the run's session of Klipper still lasts.
 Result<bool> BringBack(const Session& session, const settings::ScanSettings& settings,
                        const RunJournal& journal) {
-  const auto restored = RestoreGcodeState(session, journal);
+  const auto now = session.printer.State(session.Within(kAsk_s));
+  if (!now) return tl::unexpected(now.error());
+  const Remains remains = RemainsOf(journal, *now);
+  const std::string script = GcodeStateScript(journal, *now, remains.back);
+  const auto restored = session.printer.Run(script, session.Within(kScript_s));
   if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
   if (!restored) return tl::unexpected(restored.error());
   std::vector<std::string> lines;
-  if (!journal.without_laser) lines = {settings.laser_off_gcode, settings.lights_on_gcode};
-  for (std::string& line : SettingLines(journal)) lines.push_back(std::move(line));
+  if (!journal.without_laser && remains.print.empty()) {
+    lines = {settings.laser_off_gcode, settings.lights_on_gcode};
+  }
+  files::SettingValues back = remains.back;
+  std::erase_if(back, [](const auto& value) { return IsOfGcodeState(value.first); });
+  back.insert(remains.off.begin(), remains.off.end());
+  for (std::string& line : SettingLines(back)) lines.push_back(std::move(line));
   if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
-  session.Say(fmt::format("{}: brought back {}", WhatBecameOf(journal), DescribeSettings(journal)));
-  if (auto off = HeatersOff(session, "it"); !off) return tl::unexpected(off.error());
+  session.Say(fmt::format("{}: {}", WhatBecameOf(journal),
+                          Describe(remains, "brought back ", "left as they are")));
   return true;
 }
 
@@ -257,11 +348,9 @@ std::string DescribeDeadRun(const Session& session, const fs::path& state_folder
   if (!journal)
     return "a run died here, and its journal cannot be read: " + journal.error().message;
   if (*journal) {
-    const auto state = session.printer.LastState();
-    const std::string on = HeatersOn(state);
-    return fmt::format("{}: the next run brings back {}{}", WhatBecameOf(**journal),
-                       DescribeSettings(**journal),
-                       on.empty() ? "" : " and switches off what is on: " + on);
+    const Remains remains = RemainsOf(**journal, session.printer.LastState());
+    return fmt::format("{}: {}", WhatBecameOf(**journal),
+                       Describe(remains, "the next run brings back ", "it leaves as they are"));
   }
   return owner && !owner->empty() ? Taken(*owner).message : "";
 }

@@ -36,12 +36,13 @@ namespace trammel::procedure {
 /// The run by whose name the printer's own limit is armed (klipper/trammel.cfg); empty: none.
 [[nodiscard]] Result<std::string> OwnerAtPrinter(const Session& session);
 
-/// Ends what runs left that died with this printer, by their journals: laser off, lights on, G-code
-/// state, limits and pressure advance as before, heaters off, their limit released, their file
-/// deleted. Tells what it did. Nothing where there is none.
-/// REQUIRES an idle printer whose lock on this computer is held.
-/// Errors: kMachine where it could not be brought back, or where the printer belongs to a run that
-/// may be alive; kInput where a journal cannot be removed.
+/// Ends what runs left that died with this printer, by their journals: laser off, lights on, their
+/// limit released, their file deleted. A setting comes back, and a heater goes off, only where it
+/// still has the value that the run gave it; G-code's offset never. Where something else was
+/// printed since, all stays as it is. Tells each value that it brought back or left. Nothing where
+/// there is no journal. REQUIRES an idle printer whose lock on this computer is held. Errors:
+/// kMachine where it could not be brought back, or where the printer belongs to a run that may be
+/// alive; kInput where a journal cannot be removed.
 [[nodiscard]] Result<void> FinishDeadRuns(const Session& session,
                                           const settings::ScanSettings& settings,
                                           const std::filesystem::path& state_folder,

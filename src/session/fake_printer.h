@@ -18,8 +18,9 @@ class FakePrinter : public machine::Printer {
  public:
   machine::PrinterState state;
   std::vector<std::string> scripts;                 ///< everything that was run, in order
-  std::map<std::string, std::string> refused;       ///< script -> what the printer answers
+  std::map<std::string, std::string> refused;       ///< first line -> what the printer answers
   std::map<std::string, bool> unknown;              ///< commands that it does not have
+  bool cannot_cancel = false;                       ///< it has no [pause_resume]
   bool stopped = false;                             ///< by EmergencyStop
   bool comes_back = true;                           ///< whether WaitUntilReady succeeds
   std::vector<std::string> deleted;                 ///< files, in order
@@ -71,7 +72,7 @@ class FakePrinter : public machine::Printer {
       state.readiness = machine::PrinterReadiness::kDisconnected;
       return Fail("the link is gone", ErrorKind::kMachine);
     }
-    const auto refusal = refused.find(scripts.back());
+    const auto refusal = refused.find(scripts.back().substr(0, scripts.back().find('\n')));
     if (refusal != refused.end()) return Fail(refusal->second, ErrorKind::kMachine);
     return {};
   }
@@ -131,6 +132,7 @@ class FakePrinter : public machine::Printer {
   Result<void> CancelPrint(const machine::WaitLimit&) override {
     const std::lock_guard lock(mutex_);
     scripts.emplace_back("CANCEL_PRINT");
+    if (cannot_cancel) return Fail("no callback for pause_resume/cancel", ErrorKind::kMachine);
     state.print_state = "cancelled";
     return {};
   }

@@ -16,29 +16,33 @@ namespace trammel::procedure::testing {
 inline constexpr const char* kMark = "RESTORE_GCODE_STATE NAME=trammel_run-1 MOVE=0";
 inline constexpr const char* kNozzleOff = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=0";
 
-/// Once it has done what stands in `deaf_after`, it leaves its next question for its state without
+/// Once it has done what stands in `deaf_after`, it leaves the next questions for its state without
 /// an answer.
 class DeafPrinter : public FakePrinter {
  public:
   std::string deaf_after;
+  int deaf_for = 1;  ///< questions
 
   Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
     auto done = FakePrinter::Run(script, limit);
-    deaf_ = deaf_ || scripts.back() == deaf_after;
+    if (scripts.back() == deaf_after) deaf_ = deaf_for;
     return done;
   }
   Result<void> CancelPrint(const machine::WaitLimit& limit) override {
     auto done = FakePrinter::CancelPrint(limit);
-    deaf_ = deaf_ || scripts.back() == deaf_after;
+    if (scripts.back() == deaf_after) deaf_ = deaf_for;
     return done;
   }
   Result<machine::PrinterState> State(const machine::WaitLimit& limit) override {
-    if (std::exchange(deaf_, false)) return Fail("no answer within 10 s", ErrorKind::kMachine);
+    if (deaf_ > 0) {
+      --deaf_;
+      return Fail("no answer within 10 s", ErrorKind::kMachine);
+    }
     return FakePrinter::State(limit);
   }
 
  private:
-  bool deaf_ = false;
+  int deaf_ = 0;
 };
 
 /// The printer, and the guard of a run that has it.

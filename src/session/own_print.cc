@@ -10,6 +10,8 @@ namespace {
 
 // A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
 constexpr double kScript_s = 60;
+// Behind a macro of the start code that heats, too: Klipper does nothing else before it has ended.
+constexpr double kCancel_s = 900;
 constexpr double kAsk_s = 10;
 
 // Relative, because a G-code file may have moved G-code's origin.
@@ -39,6 +41,17 @@ void LiftAndPark(const Session& session, const ParkPlace& park, EndedPrint& ende
   }
 }
 
+// Without [pause_resume] nobody knows how to cancel; closing the file ends its print, too.
+Result<void> Cancel(const Session& session) {
+  session.Say("cancelling the print, once the command that it is at has ended");
+  const auto cancelled = session.printer.CancelPrint({kCancel_s});
+  const auto now = session.printer.State({kAsk_s});
+  if (!now) return cancelled;
+  if (now->print_file != session.own_file || OthersJob(*now, "").empty()) return {};
+  const auto closed = session.printer.Run("SDCARD_RESET_FILE", {kScript_s});
+  return closed || cancelled ? closed : cancelled;
+}
+
 }  // namespace
 
 EndedPrint EndOwnPrint(const Session& session, const machine::PrinterState& now,
@@ -46,9 +59,11 @@ EndedPrint EndOwnPrint(const Session& session, const machine::PrinterState& now,
   EndedPrint ended;
   if (now.print_file != session.own_file || now.print_state == "complete") return ended;
   if (now.print_state == "printing" || now.print_state == "paused") {
-    session.Say("cancelling the print", kScript_s);
-    if (auto cancelled = session.printer.CancelPrint({kScript_s}); !cancelled) {
-      ended.failed.push_back("the print could not be cancelled: " + cancelled.error().message);
+    if (auto cancelled = Cancel(session); !cancelled) {
+      ended.failed.push_back(
+          "the print could not be cancelled, so it goes on and nothing is brought back into it; "
+          "cancel it at the printer: " +
+          cancelled.error().message);
       return ended;
     }
   }

@@ -25,8 +25,9 @@ struct EndedPrint {
   std::vector<std::string> lost;    ///< no further attempt will
 };
 
-/// Cancels the job of the session's own file, where it is printing or paused, and lifts and parks
-/// its nozzle, where there is a place for it. A complete print and others' jobs are left alone.
+/// Cancels the job of the session's own file, where it is printing or paused (without
+/// [pause_resume] by closing the file), and lifts and parks its nozzle, where there is a place for
+/// it. A complete print and others' jobs are left alone.
 /// Ignores the session's stop.
 /// @param now  the printer as it was told just before.
 [[nodiscard]] EndedPrint EndOwnPrint(const Session& session, const machine::PrinterState& now,

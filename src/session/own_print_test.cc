@@ -40,6 +40,22 @@ TEST_F(OwnPrint, IsCancelledAndTheNozzleLiftedOffItAndParked) {
       ElementsAre("CANCEL_PRINT", "G91\nG1 Z20.000 F300\nG1 X-95.000 Y-114.000 F9000\nG90\nM400"));
 }
 
+// Without [pause_resume] Moonraker's own call fails, and there is no CANCEL_PRINT.
+TEST_F(OwnPrint, IsEndedByClosingItsFileWhereNothingCanCancelIt) {
+  printer_.cannot_cancel = true;
+  EXPECT_THAT(End().failed, IsEmpty());
+  EXPECT_THAT(printer_.scripts,
+              ElementsAre("CANCEL_PRINT", "SDCARD_RESET_FILE", HasSubstr("G91\nG1 Z20.000")));
+}
+
+TEST_F(OwnPrint, ThatNothingEndsIsSaidToGoOnAndIsNotLiftedOff) {
+  printer_.cannot_cancel = true;
+  printer_.refused["SDCARD_RESET_FILE"] = "no";
+  EXPECT_THAT(End().failed,
+              ElementsAre(AllOf(HasSubstr("it goes on"), HasSubstr("cancel it at the printer"))));
+  EXPECT_THAT(printer_.scripts, ElementsAre("CANCEL_PRINT", "SDCARD_RESET_FILE"));
+}
+
 TEST_F(OwnPrint, LiftsNoHigherThanTheAxisGoes) {
   printer_.state.print_state = "error";
   printer_.state.position_mm = {5, 6, 245, 7};

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+
+#include "session/printer_settings.h"
 
 namespace trammel::procedure {
 namespace {
@@ -35,8 +38,40 @@ class Repeatedly {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Result<void> Settle(const Session& session, const std::string& heater, const std::string& what,
-                    double time_limit_s, const std::function<bool(double)>& settled) {
+bool HasTarget(const PrinterState& state, const std::string& heater, double target_c) {
+  const auto found = state.heaters.find(heater);
+  return found != state.heaters.end() && SameValue(found->second.target_c, target_c);
+}
+
+// That a heater still has the target that it was given.
+Result<void> CheckTarget(const Session& session, const std::string& heater, double target_c) {
+  if (HasTarget(session.printer.LastState(), heater, target_c)) return {};
+  // The printer's time-out calls itself idle once its commands have run.
+  constexpr double kIdle_s = 1;
+  const auto idle = session.printer.WaitUntil(
+      [](const PrinterState& state) { return state.idle_state == "Idle"; },
+      "the printer to be idle", session.Within(kIdle_s));
+  const auto state = session.printer.LastState();
+  const auto found = state.heaters.find(heater);
+  const double is_c = found == state.heaters.end() ? 0 : found->second.target_c;
+  const std::string wanted = fmt::format("{} was to have {:.0f} degC", heater, target_c);
+  if (is_c > 0) {
+    return Fail(fmt::format("somebody set {} to {:.0f} degC in the middle ({}): begin again when "
+                            "nobody else uses the printer",
+                            heater, is_c, wanted),
+                ErrorKind::kMachine);
+  }
+  return Fail(fmt::format("{} was switched off in the middle, by {} ({})", heater,
+                          idle ? "the printer's own idle time-out: set [idle_timeout] timeout in "
+                                 "printer.cfg to more than heating takes"
+                               : "somebody's Cooldown, a macro or another client: begin again",
+                          wanted),
+              ErrorKind::kMachine);
+}
+
+Result<void> Settle(const Session& session, const std::string& heater, double target_c,
+                    const std::string& what, double time_limit_s,
+                    const std::function<bool(double)>& settled) {
   if (session.printer.LastState().heaters.count(heater) == 0) {
     return Fail(fmt::format("the printer has no heater {}", heater), ErrorKind::kMachine);
   }
@@ -45,25 +80,36 @@ Result<void> Settle(const Session& session, const std::string& heater, const std
       [&](const PrinterState& state) {
         const double now_c = Temperature(state, heater);
         if (repeatedly.Due()) session.Say(fmt::format("  {} is at {:.0f} degC", heater, now_c));
-        return settled(now_c) || !OthersJob(state, session.own_file).empty();
+        return settled(now_c) || !HasTarget(state, heater, target_c) ||
+               !OthersJob(state, session.own_file).empty();
       },
       what, session.Within(time_limit_s));
-  if (reached) return CheckStillFree(session);
+  if (reached) {
+    if (auto free = CheckStillFree(session); !free) return free;
+    return CheckTarget(session, heater, target_c);
+  }
   return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
                           Temperature(session.printer.LastState(), heater)),
               reached.error().kind);
 }
 
+// What the file's macros heat is not in its text: the heaters' targets are noted as they come.
+void NoteTargets(const Session& session, const PrinterState& state) {
+  if (!session.note) return;
+  std::string lines;
+  for (const auto& [name, heater] : state.heaters) {
+    if (heater.target_c > 0) lines += TargetLine(name, heater.target_c) + "\n";
+  }
+  (void)session.note(lines);  // a print that runs already is not ended for it
+}
+
 // Until the file is no longer being printed. A print goes on without us: a lost connection is
 // waited for.
-Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
+Result<PrinterState> WatchPrint(const Session& session, double limit_s, double filament_mm) {
   Repeatedly repeatedly;
   const auto ended = [&](const PrinterState& state) {
-    if (repeatedly.Due()) {
-      session.Tell({.text = fmt::format("  {:.0f} % of the file read", 100 * state.print_progress),
-                    .remaining_s = {},
-                    .done = state.print_progress});
-    }
+    if (state.print_file == session.own_file) NoteTargets(session, state);
+    if (repeatedly.Due()) session.Tell(ProgressOfPrint(state, filament_mm));
     return state.print_state != "printing" || state.print_file != session.own_file;
   };
   for (;;) {
@@ -89,7 +135,7 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
       "the print to begin", session.Within(kCommand_s));
   if (!begun) return tl::unexpected(begun.error());
   const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
-  const auto done = WatchPrint(session, limit_s);
+  const auto done = WatchPrint(session, limit_s, options.filament_mm);
   if (!done) return tl::unexpected(done.error());
   if (!OthersJob(*done, session.own_file).empty()) return CheckStillFree(session);
   if (done->print_state == "complete") return {};
@@ -104,11 +150,26 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
 
 }  // namespace
 
+Progress ProgressOfPrint(const PrinterState& state, double filament_mm) {
+  Progress progress{.text = {}, .remaining_s = {}};
+  for (const auto& [name, heater] : state.heaters) {
+    if (heater.temperature_c >= heater.target_c - kNearTarget_c) continue;
+    progress.text = fmt::format("  heating {}: {:.0f} of {:.0f} degC", name, heater.temperature_c,
+                                heater.target_c);
+  }
+  const double share =
+      filament_mm > 0 ? state.print_filament_mm / filament_mm : state.print_progress;
+  progress.done = std::clamp(share, 0.0, 1.0);
+  if (!progress.text.empty()) return progress;
+  progress.text = state.print_filament_mm > 0
+                      ? fmt::format("  {:.0f} % printed", 100 * *progress.done)
+                      : std::string("  at the start G-code");
+  return progress;
+}
+
 Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
   if (auto free = CheckStillFree(session); !free) return free;
-  return session.printer.Run(
-      fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
-      session.Within(kCommand_s));
+  return RunNoted(session, TargetLine(heater, target_c), kCommand_s);
 }
 
 Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
@@ -118,7 +179,7 @@ Result<void> HeatAndWait(const Session& session, const std::string& heater, doub
   session.Tell({.text = fmt::format("heating {} to {:.0f} degC", heater, target_c),
                 .remaining_s = {},
                 .phase = "heating"});
-  return Settle(session, heater, fmt::format("{} to reach {:.0f} degC", heater, target_c),
+  return Settle(session, heater, target_c, fmt::format("{} to reach {:.0f} degC", heater, target_c),
                 time_limit_s, [=](double now_c) { return now_c >= target_c - kNearTarget_c; });
 }
 
@@ -129,8 +190,9 @@ Result<void> CoolAndWait(const Session& session, const std::string& heater, doub
   session.Tell({.text = fmt::format("letting {} cool to {:.0f} degC", heater, target_c),
                 .remaining_s = {},
                 .phase = "cooling"});
-  return Settle(session, heater, fmt::format("{} to cool to {:.0f} degC", heater, target_c),
-                time_limit_s, [=](double now_c) { return now_c <= target_c + kNearTarget_c; });
+  return Settle(session, heater, target_c,
+                fmt::format("{} to cool to {:.0f} degC", heater, target_c), time_limit_s,
+                [=](double now_c) { return now_c <= target_c + kNearTarget_c; });
 }
 
 Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
@@ -149,6 +211,11 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
                            options.nozzle_temperature_c, options.heat_time_limit_s);
     if (!hot) return hot;
   }
+  if (options.bed_temperature_c > 0) {
+    if (auto kept = CheckTarget(session, "heater_bed", options.bed_temperature_c); !kept) {
+      return kept;
+    }
+  }
   session.Tell({.text = "printing the pattern",
                 .remaining_s = options.print_time_s,
                 .phase = "printing",
@@ -158,6 +225,9 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
     if (auto may = options.before_start(); !may) return may;
   }
   if (auto free = CheckStillFree(session); !free) return free;
+  if (session.note) {
+    if (auto noted = session.note(gcode); !noted) return noted;
+  }
   auto started = session.printer.StartPrint(name, session.Within(kCommand_s));
   return started ? WaitForPrint(session, options) : started;
 }

@@ -15,6 +15,7 @@ struct PrintOptions {
   double bed_temperature_c = 0;
   double heat_time_limit_s = 900;                   ///< of each heater
   double print_time_s = 0;                          ///< expected, without heating
+  double filament_mm = 0;                           ///< that its moves push; 0: not known
   std::function<Result<void>()> before_start = {};  ///< called when it is hot; an error ends it
 };
 
@@ -27,12 +28,18 @@ struct PrintOptions {
 [[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
                                  const PrintOptions& options);
 
+/// What the printer does for a file: heats, or has pushed so much of its filament. Lines that were
+/// read say less: those run ahead, and one of them may heat for minutes.
+/// @param filament_mm  of the whole file; 0: not known, then it is the share that was read
+[[nodiscard]] Progress ProgressOfPrint(const machine::PrinterState& state, double filament_mm);
+
 /// Sets a heater's target, where the printer is free; waits for nothing. @param heater  as of
 /// HeatAndWait.
 [[nodiscard]] Result<void> SetTarget(const Session& session, const std::string& heater,
                                      double target_c);
 
 /// Sets a heater's target and waits until it is within 3 degC of it (or below, where it cools).
+/// Ends early where somebody else gives it another target: an idle time-out, Cooldown.
 /// @param heater  "extruder", "heater_bed", …
 [[nodiscard]] Result<void> HeatAndWait(const Session& session, const std::string& heater,
                                        double target_c, double time_limit_s);

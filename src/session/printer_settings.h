@@ -1,8 +1,11 @@
-// Reads the settings that a run has to bring back from a printer's status, and turns them into
+// The settings of a printer that G-code changes: read from its status, found in G-code, turned into
 // G-code and words.
 #pragma once
 
+#include <map>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "machine/moonraker/printer_state.h"
@@ -10,19 +13,42 @@
 
 namespace trammel::procedure {
 
-/// How the printer is now, to be brought back later.
-[[nodiscard]] files::RunJournal JournalOf(const machine::PrinterState& state);
+/// All of them, as they are now.
+[[nodiscard]] files::SettingValues SettingsOf(const machine::PrinterState& state);
 
-/// The commands that set limits and pressure advance as they were.
-[[nodiscard]] std::vector<std::string> SettingLines(const files::RunJournal& before);
+/// Every value that a G-code text gives to a setting by plain commands; what macros do is unknown.
+/// @param now  names the sections, and the extruder that is active at the beginning
+[[nodiscard]] std::map<std::string, std::set<double>> SettingsIn(std::string_view gcode,
+                                                                 const machine::PrinterState& now);
 
-/// "pressure advance 0.031 s, limits 300 mm/s and 5000 mm/s2": the same for people.
-[[nodiscard]] std::string DescribeSettings(const files::RunJournal& before);
+/// Whether two values of a setting are the same, but for rounding in the status.
+[[nodiscard]] bool SameValue(double a, double b);
+
+/// The commands that set these values: one for limits, one for each motor, one for each heater.
+/// G-code's offset is never among them.
+[[nodiscard]] std::vector<std::string> SettingLines(const files::SettingValues& values);
+
+/// "pressure advance of extruder 0.031 s"
+[[nodiscard]] std::string DescribeSetting(const std::string& name, double value);
+
+/// "pressure advance of extruder 0.06 s (was 0.031)" for each limit, pressure advance and target
+/// that is not as it was.
+[[nodiscard]] std::vector<std::string> Differences(const files::SettingValues& before,
+                                                   const files::SettingValues& now);
+
+/// Whether it is a mode or an offset of the G-code interpreter, which SAVE_GCODE_STATE keeps.
+[[nodiscard]] bool IsOfGcodeState(const std::string& name);
+
+/// Whether the setting is a heater's target.
+[[nodiscard]] bool IsTarget(const std::string& name);
 
 /// SET_HEATER_TEMPERATURE for a heater as the status names it.
 [[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
 
 /// "extruder 205 degC, heater_bed 60 degC": the heaters that are on.
 [[nodiscard]] std::string HeatersOn(const machine::PrinterState& state);
+
+/// "a, b, c"
+[[nodiscard]] std::string Joined(const std::vector<std::string>& parts);
 
 }  // namespace trammel::procedure

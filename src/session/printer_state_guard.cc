@@ -21,11 +21,11 @@
 namespace trammel::procedure {
 namespace {
 
-// A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
-constexpr double kScript_s = 60;
 constexpr double kAsk_s = 10;
+constexpr double kOthers_s = 5;  // of a script behind another's job, which it may wait for
 constexpr std::chrono::milliseconds kAgain{500};
 
+using files::SettingValues;
 using Clock = std::chrono::steady_clock;
 
 // Whether the printer is somewhere from where it may come back by itself.
@@ -55,37 +55,6 @@ bool IsHomed(const machine::PrinterState& state) {
                      [&](char axis) { return state.homed_axes.find(axis) != std::string::npos; });
 }
 
-std::string Joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
-}
-
-// "pressure advance 0.06 (was 0.031)" for each setting that is not as it was.
-std::vector<std::string> Differences(const machine::PrinterState& before,
-                                     const machine::PrinterState& now) {
-  std::vector<std::string> parts;
-  const auto compare = [&parts](const std::string& name, double was, double is) {
-    constexpr double kShare = 1e-6;  // of rounding in the status
-    if (std::abs(was - is) > kShare * std::max(1.0, std::abs(was))) {
-      parts.push_back(fmt::format("{} {:.4g} (was {:.4g})", name, is, was));
-    }
-  };
-  for (const auto& [section, motor] : before.pressure_advance) {
-    const auto is = now.pressure_advance.find(section);
-    if (is == now.pressure_advance.end()) continue;
-    compare(section + "'s pressure advance", motor.advance_s, is->second.advance_s);
-  }
-  compare("velocity limit", before.limits.max_velocity_mm_s, now.limits.max_velocity_mm_s);
-  compare("acceleration limit", before.limits.max_accel_mm_s2, now.limits.max_accel_mm_s2);
-  for (const auto& [name, heater] : now.heaters) {
-    const auto was = before.heaters.find(name);
-    compare(name + " target", was == before.heaters.end() ? 0 : was->second.target_c,
-            heater.target_c);
-  }
-  return parts;
-}
-
 }  // namespace
 
 Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
@@ -113,6 +82,9 @@ Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
   if (!limit) return tl::unexpected(limit.error());
   session.has_limit = *limit;
   PrinterStateGuard guard(session, settings, identity, std::move(*lock));
+  session.note = [journal = guard.journal_, &printer = session.printer](std::string_view gcode) {
+    return NoteGiven(*journal, printer, gcode);
+  };
   Result<void> taken = guard.Note(session);
   if (taken) taken = guard.Claim(session);
   if (taken) return guard;
@@ -133,12 +105,16 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
       without_laser_(identity.without_laser),
       may_unhome_(identity.may_unhome),
       heaters_end_off_(identity.heaters_end_off),
-      changes_tools_(identity.changes_tools),
-      journal_path_(files::JournalPath(identity.state_folder, PlainAddress(identity.address))),
+      journal_(std::make_shared<Journal>()),
       lock_(std::move(lock)) {
-  journal_.run = identity.run;
-  journal_.address = PlainAddress(identity.address);
-  journal_.started = identity.started;
+  files::RunJournal& journal = journal_->run;
+  journal.run = identity.run;
+  journal.address = PlainAddress(identity.address);
+  journal.started = identity.started;
+  journal.without_laser = without_laser_;
+  journal.changes_tools = identity.changes_tools;
+  if (prints_) journal.upload = own_file_;
+  journal_->path = files::JournalPath(identity.state_folder, journal.address);
 }
 
 PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
@@ -153,14 +129,12 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       without_laser_(other.without_laser_),
       may_unhome_(other.may_unhome_),
       heaters_end_off_(other.heaters_end_off_),
-      changes_tools_(other.changes_tools_),
       begun_(other.begun_),
       laser_lit_(other.laser_lit_),
       restarted_(other.restarted_),
       park_(other.park_),
       before_(std::move(other.before_)),
       journal_(std::move(other.journal_)),
-      journal_path_(std::move(other.journal_path_)),
       lock_(std::move(other.lock_)) {}
 
 PrinterStateGuard::~PrinterStateGuard() {
@@ -184,25 +158,31 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
   auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
   before_ = std::move(*state);
-  files::RunJournal journal = JournalOf(before_);
-  journal.run = journal_.run;
-  journal.address = journal_.address;
-  journal.started = journal_.started;
-  if (prints_) journal.upload = own_file_;
+  files::RunJournal& journal = journal_->run;
+  journal.before = SettingsOf(before_);
+  journal.last_print = before_.print_file;
+  journal.last_print_s = before_.print_total_s;
   if (heaters_end_off_) {
-    for (auto& [name, target_c] : journal.targets_c) target_c = 0;
+    for (auto& [name, value] : journal.before) value = IsTarget(name) ? 0 : value;
   }
-  journal.without_laser = without_laser_;
-  journal.changes_tools = changes_tools_;
-  journal_ = std::move(journal);
-  if (auto noted = files::WriteJournal(journal_path_, journal_); !noted) return noted;
-  const auto read = files::ReadJournal(journal_path_);
+  if (auto noted = files::WriteJournal(journal_->path, journal); !noted) return noted;
+  const auto read = files::ReadJournal(journal_->path);
   if (read && *read) return {};
   std::error_code ignored;
-  std::filesystem::remove(journal_path_, ignored);
+  std::filesystem::remove(journal_->path, ignored);
   return Fail(fmt::format("what the printer tells of itself cannot be brought back later: {}",
                           read ? "the note is gone" : read.error().message),
               ErrorKind::kMachine);
+}
+
+Result<void> PrinterStateGuard::NoteGiven(Journal& journal, const machine::Printer& printer,
+                                          std::string_view gcode) {
+  if (journal.closed) return {};
+  bool more = false;
+  for (const auto& [name, values] : SettingsIn(gcode, printer.LastState())) {
+    for (const double value : values) more |= journal.run.given[name].insert(value).second;
+  }
+  return more ? files::WriteJournal(journal.path, journal.run) : Result<void>();
 }
 
 Result<void> PrinterStateGuard::Claim(const Session& session) {
@@ -212,7 +192,7 @@ Result<void> PrinterStateGuard::Claim(const Session& session) {
   if (has_limit_ && printer_->LastState().abandoned_scripts > 0)
     (void)printer_->Run(fmt::format("{} OWNER={}", kRelease, owner_), {kScript_s});
   std::error_code ignored;
-  std::filesystem::remove(journal_path_, ignored);
+  std::filesystem::remove(journal_->path, ignored);
   return Fail("the printer cannot be taken for this run: " + claimed.error().message,
               claimed.error().kind);
 }
@@ -222,21 +202,28 @@ Result<void> PrinterStateGuard::Begin(const Session& session) {
   if (!state) return tl::unexpected(state.error());
   before_.homed_axes = state->homed_axes;
   before_.gcode = state->gcode;
+  for (const auto& [name, value] : SettingsOf(*state)) {
+    if (IsOfGcodeState(name)) journal_->run.before[name] = value;
+  }
+  if (auto noted = files::WriteJournal(journal_->path, journal_->run); !noted) return noted;
   begun_ = true;  // where the answer is lost, it may be saved all the same
-  return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_.run),
+  return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_->run.run),
                              session.Within(kScript_s));
 }
 
-bool PrinterStateGuard::RunOne(const std::string& line) {
-  const auto done = printer_->Run(line, {kScript_s});
+bool PrinterStateGuard::RunOne(const std::string& line, double time_limit_s) {
+  const auto done = printer_->Run(line, {time_limit_s});
   if (!done) failed_.push_back(fmt::format("{} failed: {}", line, done.error().message));
   return done.has_value();
 }
 
-// Its heaters, its pressure advance and its limits are that job's own affair now.
+// Its heaters, its pressure advance and its limits are that job's own affair now, and stay so once
+// it has ended.
 void PrinterStateGuard::LeaveToOthers(const std::string& job) {
+  left_ = true;
   const auto now = printer_->State({kAsk_s});
-  const auto differences = now ? Differences(before_, *now) : std::vector<std::string>();
+  const auto differences =
+      now ? Differences(SettingsOf(before_), SettingsOf(*now)) : std::vector<std::string>();
   lost_.push_back(
       fmt::format("somebody else's job has the printer now ({}): nothing of it was "
                   "touched, and the rest is left to it{}{}",
@@ -247,9 +234,10 @@ void PrinterStateGuard::LeaveToOthers(const std::string& job) {
 // @returns which of them had been on, in words.
 std::string PrinterStateGuard::HeatersOff() {
   std::vector<std::string> on;
-  for (const auto& [name, before_c] : journal_.targets_c) {
-    (void)RunOne(TargetLine(name, 0));
-    if (before_c > 0) on.push_back(fmt::format("{} {:.0f} degC", name, before_c));
+  for (const auto& [name, before_c] : journal_->run.before) {
+    if (!IsTarget(name)) continue;
+    (void)RunOne(SettingLines({{name, 0}}).front());
+    if (before_c > 0) on.push_back(DescribeSetting(name, before_c));
   }
   return on.empty() ? "" : "; before, these were on: " + Joined(on);
 }
@@ -259,15 +247,32 @@ std::string PrinterStateGuard::HeatersOff() {
 void PrinterStateGuard::LeaveInDoubt(const std::string& why) {
   if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
   const std::string were_on = HeatersOff();
+  std::vector<std::string> noted;
+  for (const auto& [name, value] : journal_->run.before) {
+    if (!IsTarget(name) && !IsOfGcodeState(name)) noted.push_back(DescribeSetting(name, value));
+  }
   failed_.push_back(
       fmt::format("whose the printer is now cannot be asked: in doubt its heaters were switched "
                   "off{}; nothing else was brought back ({}), which the next run does: {}",
-                  were_on, DescribeSettings(journal_), why));
+                  were_on, Joined(noted), why));
 }
 
 void PrinterStateGuard::BringBackSettings() {
   if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
-  for (const std::string& line : SettingLines(journal_)) (void)RunOne(line);
+  const auto now = printer_->State({kAsk_s});
+  const SettingValues is = now ? SettingsOf(*now) : SettingValues();
+  SettingValues back;
+  for (const auto& [name, value] : journal_->run.before) {
+    if (IsTarget(name) || IsOfGcodeState(name)) continue;
+    const auto found = is.find(name);
+    const bool changed = found == is.end() || !SameValue(value, found->second);
+    if (changed || journal_->run.given.contains(name)) back[name] = value;
+  }
+  const auto accel = journal_->run.before.find("max_accel");
+  if (back.contains("minimum_cruise_ratio") && accel != journal_->run.before.end()) {
+    back.insert(*accel);  // an older Klipper has the ratio as an acceleration
+  }
+  for (const std::string& line : SettingLines(back)) (void)RunOne(line);
 }
 
 // @param in_doubt  whether this is still the session of Klipper in which they were set is not known
@@ -282,8 +287,8 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
   if (const std::string job = OthersJob(*now, own_file_); !job.empty()) return LeaveToOthers(job);
   std::vector<std::string> left_on, left_off;
   for (const auto& [name, heater] : now->heaters) {
-    const auto noted = journal_.targets_c.find(name);
-    const double before_c = noted == journal_.targets_c.end() ? 0 : noted->second;
+    const auto noted = journal_->run.before.find("target " + name);
+    const double before_c = noted == journal_->run.before.end() ? 0 : noted->second;
     const std::string figure = fmt::format("{} {:.0f} degC", name, before_c);
     if (before_c > 0) (in_doubt ? left_off : left_on).push_back(figure);
     if (!RunOne(TargetLine(name, in_doubt ? 0 : before_c)) && before_c > 0) {
@@ -334,21 +339,36 @@ std::string PrinterStateGuard::AnotherOwner() const {
 
 void PrinterStateGuard::Release() {
   if (!has_limit_) return;
-  if (failed_.empty()) {
+  if (left_) {
+    // It is run once that job lets it, also where it is no longer waited for.
+    (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_), kOthers_s);
+  } else if (failed_.empty()) {
     (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_));
   } else {
     Say("the printer's own limit for laser and heaters stays armed", 0);
   }
 }
 
-void PrinterStateGuard::BringBack() {
-  failed_.clear();
-  lost_.clear();
-  if (!begun_) return Release();
-  if (const std::string owner = AnotherOwner(); !owner.empty()) {
-    return LeaveToOthers("trammel, as " + owner);
+// @param job  receives another's job that began meanwhile, where there is one
+// @returns whether the printer is free of the run's own print
+bool PrinterStateGuard::EndPrint(const machine::PrinterState& now, std::string& job) {
+  EndedPrint ended = EndOwnPrint(AsSession(), now, park_);
+  failed_ = std::move(ended.failed);
+  lost_ = std::move(ended.lost);
+  const auto then = printer_->State({kAsk_s});
+  if (!then) {
+    LeaveInDoubt(then.error().message);
+    return false;
   }
-  if (!without_laser_) failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, laser_lit_);
+  job = OthersJob(*then, own_file_);
+  was_free_ = job.empty();
+  // Limits and pressure advance that came back now would come back into the lines it still prints.
+  return OthersJob(*then, "").empty() || !job.empty();
+}
+
+void PrinterStateGuard::BringBackAll() {
+  // A laser that nobody lit has time until the print has ended, behind which its command waits.
+  if (laser_lit_) failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, true);
   if (!failed_.empty()) return;
   const auto now = printer_->State({kAsk_s});
   if (!now && was_free_) return LeaveInDoubt(now.error().message);
@@ -357,21 +377,18 @@ void PrinterStateGuard::BringBack() {
   }
   std::string job = OthersJob(*now, own_file_);
   was_free_ = job.empty();
-  if (job.empty()) {
-    EndedPrint ended = EndOwnPrint(AsSession(), *now, park_);
-    failed_ = std::move(ended.failed);
-    lost_ = std::move(ended.lost);
-    const auto then = printer_->State({kAsk_s});
-    if (!then) return LeaveInDoubt(then.error().message);
-    job = OthersJob(*then, own_file_);
-    was_free_ = job.empty();
-  }
+  if (job.empty() && !EndPrint(*now, job)) return;
   if (!job.empty()) {
-    if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
     LeaveToOthers(job);
+    if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_, kOthers_s);
   } else {
-    const auto restored = RestoreGcodeState(AsSession(), journal_);
-    restarted_ = !restored && SaysUnknownState(restored.error().message, journal_.run);
+    if (!without_laser_ && !laser_lit_) {
+      for (std::string& failure : SwitchLaserOff(AsSession(), laser_off_gcode_, false)) {
+        failed_.push_back(std::move(failure));
+      }
+    }
+    const auto restored = RestoreGcodeState(AsSession(), journal_->run);
+    restarted_ = !restored && SaysUnknownState(restored.error().message, journal_->run.run);
     if (!restored && !restarted_) {
       failed_.push_back("bringing the G-code state back failed: " + restored.error().message);
     }
@@ -380,6 +397,21 @@ void PrinterStateGuard::BringBack() {
   }
   DeleteUpload();
   Release();
+}
+
+void PrinterStateGuard::BringBack() {
+  failed_.clear();
+  lost_.clear();
+  if (!begun_) return Release();
+  if (const std::string owner = AnotherOwner(); !owner.empty()) {
+    LeaveToOthers("trammel, as " + owner);
+  } else {
+    BringBackAll();
+  }
+  if (!left_) return;
+  // Nothing of it is for the next run to bring back: it would undo what that job has set.
+  lost_.insert(lost_.end(), failed_.begin(), failed_.end());
+  failed_.clear();
 }
 
 // Without the note the next run would take this one for dead.
@@ -391,8 +423,8 @@ void PrinterStateGuard::NoteEnd() {
   // A message of Klipper's goes on with what to do, in further lines; so does one of ours.
   const std::size_t end = stopped ? why.find('\n') : why.find(": ");
   const std::string first = Utf8OrReplaced(why.substr(0, end), kMostBytes);
-  journal_.ended = stopped ? fmt::format("the printer was shut down ({})", first) : first;
-  (void)files::WriteJournal(journal_path_, journal_);
+  journal_->run.ended = stopped ? fmt::format("the printer was shut down ({})", first) : first;
+  (void)files::WriteJournal(journal_->path, journal_->run);
 }
 
 std::vector<std::string> PrinterStateGuard::Restore() {
@@ -418,14 +450,15 @@ std::vector<std::string> PrinterStateGuard::Restore() {
     std::this_thread::sleep_for(kAgain);  // it may be there, and tell nothing of itself
   }
   if (!failed_.empty()) NoteEnd();
+  journal_->closed = true;
   printer_ = nullptr;
   std::vector<std::string> all = failed_;
   all.insert(all.end(), lost_.begin(), lost_.end());
   std::error_code error;
-  if (failed_.empty()) std::filesystem::remove(journal_path_, error);
+  if (failed_.empty()) std::filesystem::remove(journal_->path, error);
   if (error) {
     all.push_back(
-        fmt::format("{}: cannot be removed: {}", journal_path_.string(), error.message()));
+        fmt::format("{}: cannot be removed: {}", journal_->path.string(), error.message()));
   }
   return all;
 }

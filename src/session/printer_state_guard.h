@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,7 +65,8 @@ class PrinterStateGuard {
   /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
   /// Waits `kReturn_s` for a lost connection, and begins anew where it is lost again meanwhile. A
   /// printer that was restarted keeps its heaters off; another's job is left alone with all that it
-  /// may use. Where the laser cannot be switched off, the printer is stopped.
+  /// may use, and the note of this run ends with it. While the run's own print cannot be ended,
+  /// nothing is set. Where the laser cannot be switched off, the printer is stopped.
   /// @returns one sentence for each thing that was not brought back; empty: all is as it was.
   [[nodiscard]] std::vector<std::string> Restore();
 
@@ -76,14 +78,28 @@ class PrinterStateGuard {
   static constexpr double kReturn_s = 120;
 
  private:
+  // A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
+  static constexpr double kScript_s = 60;
+
   PrinterStateGuard(const Session& session, const settings::ScanSettings& settings,
                     const RunIdentity& identity, files::FileLock lock);
 
+  // Shared with what notes for the session.
+  struct Journal {
+    files::RunJournal run;
+    std::filesystem::path path;
+    bool closed = false;  // nothing is noted any more
+  };
+
+  [[nodiscard]] static Result<void> NoteGiven(Journal& journal, const machine::Printer& printer,
+                                              std::string_view gcode);
   [[nodiscard]] Result<void> Note(const Session& session);
   [[nodiscard]] Result<void> Claim(const Session& session);
   void BringBack();
+  void BringBackAll();
   void LeaveToOthers(const std::string& job);
   void LeaveInDoubt(const std::string& why);
+  [[nodiscard]] bool EndPrint(const machine::PrinterState& now, std::string& job);
   [[nodiscard]] std::string HeatersOff();
   void BringBackSettings();
   void BringBackHeaters(bool in_doubt);
@@ -92,7 +108,7 @@ class PrinterStateGuard {
   [[nodiscard]] Session AsSession() const;
   [[nodiscard]] std::string AnotherOwner() const;
   void Release();
-  [[nodiscard]] bool RunOne(const std::string& line);
+  [[nodiscard]] bool RunOne(const std::string& line, double time_limit_s = kScript_s);
   void Say(std::string text, double remaining_s) const;
 
   machine::Printer* printer_;  // nullptr once restored
@@ -106,15 +122,14 @@ class PrinterStateGuard {
   bool without_laser_ = false;
   bool may_unhome_ = false;
   bool heaters_end_off_ = false;
-  bool changes_tools_ = false;
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;
   bool was_free_ = false;  ///< of others' jobs, when that was last told in Restore
+  bool left_ = false;      ///< to another's job, with all that it may use
   std::optional<ParkPlace> park_;
   machine::PrinterState before_;
-  files::RunJournal journal_;
-  std::filesystem::path journal_path_;
+  std::shared_ptr<Journal> journal_;
   files::FileLock lock_;
   std::vector<std::string> failed_;  ///< commands of the last attempt: another may bring them back
   std::vector<std::string> lost_;    ///< what cannot come back, or must not

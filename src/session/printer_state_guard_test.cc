@@ -40,8 +40,7 @@ TEST_F(PrinterStateGuardTest, BringsBackWhatWasSet) {
   printer_.state.heaters["extruder"].target_c = 150;
   EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
-  EXPECT_THAT(printer_.scripts,
-              Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031"));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60"));
@@ -234,10 +233,12 @@ TEST_F(PrinterStateGuardTest, InDoubtWhoseThePrinterIsTheHeatersGoOffAndWhatStay
   printer_.state.print_state = "printing";
   printer_.state.print_file = "trammel_run-1.gcode";
   printer_.deaf_after = "CANCEL_PRINT";
+  printer_.deaf_for = 2;
   EXPECT_THAT(guard.Restore(),
-              ElementsAre(AllOf(HasSubstr("no answer within 10 s"),
-                                HasSubstr("extruder 205 degC, heater_bed 60 degC"),
-                                HasSubstr("pressure advance 0.031 s"), HasSubstr("5000 mm/s2"))));
+              ElementsAre(AllOf(
+                  HasSubstr("no answer within 10 s"),
+                  HasSubstr("target of extruder 205 degC, target of heater_bed 60 degC"),
+                  HasSubstr("pressure advance of extruder 0.031 s"), HasSubstr("5000 mm/s2"))));
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
@@ -249,11 +250,76 @@ TEST_F(PrinterStateGuardTest, InDoubtWhoseThePrinterIsTheHeatersGoOffAndWhatStay
 
 TEST_F(PrinterStateGuardTest, HeatersThatCannotBeLookedAtGoOff) {
   PrinterStateGuard guard = Begun();
-  printer_.deaf_after = "SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04";
-  EXPECT_THAT(guard.Restore(),
-              ElementsAre(AllOf(HasSubstr("cannot be looked at"), HasSubstr("extruder 205 degC"))));
+  printer_.state.pressure_advance["extruder"].advance_s = 0.06;
+  printer_.deaf_after = "SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031";
+  EXPECT_THAT(guard.Restore(), ElementsAre(AllOf(HasSubstr("cannot be looked at"),
+                                                 HasSubstr("of extruder 205 degC"))));
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+// Limits and pressure advance would come back into the lines that it still prints.
+TEST_F(PrinterStateGuardTest, NothingIsBroughtBackIntoARunsOwnPrintThatCannotBeEnded) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.pressure_advance["extruder"].advance_s = 0.06;
+  printer_.cannot_cancel = true;
+  printer_.refused["SDCARD_RESET_FILE"] = "no";
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("it goes on")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_VELOCITY_LIMIT"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
+  EXPECT_EQ(Journals(), 1U) << "the next run brings it back";
+}
+
+TEST_F(PrinterStateGuardTest, ALaserThatNobodyLitWaitsForTheEndOfThePrint) {
+  auto guard = Take();
+  ASSERT_TRUE(guard && guard->Begin(session_));
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.scripts.clear();
+  EXPECT_THAT(guard->Restore(), IsEmpty());
+  ASSERT_THAT(printer_.scripts, SizeIs(::testing::Gt(2)));
+  EXPECT_EQ(printer_.scripts[0], "CANCEL_PRINT");
+  EXPECT_EQ(printer_.scripts[1], "LASER_OFF");
+}
+
+// A print that blocks refuses the run's last commands; they are no reason to undo later what it
+// set.
+TEST_F(PrinterStateGuardTest, WhatIsLeftToAnothersJobIsNothingForTheNextRun) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  printer_.refused["LIGHTS_ON"] = "did not finish within 5 s";
+  printer_.refused["TRAMMEL_RELEASE OWNER=" + session_.owner] = "did not finish within 5 s";
+  EXPECT_THAT(guard.Restore(), SizeIs(3));
+  EXPECT_EQ(Journals(), 0U);
+}
+
+TEST_F(PrinterStateGuardTest, EachMotorsPressureAdvanceComesBackByItsOwnName) {
+  printer_.state.active_extruder = "extruder1";
+  printer_.state.pressure_advance["extruder1"] = {0.05, 0.02, "extruder1"};
+  printer_.state.pressure_advance["extruder_stepper belted"] = {0.07, {}, "extruder1"};
+  PrinterStateGuard guard = Begun();
+  printer_.state.active_extruder = "extruder";  // T0 again, by hand
+  printer_.state.pressure_advance["extruder1"].advance_s = 0;
+  printer_.state.pressure_advance["extruder_stepper belted"].advance_s = 0;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder1 ADVANCE=0.05"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.07"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("EXTRUDER=extruder ")))) << "untouched";
+}
+
+TEST_F(PrinterStateGuardTest, WhatAScriptSetsIsOnTheDiskBeforeItIsSent) {
+  PrinterStateGuard guard = Begun();
+  ASSERT_TRUE(RunNoted(session_, "SET_PRESSURE_ADVANCE ADVANCE=0.06 ; line 1\nM204 S3000\nG91", 1));
+  const auto journals = files::ReadAllJournals(folder_.path());
+  ASSERT_EQ(journals.size(), 1U);
+  const auto& given = journals.begin()->second.given;
+  EXPECT_THAT(given.at("pressure_advance extruder"), ElementsAre(0.06));
+  EXPECT_THAT(given.at("max_accel"), ElementsAre(3000));
+  EXPECT_THAT(given.at("absolute_coordinates"), ElementsAre(0));
 }
 
 TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
@@ -264,7 +330,7 @@ TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
   printer_.state.heaters["extruder"].target_c = 240;
   const auto failures = guard.Restore();
   EXPECT_THAT(failures, ElementsAre(AllOf(HasSubstr("vase.gcode is printing"),
-                                          HasSubstr("extruder target 240 (was 205)"))));
+                                          HasSubstr("target of extruder 240 degC (was 205)"))));
   EXPECT_EQ(printer_.state.print_state, "printing");
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
@@ -392,13 +458,13 @@ TEST_F(PrinterStateGuardTest,
   ASSERT_TRUE(guard);
   ASSERT_TRUE(guard->Begin(session_));
   printer_.state.active_extruder = "extruder1";
+  printer_.state.pressure_advance["extruder"].advance_s = 0.05;
   printer_.state.gcode.homing_origin_mm = {0.25, -0.5, 1.5, 0};
   printer_.scripts.clear();
   EXPECT_THAT(guard->Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains(std::string(kMark) +
                                          "\nSET_GCODE_OFFSET X=0.250000 Y=-0.500000 Z=1.500000"));
-  EXPECT_THAT(printer_.scripts,
-              Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031"));
 }
 
 }  // namespace

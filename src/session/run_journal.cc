@@ -20,8 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
-constexpr std::size_t kMostBytes = std::size_t{64} << 10;
+constexpr int kFormat = 2;
+constexpr std::size_t kMostBytes = std::size_t{256} << 10;
+constexpr std::size_t kMostSettings = 1000;
+constexpr std::size_t kMostValues = 1000;  // of one setting: a line of a pattern has its own
 constexpr std::size_t kMostHeaters = 100;
 constexpr const char* kEnding = ".journal.json";
 
@@ -29,8 +31,34 @@ constexpr const char* kEnding = ".journal.json";
 constexpr NumberRange kSpeeds{1e-6, 1e6};
 constexpr NumberRange kShares{0, 1};
 constexpr NumberRange kCorners{0, 1e4};
-constexpr NumberRange kTimes_s{0, 10};
-constexpr NumberRange kTargets_c{0, 1000};
+constexpr NumberRange kTimes_s{0, 100};
+constexpr NumberRange kTargets_c{0, 2000};
+constexpr NumberRange kFactors{1e-6, 1e4};
+constexpr NumberRange kPlaces_mm{-1e5, 1e5};
+
+// The range of a setting, and whether it is a section's.
+struct SettingKind {
+  NumberRange range;
+  bool of_a_section = false;
+};
+
+const std::map<std::string_view, SettingKind>& SettingKinds() {
+  static const std::map<std::string_view, SettingKind> kinds = {
+      {"max_velocity", {kSpeeds}},
+      {"max_accel", {kSpeeds}},
+      {"square_corner_velocity", {kCorners}},
+      {"minimum_cruise_ratio", {kShares}},
+      {"pressure_advance", {kTimes_s, true}},
+      {"smooth_time", {kTimes_s, true}},
+      {"target", {kTargets_c, true}},
+      {"absolute_coordinates", {kShares}},
+      {"absolute_extrude", {kShares}},
+      {"speed_factor", {kFactors}},
+      {"extrude_factor", {kFactors}},
+      {"offset", {kPlaces_mm, true}},
+  };
+  return kinds;
+}
 
 bool IsWordLike(std::string_view text, std::string_view more, std::size_t most) {
   return !text.empty() && text.size() <= most &&
@@ -56,10 +84,15 @@ std::string FileNameOf(std::string_view address) {
   return fmt::format("printer-{}-{:08x}", name, HashOf(address));
 }
 
-bool IsSection(std::string_view text) { return IsWordLike(text, "_ -", 100); }
+bool IsSection(std::string_view text) { return IsWordLike(text, "_ -.+:/", 100); }
 
-void Put(Json& json, const char* key, const std::optional<double>& value) {
-  if (value) json[key] = *value;
+const SettingKind* KindOf(std::string_view setting) {
+  const std::size_t blank = setting.find(' ');
+  const auto kind = SettingKinds().find(setting.substr(0, blank));
+  if (kind == SettingKinds().end()) return nullptr;
+  const bool section = blank != std::string_view::npos;
+  if (section != kind->second.of_a_section) return nullptr;
+  return !section || IsSection(setting.substr(blank + 1)) ? &kind->second : nullptr;
 }
 
 bool Flag(JsonObject& object, const char* key) {
@@ -69,30 +102,57 @@ bool Flag(JsonObject& object, const char* key) {
   return flag->is_boolean() && flag->get<bool>();
 }
 
-// Of before there was more than one: the active extruder's. Which one that was is noted where the
-// run changed tools, and the first is meant elsewhere.
-void ReadSinglePressureAdvance(JsonObject& object, RunJournal& journal) {
-  const auto advance_s = object.OptionalNumber("pressure_advance_s", kTimes_s);
-  const auto smooth_time_s = object.OptionalNumber("smooth_time_s", kTimes_s);
-  std::string extruder = object.has("extruder") ? object.Text("extruder") : "";
-  journal.changes_tools = journal.changes_tools || !extruder.empty();
-  if (extruder.empty()) extruder = "extruder";
-  if (!IsSection(extruder)) object.Fault("extruder", "is no extruder's name");
-  if (advance_s) journal.pressure_advance[extruder] = {*advance_s, smooth_time_s};
+// What stands in a list of {"name", …}: a setting and its range.
+const SettingKind* ReadName(JsonObject& entry, std::string& name) {
+  name = entry.Text("name");
+  const SettingKind* kind = KindOf(name);
+  if (kind == nullptr && !entry.failed()) entry.Fault("name", "is no setting's name");
+  return kind;
 }
 
-void ReadPressureAdvance(JsonObject& object, RunJournal& journal) {
-  journal.changes_tools = Flag(object, "changes_tools");
-  const nlohmann::json* motors = object.OptionalList("pressure_advance", 0, kMostHeaters);
-  if (motors == nullptr) return ReadSinglePressureAdvance(object, journal);
-  for (const auto& entry : *motors) {
-    JsonObject motor = object.Inner(entry, "pressure_advance");
-    const std::string section = motor.Text("section");
-    const double advance_s = motor.Number("advance_s", kTimes_s);
-    const auto smooth_time_s = motor.OptionalNumber("smooth_time_s", kTimes_s);
-    if (!motor.failed() && !IsSection(section)) motor.Fault("section", "is no section's name");
-    if (const auto done = motor.Finish(); !done) object.Adopt(done.error());
-    journal.pressure_advance[section] = {advance_s, smooth_time_s};
+void ReadSettings(JsonObject& object, RunJournal& journal) {
+  for (const auto& json : object.List("before", 0, kMostSettings)) {
+    JsonObject entry = object.Inner(json, "before");
+    std::string name;
+    if (const SettingKind* kind = ReadName(entry, name)) {
+      journal.before[name] = entry.Number("value", kind->range);
+    }
+    if (const auto done = entry.Finish(); !done) object.Adopt(done.error());
+  }
+  for (const auto& json : object.List("given", 0, kMostSettings)) {
+    JsonObject entry = object.Inner(json, "given");
+    std::string name;
+    if (const SettingKind* kind = ReadName(entry, name)) {
+      const auto values = entry.Numbers("values", 0, kMostValues, kind->range);
+      journal.given[name] = {values.begin(), values.end()};
+    }
+    if (const auto done = entry.Finish(); !done) object.Adopt(done.error());
+  }
+}
+
+// Limits, the pressure advance of one extruder (of the one that is named, or the first) and
+// targets.
+void ReadFormat1(JsonObject& object, RunJournal& journal) {
+  std::string extruder = object.has("extruder") ? object.Text("extruder") : "";
+  journal.changes_tools = !extruder.empty();
+  if (extruder.empty()) extruder = "extruder";
+  if (!IsSection(extruder)) object.Fault("extruder", "is no extruder's name");
+  const auto take = [&](const char* key, const std::string& name, NumberRange range) {
+    if (const auto value = object.OptionalNumber(key, range)) journal.before[name] = *value;
+  };
+  take("max_velocity_mm_s", "max_velocity", kSpeeds);
+  take("max_accel_mm_s2", "max_accel", kSpeeds);
+  take("square_corner_velocity_mm_s", "square_corner_velocity", kCorners);
+  take("minimum_cruise_ratio", "minimum_cruise_ratio", kShares);
+  take("pressure_advance_s", "pressure_advance " + extruder, kTimes_s);
+  take("smooth_time_s", "smooth_time " + extruder, kTimes_s);
+  for (const auto& json : object.List("heaters", 0, kMostHeaters)) {
+    JsonObject heater = object.Inner(json, "heaters");
+    const std::string name = heater.Text("name");
+    const double target_c = heater.Number("target_c", kTargets_c);
+    if (!heater.failed() && !IsSection(name)) heater.Fault("name", "is no heater's name");
+    if (const auto done = heater.Finish(); !done) object.Adopt(done.error());
+    journal.before["target " + name] = target_c;
   }
 }
 
@@ -140,23 +200,19 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   json["address"] = journal.address;
   json["started"] = journal.started;
   json["upload"] = journal.upload;
-  Put(json, "max_velocity_mm_s", journal.max_velocity_mm_s);
-  Put(json, "max_accel_mm_s2", journal.max_accel_mm_s2);
-  Put(json, "square_corner_velocity_mm_s", journal.square_corner_velocity_mm_s);
-  Put(json, "minimum_cruise_ratio", journal.minimum_cruise_ratio);
-  json["pressure_advance"] = Json::array();
-  for (const auto& [section, motor] : journal.pressure_advance) {
-    Json entry = {{"section", section}, {"advance_s", motor.advance_s}};
-    Put(entry, "smooth_time_s", motor.smooth_time_s);
-    json["pressure_advance"].push_back(std::move(entry));
+  json["before"] = Json::array();
+  for (const auto& [name, value] : journal.before) {
+    json["before"].push_back({{"name", name}, {"value", value}});
   }
+  json["given"] = Json::array();
+  for (const auto& [name, values] : journal.given) {
+    json["given"].push_back({{"name", name}, {"values", values}});
+  }
+  json["last_print"] = journal.last_print;
+  json["last_print_s"] = journal.last_print_s;
   if (journal.changes_tools) json["changes_tools"] = true;
   if (journal.without_laser) json["without_laser"] = true;
   if (!journal.ended.empty()) json["ended"] = journal.ended;
-  json["heaters"] = Json::array();
-  for (const auto& [name, target_c] : journal.targets_c) {
-    json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
-  }
   const std::string text = JsonText(json);
   const auto kept = files::WriteWholeFile(path, text, files::IfThere::kReplace);
   if (kept) return {};
@@ -172,28 +228,22 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject object(*json, path.string());
-  object.Integer("format", {kFormat, kFormat});
+  const int format = object.Integer("format", {1, kFormat});
   RunJournal journal;
   journal.run = object.Text("run");
   journal.address = object.Text("address");
   journal.started = object.Text("started");
   journal.upload = object.Text("upload");
-  journal.max_velocity_mm_s = object.OptionalNumber("max_velocity_mm_s", kSpeeds);
-  journal.max_accel_mm_s2 = object.OptionalNumber("max_accel_mm_s2", kSpeeds);
-  journal.square_corner_velocity_mm_s =
-      object.OptionalNumber("square_corner_velocity_mm_s", kCorners);
-  journal.minimum_cruise_ratio = object.OptionalNumber("minimum_cruise_ratio", kShares);
-  ReadPressureAdvance(object, journal);
+  if (format == 1) {
+    ReadFormat1(object, journal);
+  } else {
+    ReadSettings(object, journal);
+    journal.last_print = object.Text("last_print");
+    journal.last_print_s = object.Number("last_print_s", {0, 1e9});
+    journal.changes_tools = Flag(object, "changes_tools");
+  }
   journal.without_laser = Flag(object, "without_laser");
   if (object.has("ended")) journal.ended = object.Text("ended");
-  for (const auto& entry : object.List("heaters", 0, kMostHeaters)) {
-    JsonObject heater = object.Inner(entry, "heaters");
-    const std::string name = heater.Text("name");
-    const double target_c = heater.Number("target_c", kTargets_c);
-    if (!heater.failed() && !IsSection(name)) heater.Fault("name", "is no heater's name");
-    if (const auto done = heater.Finish(); !done) object.Adopt(done.error());
-    journal.targets_c[name] = target_c;
-  }
   if (!object.failed() && !IsRunName(journal.run)) object.Fault("run", "is no run's name");
   const bool plain = journal.upload.empty() || IsWordLike(journal.upload, "_-./", 200);
   if (!object.failed() && (!plain || journal.upload.find("..") != std::string::npos)) {

@@ -4,28 +4,36 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/result.h"
-#include "machine/moonraker/printer_state.h"
 
 namespace trammel::files {
 
-/// How a printer was before a run changed it.
+/// Values of a printer that G-code changes, by name. What belongs to a section of the configuration
+/// has that behind a blank:
+/// "max_velocity", "max_accel", "square_corner_velocity", "minimum_cruise_ratio" (mm, s);
+/// "pressure_advance extruder1", "smooth_time extruder_stepper belted" (s);
+/// "target heater_bed" (degC); "absolute_coordinates", "absolute_extrude" (0 or 1);
+/// "speed_factor", "extrude_factor" (1: as written);
+/// "offset x", "offset y", "offset z" (mm): G-code's.
+using SettingValues = std::map<std::string, double>;
+
+/// How a printer was before a run changed it, and what the run set on it.
 struct RunJournal {
-  std::string run;      ///< names the run everywhere: letters, digits and -, 1 … 64 of them
-  std::string address;  ///< of the printer
-  std::string started;  ///< date and time, for people
-  std::string upload;   ///< the run's file among the printer's; empty: none
-  std::optional<double> max_velocity_mm_s;
-  std::optional<double> max_accel_mm_s2;
-  std::optional<double> square_corner_velocity_mm_s;
-  std::optional<double> minimum_cruise_ratio;
-  /// Of every motor that pushes filament, by its section of the configuration.
-  std::map<std::string, machine::PressureAdvance> pressure_advance;
-  std::map<std::string, double> targets_c;  ///< of the heaters, by their names in the status
+  std::string run;       ///< names the run everywhere: letters, digits and -, 1 … 64 of them
+  std::string address;   ///< of the printer
+  std::string started;   ///< date and time, for people
+  std::string upload;    ///< the run's file among the printer's; empty: none
+  SettingValues before;  ///< what comes back
+  /// Every value that the run gave to a setting, noted before it was sent.
+  std::map<std::string, std::set<double>> given = {};
+  /// The print that was the printer's last one when the run began, and how long it took: another
+  /// one tells of a print since.
+  std::string last_print = {};
+  double last_print_s = 0;
   /// Another tool may be mounted by now, and G-code's offset, which is that tool's, stays.
   bool changes_tools = false;
   /// Its printer may have no laser, nor lights to switch: none of both was touched.
@@ -53,7 +61,7 @@ struct RunJournal {
                                         const RunJournal& journal);
 
 /// Absent where there is no such file. Errors: kInput where it cannot be read or holds anything
-/// that no run writes.
+/// that no run writes. A journal of format 1 is read, too; it does not know what its run gave.
 [[nodiscard]] Result<std::optional<RunJournal>> ReadJournal(const std::filesystem::path& path);
 
 /// Every journal that can be read, by its path; at most 100.

@@ -27,13 +27,20 @@ class RunJournalTest : public ::testing::Test {
     journal.address = "ws://pi:7125/websocket";
     journal.started = "2026-11-22T10:00:00";
     journal.upload = "t.gcode";
-    journal.max_velocity_mm_s = 300;
-    journal.max_accel_mm_s2 = 5000;
-    journal.square_corner_velocity_mm_s = 5;
-    journal.minimum_cruise_ratio = 0.5;
-    journal.pressure_advance["extruder"] = {0.031, 0.04};
-    journal.pressure_advance["extruder_stepper belted"] = {0.052, {}};
-    journal.targets_c = {{"extruder", 0}, {"heater_generic chamber", 45.5}};
+    journal.before = {{"max_velocity", 300},
+                      {"max_accel", 5000},
+                      {"square_corner_velocity", 5},
+                      {"minimum_cruise_ratio", 0.5},
+                      {"pressure_advance extruder", 0.031},
+                      {"smooth_time extruder", 0.04},
+                      {"pressure_advance extruder_stepper belted", 0.052},
+                      {"target extruder", 0},
+                      {"target heater_generic chamber", 45.5},
+                      {"absolute_extrude", 1},
+                      {"offset z", -0.05}};
+    journal.given = {{"pressure_advance extruder", {0, 0.005, 0.01}}, {"max_accel", {3000}}};
+    journal.last_print = "vase.gcode";
+    journal.last_print_s = 3600.5;
     return journal;
   }
   std::string FaultOf(const std::string& from, const std::string& to) {
@@ -53,26 +60,28 @@ TEST_F(RunJournalTest, ReadsWhatWasWritten) {
   ASSERT_TRUE(read && *read);
   EXPECT_EQ((*read)->run, "20261122-1a-9");
   EXPECT_EQ((*read)->upload, "t.gcode");
-  EXPECT_EQ((*read)->max_accel_mm_s2, 5000);
-  EXPECT_EQ((*read)->pressure_advance, Full().pressure_advance);
-  EXPECT_EQ((*read)->targets_c.at("heater_generic chamber"), 45.5);
+  EXPECT_EQ((*read)->before, Full().before);
+  EXPECT_EQ((*read)->given, Full().given);
+  EXPECT_EQ((*read)->last_print, "vase.gcode");
+  EXPECT_EQ((*read)->last_print_s, 3600.5);
   EXPECT_THAT(ReadAllJournals(folder_.path()), SizeIs(1));
 }
 
 TEST_F(RunJournalTest, TheFormWithOnePressureAdvanceIsStillRead) {
   const std::string head =
-      R"({"format": 1, "run": "r", "address": "a", "started": "s", "upload": "", "heaters": [],
+      R"({"format": 1, "run": "r", "address": "a", "started": "s", "upload": "", "heaters": [{"name": "heater_bed", "target_c": 35}],
           "pressure_advance_s": 0.031, "smooth_time_s": 0.04)";
   test::WriteWhole(path_, head + R"(, "extruder": "extruder1"})");
   const auto named = ReadJournal(path_);
   ASSERT_TRUE(named && *named);
   EXPECT_TRUE((*named)->changes_tools);
-  EXPECT_EQ((*named)->pressure_advance.at("extruder1").advance_s, 0.031);
+  EXPECT_EQ((*named)->before.at("pressure_advance extruder1"), 0.031);
   test::WriteWhole(path_, head + "}");
   const auto unnamed = ReadJournal(path_);
   ASSERT_TRUE(unnamed && *unnamed);
   EXPECT_FALSE((*unnamed)->changes_tools);
-  EXPECT_EQ((*unnamed)->pressure_advance.at("extruder").smooth_time_s, 0.04);
+  EXPECT_EQ((*unnamed)->before.at("smooth_time extruder"), 0.04);
+  EXPECT_EQ((*unnamed)->before.at("target heater_bed"), 35);
 }
 
 TEST_F(RunJournalTest, NoFileIsNoJournal) {
@@ -83,11 +92,13 @@ TEST_F(RunJournalTest, NoFileIsNoJournal) {
 }
 
 TEST_F(RunJournalTest, WhatNoRunWritesIsNamedAndNeverReachesThePrinter) {
-  EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("pressure_advance.advance_s"));
-  EXPECT_THAT(FaultOf("extruder_stepper belted", "belted\\nM112"), HasSubstr("section's name"));
-  EXPECT_THAT(FaultOf("5000", "-1"), HasSubstr("max_accel_mm_s2"));
-  EXPECT_THAT(FaultOf("45.5", "4550"), HasSubstr("target_c"));
-  EXPECT_THAT(FaultOf("\"extruder\"", "\"extruder\\nM112\""), HasSubstr("heater's name"));
+  EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("before.value"));
+  EXPECT_THAT(FaultOf("0.005", "-1"), HasSubstr("given.values"));
+  EXPECT_THAT(FaultOf("offset z", "offset"), HasSubstr("setting's name"));
+  EXPECT_THAT(FaultOf("extruder_stepper belted", "belted\\nM112"), HasSubstr("setting's name"));
+  EXPECT_THAT(FaultOf("5000", "-1"), HasSubstr("before.value"));
+  EXPECT_THAT(FaultOf("45.5", "4550"), HasSubstr("before.value"));
+  EXPECT_THAT(FaultOf("target extruder", "target extruder\\nM112"), HasSubstr("setting's name"));
   EXPECT_THAT(FaultOf("20261122-1a-9", "a b"), HasSubstr("run's name"));
   EXPECT_THAT(FaultOf("t.gcode", "../t.gcode"), HasSubstr("upload"));
   EXPECT_THAT(FaultOf("{", "["), HasSubstr("JSON"));

@@ -28,7 +28,7 @@ namespace {
 Result<void> CheckReadiness(const machine::PrinterState& state) {
   if (state.readiness == machine::PrinterReadiness::kReady) return {};
   return Fail(fmt::format("the printer went to \"{}\" in the middle: {}", ToString(state.readiness),
-                          state.message),
+                          machine::FirstLine(state.message)),
               ErrorKind::kMachine);
 }
 
@@ -64,6 +64,13 @@ Result<void> CheckStillHomed(const Session& session) {
     }
   }
   return {};
+}
+
+Result<void> RunNoted(const Session& session, std::string_view script, double time_limit_s) {
+  if (session.note) {
+    if (auto noted = session.note(script); !noted) return noted;
+  }
+  return session.printer.Run(script, session.Within(time_limit_s));
 }
 
 bool Pause(double time_s, const std::stop_token& stop) {

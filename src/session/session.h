@@ -5,6 +5,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include "machine/moonraker/printer.h"
 
@@ -29,6 +30,9 @@ struct Session {
   bool has_limit = false;
   std::string owner = {};     ///< by which the printer knows this run; empty: it is not told
   std::string own_file = {};  ///< among the printer's files; a job of any other is somebody else's
+  /// Notes on disk what a G-code text sets, for the run after one that dies. Empty: nobody notes
+  /// it.
+  std::function<Result<void>(std::string_view gcode)> note = {};
 
   void Say(std::string text, std::optional<double> remaining_s = {}) const {
     Tell({std::move(text), remaining_s});
@@ -66,6 +70,10 @@ inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";
 /// Whether the printer is ready and homed, by what it last told; to be called after each wait in
 /// which nothing else would notice an emergency stop or a restart. Errors: kMachine.
 [[nodiscard]] Result<void> CheckStillHomed(const Session& session);
+
+/// Notes what the script sets, then runs it. Errors: those of both.
+[[nodiscard]] Result<void> RunNoted(const Session& session, std::string_view script,
+                                    double time_limit_s);
 
 /// Waits; false where the session was stopped meanwhile.
 [[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);

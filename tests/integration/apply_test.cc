@@ -402,7 +402,8 @@ TEST_F(Apply, EndsFirstWhatADeadRunLeft) {
   journal.run = "dead1";
   journal.address = address;
   journal.started = "yesterday";
-  journal.pressure_advance["extruder"] = {0.031, {}};
+  journal.before["pressure_advance extruder"] = 0.031;
+  journal.given["pressure_advance extruder"] = {0.02};
   ASSERT_TRUE(files::WriteJournal(files::JournalPath(state_, address), journal));
   const ProcessEnd applied = Run({"0.0470"});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;

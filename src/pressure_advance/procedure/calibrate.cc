@@ -74,6 +74,7 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   }
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
+  options.filament_mm = ours ? Summarise(layout, config).filament_mm : 0;
   if (ours) {
     const auto temperatures = settings::TemperaturesOf(config);
     session.Say("to be heated to " + settings::DescribeTemperatures(config));
@@ -91,7 +92,7 @@ Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings)
   if (!state) return tl::unexpected(state.error());
   if (!settings.clean_nozzle_gcode.empty()) {
     if (auto free = CheckStillFree(session); !free) return free;
-    auto clean = session.printer.Run(settings.clean_nozzle_gcode, session.Within(kHome_s));
+    auto clean = RunNoted(session, settings.clean_nozzle_gcode, kHome_s);
     if (clean) clean = KeepAlive(session);
     if (!clean) return clean;
   }

@@ -36,7 +36,7 @@ AxisDirection DirectionOf(const Sweep& sweep) {
 }
 
 Result<void> Go(const Session& session, const std::string& gcode) {
-  if (auto done = session.printer.Run(gcode, session.Within(kMove_s)); !done) return done;
+  if (auto done = RunNoted(session, gcode, kMove_s); !done) return done;
   return session.printer.FinishMoves(session.Within(kMove_s));
 }
 

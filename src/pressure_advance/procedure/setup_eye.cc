@@ -43,7 +43,7 @@ SetupEye::SetupEye(const Session& session, const Eye& eye,
 
 Result<void> SetupEye::Run(const std::string& gcode) {
   if (gcode.empty()) return {};
-  if (auto done = session_.printer.Run(gcode, session_.Within(kMove_s)); !done) return done;
+  if (auto done = RunNoted(session_, gcode, kMove_s); !done) return done;
   return session_.printer.FinishMoves(session_.Within(kMove_s));
 }
 

@@ -174,7 +174,7 @@ Result<void> Move(const Session& session, const std::string& gcode, const char* 
                   const char* phase) {
   if (auto free = CheckStillFree(session); !free) return free;
   session.Tell({.text = what, .remaining_s = {}, .phase = phase});
-  auto moved = session.printer.Run(gcode, session.Within(kMove_s));
+  auto moved = RunNoted(session, gcode, kMove_s);
   if (moved) moved = session.printer.FinishMoves(session.Within(kMove_s));
   return moved ? CheckStillReady(session) : moved;
 }

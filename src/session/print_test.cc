@@ -1,0 +1,80 @@
+#include "session/print.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "session/fake_printer.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class PrintTest : public ::testing::Test {
+ protected:
+  std::string HeatError() {
+    const auto heated = HeatAndWait(session_, "heater_bed", 60, 900);
+    EXPECT_FALSE(heated);
+    return heated ? "" : heated.error().message;
+  }
+
+  testing::FakePrinter printer_;
+  const Session session_{printer_, {}, {}};
+};
+
+TEST_F(PrintTest, AHeaterThatSomebodySwitchesOffEndsTheWaitWithTheCause) {
+  printer_.state.heaters["heater_bed"] = {26, 0, {}};
+  EXPECT_THAT(HeatError(), AllOf(HasSubstr("heater_bed was switched off in the middle"),
+                                 HasSubstr("Cooldown"), HasSubstr("was to have 60 degC")));
+}
+
+TEST_F(PrintTest, ThePrintersIdleTimeOutIsNamedWithItsRemedy) {
+  printer_.state.heaters["heater_bed"] = {26, 0, {}};
+  printer_.state.idle_state = "Idle";
+  EXPECT_THAT(HeatError(), AllOf(HasSubstr("idle time-out"),
+                                 HasSubstr("set [idle_timeout] timeout in printer.cfg")));
+}
+
+TEST_F(PrintTest, AnotherTargetEndsTheWaitToo) {
+  printer_.state.heaters["heater_bed"] = {26, 45, {}};
+  EXPECT_THAT(HeatError(), HasSubstr("somebody set heater_bed to 45 degC in the middle"));
+  printer_.state.heaters["heater_bed"] = {59, 60, {}};
+  EXPECT_TRUE(HeatAndWait(session_, "heater_bed", 60, 900));
+}
+
+// PRINT_START heats by itself, and a run that dies then has to know it.
+TEST_F(PrintTest, WhatTheFilesOwnMacrosHeatIsNotedAsItComes) {
+  std::string noted;
+  Session session = session_;
+  session.own_file = "trammel_run-1.gcode";
+  session.note = [&](std::string_view gcode) {
+    noted += gcode;
+    return Result<void>();
+  };
+  printer_.state.print_file = session.own_file;
+  printer_.state.print_state = "complete";
+  printer_.state.heaters["extruder"].target_c = 231;
+  ASSERT_TRUE(Print(session, "PRINT_START\n", {}));
+  EXPECT_THAT(noted, AllOf(HasSubstr("PRINT_START"),
+                           HasSubstr("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=231")));
+}
+
+TEST(PrintProgress, IsWhatThePrinterDoesNotHowFarItHasRead) {
+  machine::PrinterState state;
+  state.print_progress = 0.06;
+  state.heaters["extruder"] = {143, 215, true};
+  state.heaters["heater_bed"] = {60, 60, {}};
+  EXPECT_EQ(ProgressOfPrint(state, 200).text, "  heating extruder: 143 of 215 degC");
+  EXPECT_EQ(ProgressOfPrint(state, 200).done, 0);
+  state.heaters["extruder"].temperature_c = 214;
+  EXPECT_EQ(ProgressOfPrint(state, 200).text, "  at the start G-code");
+  state.print_filament_mm = 50;
+  EXPECT_EQ(ProgressOfPrint(state, 200).text, "  25 % printed");
+  EXPECT_EQ(ProgressOfPrint(state, 0).text, "  6 % printed") << "of a file that nobody knows";
+  state.print_filament_mm = 230;
+  EXPECT_EQ(ProgressOfPrint(state, 200).done, 1) << "the start G-code primes, too";
+}
+
+}  // namespace
+}  // namespace trammel::procedure
