@@ -292,7 +292,7 @@ TEST_F(PrinterStateGuardTest, WhatIsLeftToAnothersJobIsNothingForTheNextRun) {
   printer_.state.print_state = "printing";
   printer_.state.print_file = "vase.gcode";
   printer_.refused["LIGHTS_ON"] = "did not finish within 5 s";
-  printer_.refused["TRAMMEL_RELEASE OWNER=" + session_.owner] = "did not finish within 5 s";
+  printer_.refused[kRelease + (" OWNER=" + session_.owner)] = "did not finish within 5 s";
   EXPECT_THAT(guard.Restore(), SizeIs(3));
   EXPECT_EQ(Journals(), 0U);
 }

@@ -12,6 +12,7 @@
 
 #include "fault_scenario.h"
 #include "machine_shop.h"
+#include "session/session.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::test {
@@ -138,9 +139,9 @@ TEST_F(LeftSafe, ARunAfterAKilledOneLeavesWhatTheOwnerSetSince) {
   WaitUntilHeating(*killed);
   killed->Send(SIGKILL);
   static_cast<void>(killed->Wait(kEnough_s));
-  shop_->Script(
-      "TRAMMEL_RELEASE\nSET_GCODE_OFFSET Z=0.2\nSET_VELOCITY_LIMIT ACCEL=4321\nM140 S33\n"
-      "SET_PRESSURE_ADVANCE ADVANCE=0.044\nM220 S80");
+  shop_->Script(std::string(procedure::kRelease) +
+                "\nSET_GCODE_OFFSET Z=0.2\nSET_VELOCITY_LIMIT ACCEL=4321\nM140 S33\n"
+                "SET_PRESSURE_ADVANCE ADVANCE=0.044\nM220 S80");
   PrinterLook wanted = shop_->Look();
   wanted.nozzle_target_c = 0;
   const auto next = CalibrateInto("again");
