@@ -85,6 +85,7 @@ TEST_F(PrinterStateGuardTest, RestoresOnceOnly) {
 
 TEST_F(PrinterStateGuardTest, OneRefusalDoesNotKeepTheRestFromComingBack) {
   PrinterStateGuard guard = Begun();
+  printer_.state.pressure_advance["extruder"].advance_s = 0.06;
   printer_.refused["LIGHTS_ON"] = "unknown command";
   const auto failures = guard.Restore();
   ASSERT_THAT(failures, SizeIs(1));
