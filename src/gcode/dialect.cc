@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <system_error>
 #include <utility>
 
 #include "gcode/number.h"
@@ -36,17 +38,57 @@ std::optional<Dialect> ParseDialect(std::string_view name) {
   return std::nullopt;
 }
 
-std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s) {
-  const std::string value = FormatNumber(pressure_advance_s, kPressureAdvanceDecimals);
+std::vector<std::string> PressureAdvanceCommands(Dialect dialect, double pressure_advance_s,
+                                                 const AdvanceMotors& motors) {
+  return PressureAdvanceCommands(
+      dialect, FormatNumber(pressure_advance_s, kPressureAdvanceDecimals), motors);
+}
+
+std::vector<std::string> PressureAdvanceCommands(Dialect dialect, std::string_view value,
+                                                 const AdvanceMotors& motors) {
   switch (dialect) {
-    case Dialect::kKlipper:
-      return "SET_PRESSURE_ADVANCE ADVANCE=" + value;
+    case Dialect::kKlipper: {
+      if (motors.names.empty()) return {fmt::format("SET_PRESSURE_ADVANCE ADVANCE={}", value)};
+      std::vector<std::string> lines;
+      for (const std::string& name : motors.names) {
+        lines.push_back(fmt::format("SET_PRESSURE_ADVANCE EXTRUDER={} ADVANCE={}", name, value));
+      }
+      return lines;
+    }
     case Dialect::kMarlin:
-      return "M900 K" + value;
+      return {fmt::format("M900 K{}", value)};
     case Dialect::kRepRapFirmware:
-      return "M572 D0 S" + value;
+      return {fmt::format("M572 D{} S{}", motors.drive, value)};
   }
   return {};
+}
+
+SelectedTool ToolSelectedBy(std::string_view gcode) {
+  SelectedTool selected;
+  while (!gcode.empty()) {
+    std::string_view line = gcode.substr(0, gcode.find('\n'));
+    gcode.remove_prefix(std::min(gcode.size(), line.size() + 1));
+    line = line.substr(0, line.find(';'));
+    const std::size_t begin = line.find_first_not_of(" \t\r");
+    if (begin == std::string_view::npos) continue;
+    line = line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
+    const std::string_view word = line.substr(0, line.find_first_of(" \t"));
+    if (word == "M98") {  // a macro of RepRapFirmware, which may select any
+      if (!selected.number) selected.unknown = line;
+    } else if (word.front() == 'T' || word.front() == 't') {
+      int number = 0;
+      const char* const end = word.data() + word.size();
+      const auto [read, error] = std::from_chars(word.data() + 1, end, number);
+      const bool whole = error == std::errc{} && read == end;
+      // T words such as TIMELAPSE_START are macros of Klipper.
+      if (whole && number >= 0) {
+        selected = {number, {}};
+      } else if (whole || word.size() == 1 || word[1] == '{' || word[1] == '[') {
+        selected = {{}, std::string(line)};
+      }
+    }
+  }
+  return selected;
 }
 
 std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> acceleration_mm_s2,
@@ -61,6 +103,11 @@ std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> ac
   if (acceleration_mm_s2) command += " ACCEL=" + acceleration;
   if (minimum_cruise_ratio) {
     command += " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals);
+    if (acceleration_mm_s2) {
+      command +=
+          " ACCEL_TO_DECEL=" +
+          FormatNumber(*acceleration_mm_s2 * (1 - *minimum_cruise_ratio), kAccelerationDecimals);
+    }
   }
   if (command.empty()) return {};
   return {"SET_VELOCITY_LIMIT" + command};

@@ -18,13 +18,41 @@ enum class Dialect { kKlipper, kMarlin, kRepRapFirmware };
 /// Pressure advance is written in steps of 1e-5 s, finer than any firmware or filament tells.
 inline constexpr int kPressureAdvanceDecimals = 5;
 
-/// One line: the pressure advance in seconds (Klipper, RepRapFirmware) or Marlin's K, which has the
-/// same dimension.
-[[nodiscard]] std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s);
+/// The motors whose pressure advance is set.
+struct AdvanceMotors {
+  std::vector<std::string> names;  ///< Klipper: EXTRUDER= of each; empty: the active extruder's own
+  int drive = 0;                   ///< RepRapFirmware: D of M572
+};
 
-/// Sets the acceleration of printing and travelling moves and Klipper's minimum_cruise_ratio,
-/// in [0, 1), which other firmwares do not have. What is absent is left as it is; so there may be
-/// no line at all. Lines, without line ends.
+/// Sets the pressure advance in seconds (Klipper, RepRapFirmware) or Marlin's K, which has the same
+/// dimension, on each of the motors. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> PressureAdvanceCommands(Dialect dialect,
+                                                               double pressure_advance_s,
+                                                               const AdvanceMotors& motors = {});
+/// The same for a value as it is shown to people.
+[[nodiscard]] std::vector<std::string> PressureAdvanceCommands(Dialect dialect,
+                                                               std::string_view value,
+                                                               const AdvanceMotors& motors = {});
+
+/// The firmware that printed something, by whose command a value measured there is set.
+struct PrintedBy {
+  Dialect dialect = Dialect::kKlipper;
+  int drive = 0;  ///< RepRapFirmware's; 0 elsewhere
+
+  bool operator==(const PrintedBy&) const = default;
+};
+
+/// Finds the tool that G-code selects last by a line T0, T1, …
+struct SelectedTool {
+  std::optional<int> number;  ///< absent: no line selects one, or `unknown` does
+  std::string unknown;  ///< a line that may select a tool that cannot be known: "M98 P\"a.g\""
+};
+[[nodiscard]] SelectedTool ToolSelectedBy(std::string_view gcode);
+
+/// Sets the acceleration of printing and travelling moves and, in [0, 1), the share of a move that
+/// Klipper cruises at least: as minimum_cruise_ratio and as ACCEL_TO_DECEL, by which a Klipper
+/// before 2024 knows it and which later ones ignore beside it. Other firmwares have none. What is
+/// absent is left as it is; so there may be no line at all. Lines, without line ends.
 [[nodiscard]] std::vector<std::string> LimitCommands(Dialect dialect,
                                                      std::optional<double> acceleration_mm_s2,
                                                      std::optional<double> minimum_cruise_ratio);

@@ -42,15 +42,47 @@ TEST(GcodeDialect, NamesReadBackAsThemselves) {
 }
 
 TEST(GcodeDialect, EachFirmwareHasItsOwnPressureAdvance) {
-  EXPECT_EQ(PressureAdvanceCommand(Dialect::kKlipper, 0.0333333),
-            "SET_PRESSURE_ADVANCE ADVANCE=0.03333");
-  EXPECT_EQ(PressureAdvanceCommand(Dialect::kMarlin, 0.05), "M900 K0.05");
-  EXPECT_EQ(PressureAdvanceCommand(Dialect::kRepRapFirmware, 0), "M572 D0 S0");
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kKlipper, 0.0333333),
+              ElementsAre("SET_PRESSURE_ADVANCE ADVANCE=0.03333"));
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kMarlin, 0.05), ElementsAre("M900 K0.05"));
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kRepRapFirmware, 0.0), ElementsAre("M572 D0 S0"));
+}
+
+TEST(GcodeDialect, PressureAdvanceIsSetOnTheMotorsThatAreNamed) {
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kKlipper, 0.04, {{"extruder", "belted"}}),
+              ElementsAre("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.04",
+                          "SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.04"));
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kRepRapFirmware, 0.04, {{}, 3}),
+              ElementsAre("M572 D3 S0.04"));
+}
+
+TEST(GcodeDialect, TheToolThatStartGcodeSelectsLastPrints) {
+  struct Case {
+    const char* gcode;
+    std::optional<int> tool;
+    const char* unknown;
+  };
+  for (const Case& c :
+       {Case{"G28\nM109 S215\n", {}, ""}, Case{"T1\nG28\n", 1, ""},
+        Case{"T0\n  T2 ; PETG\n", 2, ""}, Case{"T1\r\nG28\r\n", 1, ""}, Case{"; T1\nG28", {}, ""},
+        Case{"T12 P0\n", 12, ""}, Case{"TIMELAPSE_START\nT1_HEAT\n", {}, ""},
+        Case{"T-1\n", {}, "T-1"}, Case{"T{global.tool}\n", {}, "T{global.tool}"},
+        Case{"M98 P\"start.g\"\nG28\n", {}, "M98 P\"start.g\""},
+        Case{"M98 P\"start.g\"\nT1\n", 1, ""}, Case{"T1\nM98 P\"purge.g\"\n", 1, ""},
+        Case{"", {}, ""}}) {
+    const SelectedTool selected = ToolSelectedBy(c.gcode);
+    EXPECT_EQ(selected.number, c.tool) << c.gcode;
+    EXPECT_EQ(selected.unknown, c.unknown) << c.gcode;
+  }
 }
 
 TEST(GcodeDialect, LimitsThatAreAbsentAreLeftAlone) {
-  EXPECT_THAT(LimitCommands(Dialect::kKlipper, 3000, 0.0),
-              ElementsAre("SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0"));
+  EXPECT_THAT(
+      LimitCommands(Dialect::kKlipper, 3000, 0.0),
+      ElementsAre("SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0 ACCEL_TO_DECEL=3000"));
+  EXPECT_THAT(LimitCommands(Dialect::kKlipper, 4000, 0.25),
+              ElementsAre("SET_VELOCITY_LIMIT ACCEL=4000 MINIMUM_CRUISE_RATIO=0.25 "
+                          "ACCEL_TO_DECEL=3000"));
   EXPECT_THAT(LimitCommands(Dialect::kKlipper, std::nullopt, 0.5),
               ElementsAre("SET_VELOCITY_LIMIT MINIMUM_CRUISE_RATIO=0.5"));
   EXPECT_THAT(LimitCommands(Dialect::kKlipper, std::nullopt, std::nullopt), IsEmpty());

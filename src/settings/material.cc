@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "base/check.h"
+#include "gcode/number.h"
 
 namespace trammel::settings {
 namespace {
@@ -132,6 +133,21 @@ PrintTemperatures TemperaturesOf(const FilamentSettings& filament) {
   TRAMMEL_CHECK(!problem, "{}", problem->message);
   return {*NozzleTemperature_c(filament), *BedTemperature_c(filament),
           *IdleNozzleTemperature_c(filament)};
+}
+
+std::vector<std::string> HeatBehind(std::string_view start_gcode,
+                                    const FilamentSettings& filament) {
+  const PrintTemperatures temperatures = TemperaturesOf(filament);
+  std::vector<std::string> lines;
+  const auto heat = [&](std::string_view name, const char* set, const char* wait, double target_c) {
+    if (start_gcode.find(name) != std::string_view::npos) return;
+    lines.push_back(fmt::format("; start_gcode does not name {}", name));
+    lines.push_back(
+        fmt::format("{} S{}", target_c > 0 ? wait : set, gcode::FormatNumber(target_c, 4)));
+  };
+  heat("{bed_temperature_c}", "M140", "M190", temperatures.bed_c);
+  heat("{nozzle_temperature_c}", "M104", "M109", temperatures.nozzle_c);
+  return lines;
 }
 
 std::string DescribeTemperatures(const FilamentSettings& filament) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "settings/printer.h"
@@ -61,6 +62,11 @@ inline constexpr double kIdleBelow_c = 60;
 
 /// REQUIRES no FindTemperatureProblem.
 [[nodiscard]] PrintTemperatures TemperaturesOf(const FilamentSettings& filament);
+
+/// What heats behind a start G-code that does not name both temperatures by their placeholders: it
+/// would print at nobody knows what. Empty where it does. REQUIRES as TemperaturesOf.
+[[nodiscard]] std::vector<std::string> HeatBehind(std::string_view start_gcode,
+                                                  const FilamentSettings& filament);
 
 /// For people: "pla: nozzle 215, bed 60 degC", "nozzle 210 (set), bed 60 degC (pla)" … REQUIRES as
 /// TemperaturesOf.

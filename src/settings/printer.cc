@@ -21,17 +21,22 @@ constexpr std::string_view kFilament = "filament";
 
 constexpr auto kPrinterFields = std::to_array<PrinterField>({
     {kPrinter, "dialect", &P::dialect, "", 0, 0, "Firmware: klipper, marlin or reprapfirmware."},
-    {kPrinter, "bed_size_x", &P::bed_size_x_mm, "mm", 10, 2000, "Width of the bed."},
+    {kPrinter, "bed_size_x", &P::bed_size_x_mm, "mm", 10, 2000,
+     "Width of the bed. Where size and origin are all left out and the nozzle does not reach the "
+     "default: what it reaches."},
     {kPrinter, "bed_size_y", &P::bed_size_y_mm, "mm", 10, 2000, "Depth of the bed."},
     {kPrinter, "bed_origin_x", &P::bed_origin_x_mm, "mm", -2000, 2000,
      "X of the bed's left edge: -125 where a 250 mm bed has (0, 0) in its middle."},
     {kPrinter, "bed_origin_y", &P::bed_origin_y_mm, "mm", -2000, 2000,
      "Y of the bed's front edge."},
     {kPrinter, "bed_shape", &P::bed_shape, "", 0, 0,
-     "rectangle, or ellipse: round beds as of deltas, inscribed in the bed's size."},
+     "rectangle, or ellipse: round beds as of deltas, inscribed in the bed's size. Left out: by "
+     "the "
+     "printer's kinematics, where it states one."},
     {kPrinter, "bed_margin", &P::bed_margin_mm, "mm", 0, 100,
      "Kept free of filament along the bed's edge."},
-    {kPrinter, "nozzle_diameter", &P::nozzle_diameter_mm, "mm", 0.1, 2, "Bore of the nozzle."},
+    {kPrinter, "nozzle_diameter", &P::nozzle_diameter_mm, "mm", 0.1, 2,
+     "Bore of the nozzle. Left out: the printer's own, where it states one."},
     {kPrinter, "travel_speed", &P::travel_speed_mm_s, "mm/s", 1, 1000,
      "Speed of moves without filament."},
     {kPrinter, "z_speed", &P::z_speed_mm_s, "mm/s", 0.1, 100, "Speed of moves in z."},
@@ -52,7 +57,9 @@ constexpr auto kPrinterFields = std::to_array<PrinterField>({
     {kPrinter, "park_lift", &P::park_lift_mm, "mm", 1, 200,
      "Height above the layer before the first travel and when done; clears clips and the pattern."},
     {kPrinter, "start_gcode", &P::start_gcode, "", 0, 0,
-     "Heats, homes, levels; may be just a macro call. {placeholders} stand for values."},
+     "Heats, homes, levels; may be just a macro call. {placeholders} stand for values. A "
+     "temperature "
+     "that it does not name by its placeholder is set behind it."},
     {kPrinter, "end_gcode", &P::end_gcode, "", 0, 0,
      "Ends the print; has to switch the heaters off."},
     {kPrinter, "restore_acceleration", &P::restore_acceleration_mm_s2, "mm/s²", 1, 1e6,
@@ -64,7 +71,7 @@ constexpr auto kFilamentFields = std::to_array<FilamentField>({
      "pla, petg, abs, asa, tpu, pc or pa: gives both temperatures and the density, where they are "
      "not set. Empty: nothing is printed unless both temperatures are set."},
     {kFilament, "filament_diameter", &F::filament_diameter_mm, "mm", 1, 4,
-     "Diameter of the filament."},
+     "Diameter of the filament. Left out: the printer's own, where it states one."},
     {kFilament, "density", &F::filament_density_g_cm3, "g/cm³", 0.5, 10,
      "Only for the weight that is shown. Left out: the material's."},
     {kFilament, "nozzle_temperature", &F::nozzle_temperature_c, "°C", 170, 500,

@@ -23,7 +23,7 @@ M221 S100 ; so is the filament
 G92 E0
 M107 ; no fan on a first layer
 ; every move may be all acceleration: the speed changes are what is measured
-SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0
+SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0 ACCEL_TO_DECEL=3000
 ; the nozzle rises before its first travel
 G1 Z20.25 F300
 ; frame of pattern 0

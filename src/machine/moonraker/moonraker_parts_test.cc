@@ -182,6 +182,18 @@ TEST(MoonrakerStatus, PressureAdvanceIsOfEveryMotorThatPushesFilament) {
   EXPECT_TRUE(wanted.contains("extruder_stepper belted"));
 }
 
+TEST(MoonrakerStatus, AnOldKlippersAccelerationToDecelerateIsACruiseRatio) {
+  const auto ratio = [](const json& toolhead) {
+    return ReadStatus({{"toolhead", toolhead}}, 0).limits.minimum_cruise_ratio;
+  };
+  EXPECT_EQ(ratio({{"max_accel", 3000.0}, {"max_accel_to_decel", 750.0}}), 0.75);
+  EXPECT_EQ(ratio({{"max_accel", 3000.0}, {"max_accel_to_decel", 9000.0}}), 0.0);
+  EXPECT_EQ(
+      ratio({{"max_accel", 3000.0}, {"max_accel_to_decel", 750.0}, {"minimum_cruise_ratio", 0.5}}),
+      0.5);
+  EXPECT_EQ(ratio({{"max_accel", 3000.0}}), std::nullopt);
+}
+
 TEST(MoonrakerStatus, NothingKnownIsNotReady) {
   for (const json& nothing : {json(), json::object(), json::array({1}), json("x")}) {
     const PrinterState state = ReadStatus(nothing, 0);

@@ -198,6 +198,11 @@ void ReadMotion(Reader& reader, PrinterState& state) {
   limits.max_velocity_mm_s = reader.Within("toolhead", "max_velocity", kSpeed_mm_s, 0);
   limits.max_accel_mm_s2 = reader.Within("toolhead", "max_accel", kAcceleration_mm_s2, 0);
   limits.minimum_cruise_ratio = reader.Within("toolhead", "minimum_cruise_ratio", kRatio);
+  // Klipper before 2024: the same, as an acceleration.
+  const auto to_decel = reader.Within("toolhead", "max_accel_to_decel", kAcceleration_mm_s2);
+  if (!limits.minimum_cruise_ratio && to_decel && limits.max_accel_mm_s2 > 0) {
+    limits.minimum_cruise_ratio = std::clamp(1 - *to_decel / limits.max_accel_mm_s2, 0.0, 1.0);
+  }
   limits.square_corner_velocity_mm_s =
       reader.Within("toolhead", "square_corner_velocity", kSpeed_mm_s, 0);
   state.active_extruder = reader.Name("toolhead", "extruder");
@@ -318,8 +323,8 @@ json WantedObjects(const std::vector<std::string>& available) {
     }
     if (object == "toolhead") {
       want(object, {"homed_axes", "position", "print_time", "estimated_print_time", "axis_minimum",
-                    "axis_maximum", "max_velocity", "max_accel", "minimum_cruise_ratio",
-                    "square_corner_velocity", "extruder"});
+                    "axis_maximum", "max_velocity", "max_accel", "max_accel_to_decel",
+                    "minimum_cruise_ratio", "square_corner_velocity", "extruder"});
     } else if (object == "motion_report") {
       want(object, {"live_position", "live_velocity"});
     } else if (object == "gcode_move") {

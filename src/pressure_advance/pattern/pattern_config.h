@@ -39,8 +39,12 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
                                                      ///< … frame_pressure_advance_s
   double restore_minimum_cruise_ratio = 0.5;  ///< [0, 1); Klipper's own default
-  double pressure_advance_limit_s = 0.2;      ///< [0.001, 2]; what is applied without being forced:
-                                              ///< the reach of Klipper's tuning tower, direct drive
+  int extruder_drive = -1;                    ///< [-1, 31]; RepRapFirmware's D of M572; -1: DriveOf
+  /// Klipper: EXTRUDER= of the motors that push the filament; empty: the active extruder's own. No
+  /// setting: the printer states them.
+  std::vector<std::string> advance_motors = {};
+  double pressure_advance_limit_s = 0.2;  ///< [0.001, 2]; what is applied without being forced:
+                                          ///< the reach of Klipper's tuning tower, direct drive
 
   // The pattern.
   std::string preset;  ///< that others of these come from (pattern_presets.h); empty: the paper's
@@ -92,6 +96,10 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
 
 /// The settings with which one pattern's lines are printed: those of its conditions.
 [[nodiscard]] PatternConfig SettingsOf(const PatternConfig& config, int pattern);
+
+/// RepRapFirmware's extruder drive: the settings', else the number of the tool that the start
+/// G-code selects, else 0.
+[[nodiscard]] int DriveOf(const PatternConfig& config);
 
 /// The fastest of a line's speeds. REQUIRES segments.
 [[nodiscard]] double FastSpeed_mm_s(const PatternConfig& config);

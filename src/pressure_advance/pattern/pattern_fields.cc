@@ -19,6 +19,9 @@ constexpr auto kFields = std::to_array<PatternField>({
      "Pressure advance set at the end. Left out: the frame's stays."},
     {kPrinter, "restore_minimum_cruise_ratio", &C::restore_minimum_cruise_ratio, "", 0, 0.99,
      "Klipper's minimum_cruise_ratio set at the end."},
+    {kPrinter, "extruder_drive", &C::extruder_drive, "", -1, 31,
+     "RepRapFirmware: the drive D of M572. -1: the number of the tool that start_gcode selects, or "
+     "0."},
     {kPrinter, "pressure_advance_limit", &C::pressure_advance_limit_s, "s", 0.001, 2,
      "More is applied only with --force. Direct drives need up to about 0.2, Bowden tubes up to 1, "
      "seldom 1.5. A pattern that goes further raises it to its own highest value."},
@@ -53,9 +56,12 @@ constexpr auto kFields = std::to_array<PatternField>({
      "mm/s."},
     {kPattern, "acceleration", &C::acceleration_mm_s2, "mm/s²", 1, 1e6,
      "Acceleration of all moves of the pattern."},
-    {kPattern, "layer_height", &C::layer_height_mm, "mm", 0.02, 2, "Height of the layer."},
+    {kPattern, "layer_height", &C::layer_height_mm, "mm", 0.02, 2,
+     "Height of the layer. Left out: at most 0.625 of nozzle_diameter."},
     {kPattern, "line_width", &C::line_width_mm, "mm", 0.05, 4,
-     "Width of a bead; with the layer's height it says how much filament is extruded."},
+     "Width of a bead; with the layer's height it says how much filament is extruded. Left out: "
+     "1.24 "
+     "times nozzle_diameter."},
     {kPattern, "alternate_directions", &C::alternate_directions, "", 0, 0,
      "Print every other line from its far end: shorter travels."},
     {kPattern, "frame_loops", &C::frame_loops, "", 0, 20,

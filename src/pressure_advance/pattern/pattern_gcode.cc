@@ -108,6 +108,11 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
                           FormatNumber(config.z_speed_mm_s * 60, kFeedDecimals)));
 }
 
+void SetPressureAdvance(const PatternConfig& config, double pressure_advance_s, Writer& writer) {
+  writer.Lines(PressureAdvanceCommands(config.dialect, pressure_advance_s,
+                                       {config.advance_motors, DriveOf(config)}));
+}
+
 void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer& writer) {
   const Move* previous = nullptr;
   for (const Move& move : layout.moves) {
@@ -117,7 +122,7 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
         const std::string value =
             FormatNumber(line.pressure_advance_s, gcode::kPressureAdvanceDecimals);
         writer.Line(fmt::format("; line {} of pattern {}", move.line, move.pattern));
-        writer.Line(PressureAdvanceCommand(config.dialect, line.pressure_advance_s));
+        SetPressureAdvance(config, line.pressure_advance_s, writer);
         writer.Line(gcode::DisplayCommand("PA " + value));
       } else {
         if (move.pattern >= 0) writer.Line(fmt::format("; frame of pattern {}", move.pattern));
@@ -125,7 +130,7 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
           writer.Lines(LimitCommands(config.dialect,
                                      SettingsOf(config, move.pattern).acceleration_mm_s2, 0.0));
         }
-        writer.Line(PressureAdvanceCommand(config.dialect, move.pressure_advance_s));
+        SetPressureAdvance(config, move.pressure_advance_s, writer);
       }
     }
     writer.Motion(move);
@@ -137,7 +142,7 @@ void WriteRestore(const PatternConfig& config, Writer& writer) {
   writer.Line(gcode::WaitForMovesCommand());
   writer.Line("M117");
   if (config.restore_pressure_advance_s) {
-    writer.Line(PressureAdvanceCommand(config.dialect, *config.restore_pressure_advance_s));
+    SetPressureAdvance(config, *config.restore_pressure_advance_s, writer);
   }
   writer.Lines(LimitCommands(config.dialect, config.restore_acceleration_mm_s2,
                              config.restore_minimum_cruise_ratio));
@@ -166,6 +171,7 @@ std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config)
   WriteHead(layout, config, writer);
   writer.Line("; start G-code");
   writer.Block(expand("start_gcode", config.start_gcode));
+  writer.Lines(settings::HeatBehind(config.start_gcode, config));
   writer.Line("; pattern");
   WriteModes(config, writer);
   WriteMoves(layout, config, writer);

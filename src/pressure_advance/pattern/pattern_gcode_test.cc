@@ -126,7 +126,7 @@ TEST(PatternGcode, PrintsEachLineUnderItsOwnPressureAdvanceInEveryDialect) {
       const bool frame = std::abs(move.speed_mm_s - config.frame_speed_mm_s) < 0.01;
       const double expected_s =
           frame ? 0.02 : layout.lines[segments / config.segments.size()].pressure_advance_s;
-      EXPECT_EQ(move.pressure_advance, PressureAdvanceCommand(dialect, expected_s));
+      EXPECT_EQ(move.pressure_advance, PressureAdvanceCommands(dialect, expected_s).front());
       if (frame) continue;
       EXPECT_EQ(move.speed_mm_s, config.segments[segments % 3].speed_mm_s);
       ++segments;
@@ -155,8 +155,8 @@ TEST(PatternGcode, RestoresWhatItChanged) {
   EXPECT_TRUE(HasLine(klipper, "SAVE_GCODE_STATE NAME=trammel_pattern"));
   EXPECT_TRUE(HasLine(klipper, "RESTORE_GCODE_STATE NAME=trammel_pattern"));
   EXPECT_TRUE(HasLine(klipper, "SET_PRESSURE_ADVANCE ADVANCE=0.045"));
-  EXPECT_TRUE(HasLine(klipper, "SET_VELOCITY_LIMIT ACCEL=5000 MINIMUM_CRUISE_RATIO=0.5"));
-  EXPECT_EQ(klipper.find("ACCEL_TO_DECEL"), std::string::npos);
+  EXPECT_TRUE(HasLine(
+      klipper, "SET_VELOCITY_LIMIT ACCEL=5000 MINIMUM_CRUISE_RATIO=0.5 ACCEL_TO_DECEL=2500"));
   // The macros come last: what was in force when the print began wins over what the settings know.
   EXPECT_GT(klipper.find("\n_TRAMMEL_BRING_BACK_SETTINGS\n"), klipper.find("ACCEL=5000"));
   EXPECT_LT(klipper.find("\n_TRAMMEL_KEEP_SETTINGS ;"), klipper.find("ACCEL=3000"));
@@ -173,6 +173,52 @@ TEST(PatternGcode, PutsValuesIntoTheUsersOwnGcode) {
       "AREA={min_x_mm},{min_y_mm},{max_x_mm},{max_y_mm}";
   EXPECT_TRUE(HasLine(GcodeOf(config),
                       "PRINT_START EXTRUDER=255 BED=110 AREA=108.9662,102.3112,141.0338,147.6888"));
+}
+
+TEST(PatternGcode, HeatsBehindAStartGcodeThatReceivesNoTemperature) {
+  PatternConfig config = OfAbs();
+  config.start_gcode = "PRINT_START\n";
+  const std::string neither = GcodeOf(config);
+  EXPECT_TRUE(HasLine(neither, "M190 S110"));
+  EXPECT_TRUE(HasLine(neither, "M109 S255"));
+  EXPECT_LT(neither.find("PRINT_START"), neither.find("M109 S255"));
+  EXPECT_LT(neither.find("M109 S255"), neither.find("G1 "));
+  config.start_gcode = "PRINT_START EXTRUDER={nozzle_temperature_c}\n";
+  const std::string nozzle = GcodeOf(config);
+  EXPECT_TRUE(HasLine(nozzle, "M190 S110"));
+  EXPECT_FALSE(HasLine(nozzle, "M109 S255"));
+  config.start_gcode += "M190 S{bed_temperature_c}\n";
+  EXPECT_FALSE(GcodeOf(config).find("does not name") != std::string::npos);
+  config.bed_temperature_c = 0;
+  config.start_gcode = "PRINT_START\n";
+  EXPECT_TRUE(HasLine(GcodeOf(config), "M140 S0"));
+}
+
+TEST(PatternGcode, RepRapFirmwaresDriveIsThatOfTheToolThatPrints) {
+  PatternConfig config = OfAbs();
+  config.dialect = gcode::Dialect::kRepRapFirmware;
+  config.start_gcode = "T1\n" + config.start_gcode;
+  EXPECT_TRUE(HasLine(GcodeOf(config), "M572 D1 S0.06"));
+  EXPECT_FALSE(GcodeOf(config).find("M572 D0") != std::string::npos);
+  config.extruder_drive = 3;
+  EXPECT_TRUE(HasLine(GcodeOf(config), "M572 D3 S0.06"));
+  config.extruder_drive = -1;
+  config.start_gcode = "M98 P\"start.g\"\n";
+  const auto problem = FindProblem(config);
+  ASSERT_TRUE(problem);
+  EXPECT_EQ(problem->key, "extruder_drive");
+  config.dialect = gcode::Dialect::kMarlin;
+  EXPECT_FALSE(FindProblem(config));
+}
+
+TEST(PatternGcode, EveryMotorOnTheFilamentIsSetBeforeEachLine) {
+  PatternConfig config = OfAbs();
+  config.advance_motors = {"extruder", "belted"};
+  const std::string gcode = GcodeOf(config);
+  EXPECT_TRUE(gcode.find("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.06\n"
+                         "SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.06\n") !=
+              std::string::npos);
+  EXPECT_FALSE(gcode.find("SET_PRESSURE_ADVANCE ADVANCE=") != std::string::npos);
 }
 
 TEST(PatternGcode, IsNeverWrittenWithoutATemperature) {

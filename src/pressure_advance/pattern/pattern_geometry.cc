@@ -38,6 +38,11 @@ int PatternCount(const PatternConfig& config) {
   return config.patterns.value_or(config.columns * config.rows);
 }
 
+int DriveOf(const PatternConfig& config) {
+  if (config.extruder_drive >= 0) return config.extruder_drive;
+  return gcode::ToolSelectedBy(config.start_gcode).number.value_or(0);
+}
+
 double FastSpeed_mm_s(const PatternConfig& config) {
   return std::ranges::max_element(config.segments, {}, &Segment::speed_mm_s)->speed_mm_s;
 }

@@ -271,12 +271,25 @@ Problem CheckUserGcode(const PatternConfig& config) {
   return std::nullopt;
 }
 
+Problem CheckDrive(const PatternConfig& config) {
+  const bool matters = config.dialect == gcode::Dialect::kRepRapFirmware;
+  if (!matters || config.extruder_drive >= 0) return std::nullopt;
+  const gcode::SelectedTool tool = gcode::ToolSelectedBy(config.start_gcode);
+  if (tool.unknown.empty()) return std::nullopt;
+  return InSection(
+      "printer", "extruder_drive",
+      fmt::format("must be set: which tool prints behind '{}' of start_gcode cannot be "
+                  "known, and M572 needs the drive that M563 gives that tool (0 with "
+                  "one extruder)",
+                  tool.unknown));
+}
+
 }  // namespace
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
   for (auto check : {CheckFields, CheckPressureAdvances, CheckAllSegments, CheckBead, CheckWays,
-                     CheckMark, CheckFit, CheckPark, CheckUserGcode}) {
+                     CheckMark, CheckFit, CheckPark, CheckUserGcode, CheckDrive}) {
     if (Problem problem = check(config)) return problem;
   }
   return std::nullopt;

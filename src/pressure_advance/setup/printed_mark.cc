@@ -154,6 +154,9 @@ std::string WriteMarkGcode(const MarkPlan& plan, const PatternConfig& config) {
   writer.Line("; trammel: mark for the camera");
   writer.Line("; heated to " + settings::DescribeTemperatures(config));
   writer.Block(expand("start_gcode", config.start_gcode));
+  for (const std::string& line : settings::HeatBehind(config.start_gcode, config)) {
+    writer.Line(line);
+  }
   for (const std::string& line : gcode::SaveStateCommands(config.dialect)) writer.Line(line);
   for (const char* line : {"G21", "G90", "M82", "M220 S100", "M221 S100", "G92 E0", "M107"}) {
     writer.Line(line);

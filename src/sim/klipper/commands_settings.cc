@@ -144,6 +144,12 @@ Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) 
     values[i] = *value;
     any |= value->has_value();
   }
+  if (machine.config().before_2024) {
+    const auto to_decel = FloatOf(line, "ACCEL_TO_DECEL", {{}, 0, {}});
+    if (!to_decel) return tl::unexpected(to_decel.error());
+    const double most = values[1].value_or(settings.max_accel_mm_s2);
+    values[3] = *to_decel ? std::optional(std::max(0.0, 1 - **to_decel / most)) : std::nullopt;
+  }
   if (values[3] && *values[3] >= 1) {
     return Fail(fmt::format("Error on '{}': MINIMUM_CRUISE_RATIO must be below 1.0", line.text));
   }

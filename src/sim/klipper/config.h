@@ -119,6 +119,8 @@ struct KlipperConfig {
   double max_z_accel_mm_s2 = 200;
   double square_corner_velocity_mm_s = 5;
   double minimum_cruise_ratio = 0.5;
+  bool before_2024 = false;  ///< max_accel_to_decel instead; MINIMUM_CRUISE_RATIO is ignored
+  std::string kinematics = "cartesian";
 
   HeaterConfig nozzle{"extruder", 300, 12, 1.5, 60, 20, 1};
   HeaterConfig bed{"heater_bed", 130, 6, 2, 200, 60, 1};
@@ -129,6 +131,9 @@ struct KlipperConfig {
   double max_extrude_only_accel_mm_s2 = 2700;
   double max_extrude_cross_section_mm2 = 5;
   double filament_diameter_mm = 1.75;
+  double nozzle_diameter_mm = 0.4;
+  /// Kalico's, of [extruder]: "tanh", "recipr". Empty: linear, as in Klipper.
+  std::string pressure_advance_model;
   double pressure_advance_s = 0.04;
   double smooth_time_s = 0.04;
 

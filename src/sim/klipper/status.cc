@@ -27,19 +27,25 @@ Json Toolhead(const VirtualKlipper& machine) {
   const auto corner = [](const std::array<double, 3>& mm) {
     return Json::array({mm[0], mm[1], mm[2], 0.0});
   };
-  return {{"homed_axes", homed},
-          {"axis_minimum", corner(config.axis_minimum_mm)},
-          {"axis_maximum", corner(config.axis_maximum_mm)},
-          {"print_time", machine.motion().print_time_s()},
-          {"stalls", 0},
-          {"estimated_print_time", machine.PrintTimeAt(machine.clock_s())},
-          {"extruder", machine.active_extruder},
-          {"position", machine.commanded_mm},
-          {"max_velocity", machine.settings.max_velocity_mm_s},
-          {"max_accel", machine.settings.max_accel_mm_s2},
-          {"minimum_cruise_ratio", machine.settings.minimum_cruise_ratio},
-          {"square_corner_velocity", machine.settings.square_corner_velocity_mm_s},
-          {"extra_axes", {{"extruder", 3}}}};
+  Json status = {{"homed_axes", homed},
+                 {"axis_minimum", corner(config.axis_minimum_mm)},
+                 {"axis_maximum", corner(config.axis_maximum_mm)},
+                 {"print_time", machine.motion().print_time_s()},
+                 {"stalls", 0},
+                 {"estimated_print_time", machine.PrintTimeAt(machine.clock_s())},
+                 {"extruder", machine.active_extruder},
+                 {"position", machine.commanded_mm},
+                 {"max_velocity", machine.settings.max_velocity_mm_s},
+                 {"max_accel", machine.settings.max_accel_mm_s2},
+                 {"square_corner_velocity", machine.settings.square_corner_velocity_mm_s},
+                 {"extra_axes", {{"extruder", 3}}}};
+  const MotionSettings& settings = machine.settings;
+  if (config.before_2024) {
+    status["max_accel_to_decel"] = settings.max_accel_mm_s2 * (1 - settings.minimum_cruise_ratio);
+  } else {
+    status["minimum_cruise_ratio"] = settings.minimum_cruise_ratio;
+  }
+  return status;
 }
 
 Json MotionReport(const VirtualKlipper& machine) {
@@ -68,6 +74,11 @@ Json ExtruderStatus(const VirtualKlipper& machine, const Heater& heater) {
   Json status = HeaterStatus(heater);
   status["can_extrude"] = heater.temperature_c >= machine.config().min_extrude_temp_c;
   status.update(MotorStatus(machine.motors.at(heater.config.name)));
+  if (const std::string& model = machine.config().pressure_advance_model; !model.empty()) {
+    status["pressure_advance_model"] = model;
+    status["linear_advance"] = status["pressure_advance"];
+    status.erase("pressure_advance");
+  }
   return status;
 }
 
@@ -116,7 +127,7 @@ std::string LowerCase(std::string text) {
 Json ConfigFile(const VirtualKlipper& machine) {
   const KlipperConfig& config = machine.config();
   Json settings = {{"printer",
-                    {{"kinematics", "cartesian"},
+                    {{"kinematics", config.kinematics},
                      {"max_velocity", config.max_velocity_mm_s},
                      {"max_accel", config.max_accel_mm_s2},
                      {"minimum_cruise_ratio", config.minimum_cruise_ratio},
@@ -131,7 +142,7 @@ Json ConfigFile(const VirtualKlipper& machine) {
                    {"virtual_sdcard", {{"path", "/home/pi/printer_data/gcodes"}}},
                    {"respond", {{"default_type", "echo"}, {"default_prefix", "echo:"}}},
                    {"idle_timeout", {{"timeout", config.idle_timeout_s}}}};
-  settings["extruder"].update({{"nozzle_diameter", 0.4},
+  settings["extruder"].update({{"nozzle_diameter", config.nozzle_diameter_mm},
                                {"filament_diameter", config.filament_diameter_mm},
                                {"max_extrude_cross_section", config.max_extrude_cross_section_mm2},
                                {"max_extrude_only_distance", config.max_extrude_only_distance_mm},
@@ -140,6 +151,9 @@ Json ConfigFile(const VirtualKlipper& machine) {
                                {"instantaneous_corner_velocity", 1.0},
                                {"pressure_advance", config.pressure_advance_s},
                                {"pressure_advance_smooth_time", config.smooth_time_s}});
+  if (!config.pressure_advance_model.empty()) {
+    settings["extruder"]["pressure_advance_model"] = config.pressure_advance_model;
+  }
   for (const Heater& heater : machine.more_nozzles) {
     settings[heater.config.name] = settings["extruder"];
   }
