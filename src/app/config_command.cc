@@ -21,7 +21,7 @@ Result<void> Check(const std::string& file) {
   const Result<files::Config> config = files::ParseConfig(*text, file);
   if (!config) return tl::unexpected(config.error());
   if (auto valid = files::ValidateConfig(*config, *text, file); !valid) return valid;
-  fmt::print("{}: good, {} key(s) set\n", file, config->keys_set);
+  fmt::print("{}: good, {} key(s) set\n", file, config->keys.size());
   return {};
 }
 

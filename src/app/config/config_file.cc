@@ -86,7 +86,7 @@ Result<void> ReadSection(std::string_view section, const toml::table& table,
       return Fail(
           fmt::format("{}: [{}] {}: {}", At(file, key.source()), section, key.str(), *fault));
     }
-    ++config.keys_set;
+    config.keys.insert(fmt::format("{}.{}", section, key.str()));
   }
   return {};
 }
@@ -118,6 +118,20 @@ Config DefaultConfig() {
   return config;
 }
 
+void FollowNozzle(Config& config) {
+  constexpr double kHighest = 0.625;  // of the nozzle: the default layer's share of its nozzle
+  const pressure_advance::PatternConfig usual = DefaultConfig().pattern;
+  pressure_advance::PatternConfig& pattern = config.pattern;
+  if (!config.IsSet("pressure_advance_pattern.line_width")) {
+    pattern.line_width_mm =
+        usual.line_width_mm * (pattern.nozzle_diameter_mm / usual.nozzle_diameter_mm);
+  }
+  if (!config.IsSet("pressure_advance_pattern.layer_height")) {
+    pattern.layer_height_mm =
+        std::min(usual.layer_height_mm, kHighest * pattern.nozzle_diameter_mm);
+  }
+}
+
 Result<Config> ParseConfig(std::string_view text, const std::string& file) {
   const Result<toml::table> root = ParseToml(text, file);
   if (!root) return tl::unexpected(root.error());
@@ -141,6 +155,7 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
       return tl::unexpected(done.error());
     }
   }
+  FollowNozzle(config);
   return config;
 }
 
@@ -232,6 +247,7 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
     ApplyPreset(*preset, config.pattern, config.scan);
   }
   config.options[fmt::format("{}.{}", setting->section, setting->key)] = "--set " + name;
+  FollowNozzle(config);
   return {};
 }
 

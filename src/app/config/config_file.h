@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -17,10 +18,18 @@ struct Config {
   pressure_advance::PatternConfig pattern;  ///< [printer], [filament], [pressure_advance_pattern]
   settings::ScanSettings scan;              ///< [moonraker], [camera], [scan]
   tool_offset::SheetSettings sheet;         ///< [tool_offset_pattern]; see SheetOf
-  int keys_set = 0;                         ///< how many keys the file gave
+  std::set<std::string> keys = {};          ///< that the file gave, as "section.key"
   /// What the command line set, by "section.key": the option, without its value.
   std::map<std::string, std::string> options = {};
+
+  /// Whether file or command line gave it, as "section.key".
+  [[nodiscard]] bool IsSet(const std::string& key) const {
+    return keys.contains(key) || options.contains(key);
+  }
 };
+
+/// Gives the pattern's lines the width and height that the nozzle lays, where they are not set.
+void FollowNozzle(Config& config);
 
 /// What a file that sets nothing gives: the default preset's pattern and scan.
 [[nodiscard]] Config DefaultConfig();

@@ -52,7 +52,7 @@ TEST(ConfigKeys, EachHasAValueOfItsOwn) {
 TEST(ConfigKeys, DescriptionIsItselfAConfigurationThatChangesNothing) {
   auto config = ParseConfig(DescribeConfigKeys(), "keys");
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_GT(config->keys_set, 70);
+  EXPECT_GT(config->keys.size(), 70);
   Config defaults = DefaultConfig();
   const auto expected = SettingsOf(defaults);
   const auto settings = SettingsOf(*config);
@@ -86,7 +86,7 @@ TEST(ConfigFile, SetsWhatItSaysAndLeavesTheRest) {
       "columns = 2\n",
       "a.toml");
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(config->keys_set, 8);
+  EXPECT_EQ(config->keys.size(), 8);
   const PatternConfig& pattern = config->pattern;
   EXPECT_EQ(pattern.dialect, gcode::Dialect::kMarlin);
   EXPECT_EQ(pattern.bed_size_x_mm, 220);
