@@ -143,6 +143,20 @@ void SayRepeats(const Analysis& analysis) {
   }
 }
 
+// By the firmware that printed the lines, or by each where that is not known.
+void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
+  const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
+    for (const std::string& line : PressureAdvanceCommands(dialect, value_s, {{}, drive})) {
+      fmt::print("{:<17} {}{}\n", begin, line, end);
+    }
+  };
+  constexpr const char* kUse = "to use it";
+  if (printed_by) return say(printed_by->dialect, printed_by->drive, kUse, "");
+  say(gcode::Dialect::kKlipper, 0, kUse, " (Klipper)");
+  say(gcode::Dialect::kMarlin, 0, "", " (Marlin)");
+  say(gcode::Dialect::kRepRapFirmware, 0, "", " (RepRapFirmware; D is the extruder's drive)");
+}
+
 }  // namespace
 
 void SayAnswer(const Analysis& analysis) {
@@ -176,8 +190,7 @@ void SayAnswer(const Analysis& analysis) {
   if (!answer.good()) fmt::print("because           {}\n", answer.reason());
   if (answer.good()) {
     const Quantity& q = answer.quantity();
-    fmt::print("to use it         SET_PRESSURE_ADVANCE ADVANCE={}\n",
-               report::SecondsText(q.value, q.standard_uncertainty));
+    SayHowToUse(analysis.printed_by, report::SecondsText(q.value, q.standard_uncertainty));
   }
   std::fflush(stdout);  // before the files, which take longer than the analysis
 }

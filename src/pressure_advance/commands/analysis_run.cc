@@ -121,6 +121,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   response.printed_middle_s = Mean(plan.pressure_advance_s);
   response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
   run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method, response);
+  run.analysis.printed_by = plan.printed_by;
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
   return run;
 }

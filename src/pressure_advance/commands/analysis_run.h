@@ -41,6 +41,7 @@ struct PhotoPlan {
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
+  std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
   std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
 };
 

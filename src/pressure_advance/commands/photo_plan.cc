@@ -84,6 +84,7 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
   PhotoPlan result;
   result.segments = plan.segments;
   result.corner_mark = plan.corner_mark;
+  result.printed_by = plan.printed_by;
   for (const auto& [pattern, lines] : patterns) {
     if (const std::string fault = FaultOf(lines); !fault.empty()) {
       return Fail(fmt::format("{}: pattern {}: {}", file, pattern, fault));

@@ -89,6 +89,14 @@ void ParseHead(JsonObject& object, PatternPlan& plan) {
   plan.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {0.001, 1e6});
   if (object.has("corner_mark"))
     plan.corner_mark = object.Choice("corner_mark", {"printed"}) == "printed";
+  if (object.has("firmware")) {
+    plan.printed_by.dialect =
+        gcode::ParseDialect(object.Choice("firmware", {"klipper", "marlin", "reprapfirmware"}))
+            .value_or(gcode::Dialect::kKlipper);
+  }
+  if (object.has("extruder_drive")) {
+    plan.printed_by.drive = object.Integer("extruder_drive", {0, 31});
+  }
 }
 
 }  // namespace
@@ -110,6 +118,10 @@ std::string FormatPlan(const PatternPlan& plan) {
                     {"line_length_mm", plan.line_length_mm},
                     {"acceleration_mm_s2", plan.acceleration_mm_s2}};
   if (plan.corner_mark) head["corner_mark"] = "printed";
+  if (plan.printed_by.dialect != gcode::Dialect::kKlipper) {
+    head["firmware"] = ToString(plan.printed_by.dialect);
+  }
+  if (plan.printed_by.drive != 0) head["extruder_drive"] = plan.printed_by.drive;
   head["segments"] = std::move(segments);
   // One key and one printed line to a line of text: to be read and compared by people, too.
   std::string out = "{";

@@ -123,6 +123,20 @@ TEST(PlanFile, NamesWhatIsWrong) {
   }
 }
 
+TEST(PlanFile, KnowsTheFirmwareByWhoseCommandTheValueIsSet) {
+  PatternConfig config;
+  EXPECT_EQ(FormatPlan(PlanOf(config)).find("firmware"), std::string::npos);
+  config.dialect = gcode::Dialect::kMarlin;
+  const auto marlin = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
+  ASSERT_TRUE(marlin) << marlin.error().message;
+  EXPECT_EQ(marlin->printed_by, (gcode::PrintedBy{gcode::Dialect::kMarlin, 0}));
+  config.dialect = gcode::Dialect::kRepRapFirmware;
+  config.start_gcode = "T2\n" + config.start_gcode;
+  const auto duet = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
+  ASSERT_TRUE(duet) << duet.error().message;
+  EXPECT_EQ(duet->printed_by, (gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 2}));
+}
+
 TEST(PlanFile, SurvivesEveryTruncationOfItsText) {
   const std::string text = FormatPlan(PlanOf(PatternConfig{}));
   const std::size_t end = text.find_last_of('}');

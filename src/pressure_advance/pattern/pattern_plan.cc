@@ -18,6 +18,8 @@ PatternPlan MakePlan(const PatternLayout& layout, const PatternConfig& config,
   plan.line_length_mm = config.line_length_mm;
   plan.acceleration_mm_s2 = config.acceleration_mm_s2;
   plan.corner_mark = config.corner_mark;
+  plan.printed_by.dialect = config.dialect;
+  if (config.dialect == gcode::Dialect::kRepRapFirmware) plan.printed_by.drive = DriveOf(config);
   plan.segments = config.segments;
   for (const PatternLine& line : layout.lines) {
     plan.lines.push_back({line.pattern, line.pressure_advance_s, line.start.x_mm, line.start.y_mm,

@@ -30,6 +30,7 @@ struct PatternPlan {
   double line_length_mm = 0;
   double acceleration_mm_s2 = 0;
   bool corner_mark = false;  ///< PatternConfig::corner_mark
+  gcode::PrintedBy printed_by;
   std::vector<Segment> segments;
   std::vector<PlanLine> lines;  ///< in print order
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "gcode/dialect.h"
 #include "pressure_advance/profile/height_scale.h"
 #include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
@@ -94,6 +95,7 @@ struct Analysis {
   DeviationResult deviation;
   std::optional<Repeats> repeats;    ///< absent: one pattern, or no response
   std::vector<std::string> notices;  ///< what a user should know although the verdict stands
+  std::optional<gcode::PrintedBy> printed_by = gcode::PrintedBy{};  ///< absent: not known
 };
 
 }  // namespace trammel::pressure_advance

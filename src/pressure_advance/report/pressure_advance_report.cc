@@ -50,7 +50,24 @@ std::string Head(const pa::Analysis& analysis) {
   return HeadCard(answer.verdict(), body);
 }
 
-std::string Next(const Measured& answer, bool has_figures) {
+// What sets the value in another firmware than Klipper, which printed the lines.
+std::string NextIn(const gcode::PrintedBy& printed_by, const std::string& value_s) {
+  const bool marlin = printed_by.dialect == gcode::Dialect::kMarlin;
+  const auto lines = PressureAdvanceCommands(printed_by.dialect, value_s, {{}, printed_by.drive});
+  return Card("What to do next",
+              fmt::format("<p>Try it at once ({}):</p>\n<pre>{}</pre>\n"
+                          "<p>Keep it: {}.</p>\n"
+                          "<p class=\"quiet\">It holds for this filament, nozzle and temperature. "
+                          "A slicer that sets pressure advance itself overwrites it: set the same "
+                          "value there.</p>\n",
+                          marlin ? "Marlin" : "RepRapFirmware", EscapeHtml(lines.front()),
+                          marlin ? "<code>M500</code>, where the printer has an EEPROM, or the "
+                                   "same line in the slicer's start G-code"
+                                 : "the same line in <code>config.g</code>"));
+}
+
+std::string Next(const pa::Analysis& analysis, bool has_figures) {
+  const Measured& answer = analysis.pressure_advance;
   if (!answer.good()) {
     return Card(
         "What to do next",
@@ -61,6 +78,9 @@ std::string Next(const Measured& answer, bool has_figures) {
   }
   const std::string value =
       SecondsText(answer.quantity().value, answer.quantity().standard_uncertainty);
+  if (analysis.printed_by && analysis.printed_by->dialect != gcode::Dialect::kKlipper) {
+    return NextIn(*analysis.printed_by, value);
+  }
   return Card(
       "What to do next",
       fmt::format(
@@ -237,7 +257,7 @@ std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
   std::string page = PageBegin("Pressure advance", "Pressure advance");
   page += Facts(options);
   page += Head(analysis);
-  page += Next(analysis.pressure_advance, !figures.empty());
+  page += Next(analysis, !figures.empty());
   page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
   page += Patterns(analysis);

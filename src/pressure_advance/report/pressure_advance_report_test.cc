@@ -66,6 +66,17 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
   EXPECT_TRUE(Has(text, "<figcaption>"));
 }
 
+TEST(PressureAdvanceReport, NamesTheCommandOfTheFirmwareThatPrinted) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  analysis.printed_by = gcode::PrintedBy{gcode::Dialect::kMarlin, 0};
+  const std::string marlin = Text(PressureAdvanceReport({&analysis, nullptr, nullptr}));
+  EXPECT_TRUE(Has(marlin, "M900 K0.0362"));
+  EXPECT_FALSE(Has(marlin, "SET_PRESSURE_ADVANCE"));
+  EXPECT_FALSE(Has(marlin, "printer.cfg"));
+  analysis.printed_by = gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 1};
+  EXPECT_TRUE(Has(Text(PressureAdvanceReport({&analysis, nullptr, nullptr})), "M572 D1 S0.0362"));
+}
+
 TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
