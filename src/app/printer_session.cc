@@ -99,9 +99,11 @@ Result<std::unique_ptr<machine::Printer>> ConnectWith(const machine::MoonrakerOp
 }  // namespace
 
 Result<std::unique_ptr<machine::Printer>> Connect(const settings::ScanSettings& settings,
-                                                  const std::stop_token& stop) {
+                                                  const std::stop_token& stop,
+                                                  std::optional<double> time_limit_s) {
   machine::MoonrakerOptions options = OptionsOf(settings);
   options.client_name = kCommandsAgent;
+  if (time_limit_s) options.connect_time_limit_s = *time_limit_s;
   return ConnectWith(options, stop);
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -44,8 +45,10 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 [[nodiscard]] Result<files::Config> LoadSettings(const PrinterOptions& options);
 
 /// The printer that the settings name. Errors: kMachine, kInterrupted.
+/// @param time_limit_s  how long it may take; absent: as long as a connection may take
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(
-    const settings::ScanSettings& settings, const std::stop_token& stop);
+    const settings::ScanSettings& settings, const std::stop_token& stop,
+    std::optional<double> time_limit_s = {});
 
 /// The same as the agent "trammel", by whose name others call it.
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> ConnectAsService(

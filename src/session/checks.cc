@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "machine/camera/camera.h"
 #include "machine/net/host_clock.h"
-#include "settings/material.h"
 
 namespace trammel::procedure {
 namespace {
@@ -55,32 +53,6 @@ Check CheckResting(const Session& session) {
                   rests.error().message);
 }
 
-/// What the printer's configuration allows, as far as it tells.
-struct HeaterLimits {
-  std::optional<double> nozzle_min_extrude_c;
-  std::optional<double> nozzle_max_c;
-  std::optional<double> bed_max_c;
-};
-
-Result<HeaterLimits> ReadHeaterLimits(const Session& session, const std::string& asked_for) {
-  const auto status = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  const auto member = [](const nlohmann::json& object, const std::string& name) {
-    const auto found = object.is_object() ? object.find(name) : object.end();
-    return found == object.end() ? nlohmann::json() : *found;
-  };
-  const nlohmann::json sections = member(member(*status, "configfile"), "settings");
-  const auto number = [&](const std::string& section, const char* key) -> std::optional<double> {
-    const nlohmann::json value = member(member(sections, section), key);
-    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
-  };
-  const std::string extruder =
-      asked_for.empty() ? session.printer.LastState().active_extruder : asked_for;
-  const std::string nozzle = extruder.empty() ? "extruder" : extruder;
-  return HeaterLimits{number(nozzle, "min_extrude_temp"), number(nozzle, "max_temp"),
-                      number("heater_bed", "max_temp")};
-}
-
 }  // namespace
 
 Check Pass(std::string name, std::string detail) {
@@ -89,6 +61,12 @@ Check Pass(std::string name, std::string detail) {
 
 Check Miss(std::string name, std::string detail) {
   return {std::move(name), false, std::move(detail)};
+}
+
+Check Unsafe(std::string name, std::string detail) {
+  Check check = Miss(std::move(name), std::move(detail));
+  check.unsafe = true;
+  return check;
 }
 
 Check NotMade(std::string name, const Error& error) {
@@ -174,45 +152,6 @@ std::vector<Check> CheckTiming(const Session& session) {
   return checks;
 }
 
-Check CheckTemperatures(const Session& session, const settings::FilamentSettings& filament,
-                        const std::string& nozzle) {
-  constexpr const char* kName = "temperatures";
-  if (const auto problem = settings::FindTemperatureProblem(filament)) {
-    Check check = Miss(kName, fmt::format("nothing can be printed: [{}] {}: {}", problem->section,
-                                          problem->key, problem->message));
-    check.advice = true;
-    return check;
-  }
-  const auto asked = settings::TemperaturesOf(filament);
-  const std::string shown = settings::DescribeTemperatures(filament);
-  const auto limits = ReadHeaterLimits(session, nozzle);
-  if (!limits) return NotMade(kName, limits.error());
-  const auto refuse = [&](const char* key, double asked_c, const char* bound, double bound_c) {
-    return Miss(
-        kName, fmt::format("{}: [filament] {} = {:.4g} degC is {} this printer's {} = {:.4g} degC; "
-                           "name the material that is loaded, or set {}",
-                           shown, key, asked_c,
-                           std::string_view(bound).starts_with("min") ? "below" : "above", bound,
-                           bound_c, key));
-  };
-  if (limits->nozzle_min_extrude_c && asked.nozzle_c < *limits->nozzle_min_extrude_c) {
-    return refuse("nozzle_temperature", asked.nozzle_c, "min_extrude_temp",
-                  *limits->nozzle_min_extrude_c);
-  }
-  if (limits->nozzle_max_c && asked.nozzle_c > *limits->nozzle_max_c) {
-    return refuse("nozzle_temperature", asked.nozzle_c, "max_temp of the extruder",
-                  *limits->nozzle_max_c);
-  }
-  if (limits->nozzle_max_c && asked.idle_nozzle_c > *limits->nozzle_max_c) {
-    return refuse("idle_nozzle_temperature", asked.idle_nozzle_c, "max_temp of the extruder",
-                  *limits->nozzle_max_c);
-  }
-  if (limits->bed_max_c && asked.bed_c > *limits->bed_max_c) {
-    return refuse("bed_temperature", asked.bed_c, "max_temp of the bed", *limits->bed_max_c);
-  }
-  return Pass(kName, shown);
-}
-
 Check CheckDisk(const std::filesystem::path& folder, double record_s, double frames_per_s) {
   // A JPEG of 1280x720 takes 50 to 150 kB; as much again is left to others.
   constexpr double kFrameBytes = 150e3;
@@ -238,9 +177,9 @@ Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind) {
   for (const Check& check : checks) {
     if (!check.passed && !check.advice) {
       return Fail(fmt::format("{}: {}", check.name, check.detail),
-                  check.stopped         ? ErrorKind::kInterrupted
-                  : check.name == "bed" ? ErrorKind::kSafety
-                                        : kind);
+                  check.stopped  ? ErrorKind::kInterrupted
+                  : check.unsafe ? ErrorKind::kSafety
+                                 : kind);
     }
   }
   return {};

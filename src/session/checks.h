@@ -9,7 +9,6 @@
 
 #include "base/result.h"
 #include "session/session.h"
-#include "settings/printer.h"
 
 namespace trammel::procedure {
 
@@ -19,6 +18,7 @@ struct Check {
   std::string detail;    ///< what was found; where not passed, also what to do
   bool advice = false;   ///< a calibration can do without it
   bool stopped = false;  ///< the user's stop came before anything was found
+  bool unsafe = false;   ///< not passed: to go on could harm the printer, or give a wrong value
 };
 
 /// A check that could not be made.
@@ -26,6 +26,7 @@ struct Check {
 
 [[nodiscard]] Check Pass(std::string name, std::string detail);
 [[nodiscard]] Check Miss(std::string name, std::string detail);
+[[nodiscard]] Check Unsafe(std::string name, std::string detail);
 
 /// That the printer is ready, or gets ready while it starts, and that nobody works with it. Moves
 /// nothing. Where it is not ready, nothing else is looked at.
@@ -38,13 +39,6 @@ struct Check {
 /// That the printer switches laser and heaters off by itself should trammel die; advice.
 [[nodiscard]] Check CheckLimit(const Session& session);
 
-/// That the printer can heat to what the filament asks for: no less than its extruder needs to push
-/// filament, and no more than nozzle and bed may have. Without a material it is advice.
-/// @param nozzle  its extruder; empty: the active one
-[[nodiscard]] Check CheckTemperatures(const Session& session,
-                                      const settings::FilamentSettings& filament,
-                                      const std::string& nozzle = {});
-
 /// Whether the folder's disk has room for a recording of the given length.
 [[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,
                               double frames_per_s);
@@ -55,9 +49,8 @@ struct Check {
 /// Asks for some seconds.
 [[nodiscard]] std::vector<Check> CheckTiming(const Session& session);
 
-/// The first check that was not passed, but for advice, as an error. Busy and unready printers are
-/// kMachine, what is outside the bed kSafety, what the user's stop kept from being looked at
-/// kInterrupted.
+/// The first check that was not passed, but for advice, as an error of this kind; kSafety what is
+/// unsafe, kInterrupted what the user's stop kept from being looked at.
 [[nodiscard]] Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind);
 
 }  // namespace trammel::procedure

@@ -2,6 +2,7 @@
 #include "pressure_advance/commands/apply_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
+#include "app/stated_settings.h"
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
 #include "pressure_advance/commands/analysis_output.h"
@@ -25,6 +27,7 @@
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/dead_run.h"
+#include "session/print_needs.h"
 #include "session/printer_turn.h"
 #include "session/run_journal.h"
 
@@ -359,7 +362,7 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
 
 int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(arguments.printer);
+  auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   const Result<ChosenValue> value = ValueFrom(arguments.value);
@@ -392,6 +395,9 @@ int RunApply(const ApplyArguments& arguments) {
       fmt::print("notice            {}\n", notice);
     }
   }
+  const procedure::Session silent{**printer, interrupt.token(), {}};
+  const auto taken = TakeStatedBy(silent, StatedFor::kPrinter, *config);
+  if (!taken) return PrintError(taken.error());
   PrintOtherSubject(subject, *config);
   if (spool->place) PrintSpoolPlace(*spool->place, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
@@ -422,24 +428,37 @@ Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
   const auto change = procedure::ApplyPressureAdvance(session, pressure_advance_s, options);
   if (!change) return tl::unexpected(change.error());
   if (quiet) return {};
-  fmt::print("pressure advance  {}  ->  {:.4f} s\n",
-             change->before_s ? fmt::format("{:.4f}", *change->before_s) : "(not told)",
-             change->after_s);
+  const bool several = change->motors.size() > 1;
+  for (const procedure::MotorChange& motor : change->motors) {
+    fmt::print("pressure advance  {}  ->  {:.4f} s{}\n",
+               motor.before_s ? fmt::format("{:.4f}", *motor.before_s) : "(not told)",
+               change->after_s, several ? " on " + motor.section : "");
+  }
   if (options.dry_run) {
     fmt::print("nothing was changed\n");
     return {};
   }
-  fmt::print(
-      "applied           SET_PRESSURE_ADVANCE ADVANCE={:.4f}: read back from the printer; "
-      "until the next restart\n",
-      pressure_advance_s);
-  ExplainKeeping(pressure_advance_s);
+  std::vector<std::string> sections;
+  for (const procedure::MotorChange& motor : change->motors) {
+    fmt::print("applied           {}: read back from the printer; until the next restart\n",
+               motor.command);
+    sections.push_back(motor.section);
+  }
+  ExplainKeeping(pressure_advance_s, sections);
   return {};
 }
 
-void ExplainKeeping(double pressure_advance_s) {
-  fmt::print("to keep it        add to [extruder] in printer.cfg:  pressure_advance: {:.4f}\n",
-             pressure_advance_s);
+void ExplainKeeping(double pressure_advance_s, const std::vector<std::string>& sections) {
+  fmt::print("to keep it        add to [{}] in printer.cfg:  pressure_advance: {:.4f}\n",
+             fmt::join(sections, "] and ["), pressure_advance_s);
+}
+
+void ExplainKeeping(double pressure_advance_s, const procedure::Session& session) {
+  const auto facts = procedure::ReadFacts(session);
+  const bool told = facts && !facts->advance_motors.empty();
+  ExplainKeeping(pressure_advance_s,
+                 told ? facts->advance_motors
+                      : std::vector<std::string>{facts ? facts->extruder : "extruder"});
 }
 
 void AddApplyCommand(CLI::App& parent, int& exit_code) {

@@ -34,7 +34,9 @@ struct ChosenValue {
 /// verdict is not good.
 [[nodiscard]] Result<ChosenValue> ValueFrom(const std::string& text);
 
-/// How a value survives the printer's next restart.
-void ExplainKeeping(double pressure_advance_s);
+/// How a value survives the printer's next restart: in these sections of printer.cfg, or in those
+/// of the printer's active extruder.
+void ExplainKeeping(double pressure_advance_s, const std::vector<std::string>& sections);
+void ExplainKeeping(double pressure_advance_s, const procedure::Session& session);
 
 }  // namespace trammel::app

@@ -15,6 +15,7 @@
 #include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
+#include "app/stated_settings.h"
 #include "files/whole_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -102,10 +103,9 @@ void SayWhatIsAssumed(const pressure_advance::PatternConfig& pattern) {
 
 Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& session,
                                                      const files::Config& config, double value_s) {
-  const auto state = session.printer.State(session.Within(10));
-  if (!state) return tl::unexpected(state.error());
-  auto pattern =
-      procedure::ComparisonBeside(config.pattern, value_s, config.scan, procedure::ReachOf(*state));
+  const auto reach = procedure::ReachOf(session);
+  if (!reach) return tl::unexpected(reach.error());
+  auto pattern = procedure::ComparisonBeside(config.pattern, value_s, config.scan, *reach);
   if (!pattern) return tl::unexpected(pattern.error());
   auto request = RequestFor(config, {});
   request.pattern = std::move(*pattern);
@@ -221,7 +221,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     fmt::print("nothing applied   {}trammel pa apply {}\n",
                worth_applying ? "" : "because the validation shows no gain; all the same: ",
                folder.string());
-    ExplainKeeping(value_s);
+    ExplainKeeping(value_s, session);
   }
   return code;
 }
@@ -239,9 +239,9 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
     if (!room) return tl::unexpected(room.error());
   }
   if (arguments.refine) {
-    const auto state = session.printer.State(session.Within(10));
-    if (!state) return tl::unexpected(state.error());
-    auto room = CheckRoomToRefine(config, procedure::ReachOf(*state));
+    const auto reach = procedure::ReachOf(session);
+    if (!reach) return tl::unexpected(reach.error());
+    auto room = CheckRoomToRefine(config, *reach);
     if (!room) return tl::unexpected(room.error());
   }
   const auto folder = NewFolder::Make(arguments.out);
@@ -302,6 +302,8 @@ int RunCalibration(const CalibrateArguments& arguments) {
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   if (arguments.dry_run) {
+    auto fitted = FitForDryRun(arguments.printer, interrupt.token(), *config);
+    if (!fitted) return PrintError(fitted.error());
     if (auto laid = LayOnPlate(arguments.plate, BedOf(config->pattern), *config); !laid) {
       return PrintError(laid.error());
     }
@@ -324,6 +326,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (auto fitted = FitPattern(session, *config); !fitted) return PrintError(fitted.error());
   if (auto laid = LayOnPlateOf(arguments.plate, session, *config); !laid) {
     return PrintError(laid.error());
   }

@@ -10,10 +10,12 @@
 
 #include "app/printer_session.h"
 #include "app/provenance.h"
+#include "app/stated_settings.h"
 #include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/scan_checks.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "settings/material.h"
 
@@ -61,6 +63,25 @@ void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& st
   }
 }
 
+Result<void> FitForDryRun(const PrinterOptions& options, const std::stop_token& stop,
+                          files::Config& config) {
+  if (options.address.empty() && !config.IsSet("moonraker.address")) return {};
+  constexpr double kPatience_s = 3;
+  const auto printer = Connect(config.scan, stop, kPatience_s);
+  if (!printer) {
+    const std::string& why = printer.error().message;
+    fmt::print(stderr, "  the printer was not asked what it states of itself: {}\n",
+               why.substr(0, why.find('\n')));
+    return {};
+  }
+  const procedure::Session session{**printer, stop, TellOnTerminal};
+  if (auto fitted = FitPattern(session, config); !fitted) return fitted;
+  const auto facts = procedure::ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  return FirstFailure(CompareFacts(*facts, procedure::NeedsOf({config.pattern})),
+                      ErrorKind::kSafety);
+}
+
 Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
                          const settings::ScanSettings& settings, const DryRun& shown) {
   if (shown.print) {
@@ -72,9 +93,10 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
   }
   pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
   const procedure::Reach bed = BedOf(pattern);
-  if (shown.print && shown.scan) pattern = ParkedForScan(pattern, settings, bed);
+  if (shown.print && shown.scan) pattern = procedure::ParkedForScan(pattern, settings, bed);
   const auto layout = LayOut(pattern);
-  const auto sweeps = PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, bed);
+  const auto sweeps =
+      procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, bed);
   if (!sweeps) return tl::unexpected(sweeps.error());
   if (shown.print) fmt::print("; --- print ---\n{}", WriteGcode(layout, pattern));
   if (shown.scan) {
@@ -84,7 +106,7 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
                settings.scan_nozzle_temperature_c > 0
                    ? fmt::format(", nozzle at {:.4g} degC", settings.scan_nozzle_temperature_c)
                    : ", nozzle off",
-               DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
+               procedure::DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
   }
   return {};
 }

@@ -5,6 +5,7 @@
 #include <stop_token>
 
 #include "app/config/config_file.h"
+#include "app/printer_session.h"
 #include "base/result.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/recording_cutter.h"
@@ -37,6 +38,12 @@ struct CalibrationRun {
 /// Waits until the recording is cut to what was read of it, and says on standard error which lines
 /// keep their whole frames, and why. What was said before is on its way by then.
 void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& stop);
+
+/// For a dry run: the pattern as the printer that is named would print it, or its refusal. Where
+/// none is named, or it does not answer, the pattern stays as it is and that is said. Errors: those
+/// of FitPattern and CompareFacts.
+[[nodiscard]] Result<void> FitForDryRun(const PrinterOptions& options, const std::stop_token& stop,
+                                        files::Config& config);
 
 /// What a dry run shows.
 struct DryRun {

@@ -219,21 +219,6 @@ Result<PatternConfig> LayConditions(const std::vector<PatternConditions>& condit
   return laid;
 }
 
-Result<void> CheckAllowed(const std::vector<PatternConditions>& conditions,
-                          const machine::VelocityLimits& limits) {
-  for (const PatternConditions& at : conditions) {
-    for (const auto& [asked, most, what, unit] :
-         {std::tuple{at.fast_speed_mm_s, limits.max_velocity_mm_s, "max_velocity", "mm/s"},
-          std::tuple{at.acceleration_mm_s2, limits.max_accel_mm_s2, "max_accel", "mm/s2"}}) {
-      if (most <= 0 || asked <= most) continue;
-      return Fail(fmt::format("{}: the printer's {} is {:g} {}: name less, or raise it there",
-                              Words(at), what, most, unit),
-                  ErrorKind::kSafety);
-    }
-  }
-  return {};
-}
-
 int RunConditions(const ConditionsRun& run, const procedure::Session& session) {
   const auto folder = NewFolder::Make(run.out);
   if (!folder) return PrintError(folder.error());

@@ -9,7 +9,6 @@
 
 #include "app/config/config_file.h"
 #include "base/result.h"
-#include "machine/moonraker/printer_state.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/session.h"
@@ -36,11 +35,6 @@ struct AskedConditions {
 [[nodiscard]] Result<pressure_advance::PatternConfig> LayConditions(
     const std::vector<pressure_advance::PatternConditions>& conditions, const files::Config& config,
     const procedure::Reach& reach);
-
-/// Whether the printer is allowed so much. Errors (kSafety) name the limit.
-[[nodiscard]] Result<void> CheckAllowed(
-    const std::vector<pressure_advance::PatternConditions>& conditions,
-    const machine::VelocityLimits& limits);
 
 struct ConditionsRun {
   files::Config config;  ///< its pattern as LayConditions() lays it

@@ -97,18 +97,5 @@ TEST(Conditions, ThatALineIsTooShortForAreRefusedByName) {
   EXPECT_THAT(laid.error().message, HasSubstr("at 150 mm/s and 1000 mm/s^2"));
 }
 
-TEST(Conditions, BeyondThePrintersLimitsAreRefused) {
-  machine::VelocityLimits limits;
-  limits.max_velocity_mm_s = 200;
-  limits.max_accel_mm_s2 = 3000;
-  EXPECT_TRUE(CheckAllowed({{200, 3000}}, limits).has_value());
-  const auto fast = CheckAllowed({{100, 3000}, {201, 3000}}, limits);
-  ASSERT_FALSE(fast.has_value());
-  EXPECT_EQ(fast.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(fast.error().message, HasSubstr("max_velocity is 200"));
-  EXPECT_FALSE(CheckAllowed({{100, 3001}}, limits).has_value());
-  EXPECT_TRUE(CheckAllowed({{100, 3001}}, {}).has_value());  // a firmware that tells none
-}
-
 }  // namespace
 }  // namespace trammel::app

@@ -14,6 +14,7 @@
 #include "app/interrupt.h"
 #include "app/printer_session.h"
 #include "app/secrets.h"
+#include "app/stated_settings.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/guarded_run.h"
 #include "pressure_advance/procedure/laser_check.h"
@@ -110,17 +111,18 @@ std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::S
 
 int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(options.printer);
+  auto config = LoadSettings(options.printer);
   if (!config) return PrintError(config.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  auto checks = CheckPrinter(session, config->pattern, config->scan);
+  const auto taken = TakeStatedBy(session, StatedFor::kPattern, *config);
+  if (!taken) return PrintError(taken.error());
+  auto checks = CheckPrinter(session, {config->pattern}, config->scan);
   const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();
   const auto add = [&checks](std::vector<Check> more) {
     checks.insert(checks.end(), more.begin(), more.end());
   };
-  if (ready) add({CheckTemperatures(session, config->pattern)});
   const Check earlier = CheckEarlierRuns(session, config->scan.address);
   add({earlier, CheckLastApply(session, config->scan.address)});
   if (ready) add(CheckTiming(session));

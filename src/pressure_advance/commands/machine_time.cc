@@ -13,16 +13,17 @@ procedure::Reach BedOf(const PatternConfig& pattern) {
   constexpr double kHigh_mm = 1000;
   return {{pattern.bed_origin_x_mm, pattern.bed_origin_y_mm, 0},
           {pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
-           pattern.bed_origin_y_mm + pattern.bed_size_y_mm, kHigh_mm}};
+           pattern.bed_origin_y_mm + pattern.bed_size_y_mm, kHigh_mm},
+          pattern.bed_shape == settings::BedShape::kEllipse};
 }
 
 MachineTime MachineTimeOf(const PatternConfig& pattern, const settings::ScanSettings& settings) {
   const procedure::Reach bed = BedOf(pattern);
-  const PatternConfig printed = ParkedForScan(pattern, settings, bed);
+  const PatternConfig printed = procedure::ParkedForScan(pattern, settings, bed);
   const auto layout = LayOut(printed);
   MachineTime time;
   time.print = Summarise(layout, printed).time;
-  if (const auto sweeps = PlanSweeps(MakePlan(layout, printed, ""), {}, settings, bed)) {
+  if (const auto sweeps = procedure::PlanSweeps(MakePlan(layout, printed, ""), {}, settings, bed)) {
     time.scan = TimeOf(*sweeps, printed, printed.acceleration_mm_s2, ParkPoint(printed));
   }
   return time;

@@ -17,6 +17,7 @@
 #include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
+#include "app/stated_settings.h"
 #include "files/new_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -28,6 +29,7 @@
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/pattern_photo.h"
 #include "service/result_picture.h"
+#include "session/print_needs.h"
 
 namespace trammel::app {
 namespace {
@@ -100,13 +102,25 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   fmt::print("photo             {}\n", photo.name);
   PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
   fmt::print("nothing applied   trammel pa apply {}\n", folder.string());
-  ExplainKeeping(measured.quantity().value);
+  ExplainKeeping(measured.quantity().value, session);
   return code;
+}
+
+// That the pattern can have been printed as its plan has it, and that its answer can be used.
+Result<void> CheckPrintable(const procedure::Session& session, const PhotoPlan& plan) {
+  const auto facts = procedure::ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  procedure::PrintNeeds needs;
+  needs.printed_before = true;
+  for (const auto& segment : plan.segments) needs.motions.push_back({segment.speed_mm_s, 0});
+  auto checks = CompareFacts(*facts, needs);
+  checks.push_back(procedure::ComparePressureAdvance(*facts, facts->advance_names()));
+  return FirstFailure(checks, ErrorKind::kSafety);
 }
 
 int RunPhoto(PhotoArguments arguments) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(arguments.printer);
+  auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
   // What is noted is the pattern of pa print --photo, and no other.
@@ -114,11 +128,20 @@ int RunPhoto(PhotoArguments arguments) {
                                             : Result<std::optional<files::PatternPrint>>();
   if (!print) return PrintError(print.error());
   if (arguments.filament.empty() && *print) arguments.filament = (*print)->filament;
-  const auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
+  auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
   if (!plan) return PrintError(plan.error());
+  if (!plan->printed_by) plan->printed_by = gcode::PrintedBy{};  // here, where Klipper is
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session silent{**printer, interrupt.token(), {}};
+  const auto taken = TakeStatedBy(silent, StatedFor::kPrinter, *config);
+  if (!taken) return PrintError(taken.error());
+  if (plan->printed_by->dialect == gcode::Dialect::kKlipper) {
+    if (auto printable = CheckPrintable(session, *plan); !printable) {
+      return PrintError(printable.error());
+    }
+  }
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return PrintError(folder.error());
   const auto photo =

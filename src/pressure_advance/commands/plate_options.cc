@@ -97,9 +97,9 @@ Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& ses
   if (!asked.repeat && !asked.conditions.any() && !asked.clear_of) return {};
   auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
   if (!ready) return ready;
-  const machine::PrinterState& state = session.printer.LastState();
-  auto laid = LayOnPlate(asked, procedure::ReachOf(state), config);
-  return laid ? CheckAllowed(config.pattern.conditions, state.limits) : laid;
+  const auto reach = procedure::ReachOf(session);
+  if (!reach) return tl::unexpected(reach.error());
+  return LayOnPlate(asked, *reach, config);
 }
 
 }  // namespace trammel::app

@@ -47,8 +47,8 @@ CLI::Option* AddClearOfOption(CLI::App& command, std::optional<std::string>& cle
 [[nodiscard]] Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
                                       files::Config& config);
 
-/// The same within a printer's reach and limits, before anything moves there. Errors: those of
-/// CheckReady and CheckAllowed, too.
+/// The same within a printer's reach, before anything moves there. Errors: those of CheckReady,
+/// too.
 [[nodiscard]] Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& session,
                                         files::Config& config);
 

@@ -16,11 +16,9 @@ namespace {
 Result<procedure::CalibrationRequest> PlanRefined(const procedure::Session& session,
                                                   const files::Config& config,
                                                   const Interval& range_s) {
-  constexpr double kAsk_s = 10;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  auto pattern =
-      procedure::RefinedBeside(config.pattern, range_s, config.scan, procedure::ReachOf(*state));
+  const auto reach = procedure::ReachOf(session);
+  if (!reach) return tl::unexpected(reach.error());
+  auto pattern = procedure::RefinedBeside(config.pattern, range_s, config.scan, *reach);
   if (!pattern) return tl::unexpected(pattern.error());
   auto request = RequestFor(config, {});
   request.pattern = std::move(*pattern);

@@ -15,6 +15,7 @@
 #include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
+#include "app/stated_settings.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/setup_output.h"
@@ -95,7 +96,7 @@ Result<void> DoneOf(const procedure::SetupOutcome& outcome, const fs::path& fold
 
 int RunSetup(const SetupArguments& arguments) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(arguments.printer);
+  auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   auto request = SetupRequestOf(arguments, *config);
   if (auto told = settings::ValidateTemperatures(request.pattern); !told) {
@@ -116,6 +117,8 @@ int RunSetup(const SetupArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (auto fitted = FitPattern(session, *config); !fitted) return PrintError(fitted.error());
+  request.pattern = config->pattern;
   const auto folder = NewFolder::Make(arguments.out.empty()
                                           ? fs::path("recordings") /
                                                 RecordingName(measurement::Instrument::kCameraSetup)

@@ -7,6 +7,7 @@
 #include "app/interrupt.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
+#include "app/stated_settings.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -46,7 +47,8 @@ int RunValidate(const ValidateArguments& arguments) {
   if (!config) return PrintError(config.error());
   const auto value = ValueFrom(arguments.value);
   if (!value) return PrintError(value.error());
-  auto pattern = procedure::ComparisonPattern(config->pattern, value->value_s);
+  files::Config one = *config;
+  auto pattern = procedure::ComparisonPattern(one.pattern, value->value_s);
   if (!pattern) return PrintError(pattern.error());
   config->pattern = std::move(*pattern);
   if (auto valid = Validate(config->pattern); !valid) return PrintError(valid.error());
@@ -59,9 +61,13 @@ int RunValidate(const ValidateArguments& arguments) {
   }
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (auto fitted = FitPattern(session, one); !fitted) return PrintError(fitted.error());
+  pattern = procedure::ComparisonPattern(one.pattern, value->value_s);
+  if (!pattern) return PrintError(pattern.error());
+  config->pattern = std::move(*pattern);
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return PrintError(folder.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   auto request = RequestFor(*config, folder->path());
   procedure::RecordingCutter cutter;
   if (!arguments.keep_full) request.cutter = &cutter;

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+
+#include "session/print_needs.h"
 
 namespace trammel::procedure {
 
@@ -18,20 +19,18 @@ Result<ActiveNozzle> AskActiveNozzle(const Session& session) {
                             state->message.empty() ? "" : ". " + state->message),
                 ErrorKind::kMachine);
   }
-  auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!told) return tl::unexpected(told.error());
+  const auto facts = ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
   const std::string& extruder = state->active_extruder;
   const bool is_name = !extruder.empty() && std::ranges::all_of(extruder, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
   });
-  const auto at =
-      nlohmann::json::json_pointer("/configfile/settings/" + extruder + "/nozzle_diameter");
-  if (!is_name || !told->contains(at) || !(*told)[at].is_number()) {
+  if (!is_name || !facts->nozzle_diameter_mm) {
     return Fail(
         fmt::format("the printer tells no nozzle_diameter of its active extruder '{}'", extruder),
         ErrorKind::kMachine);
   }
-  return ActiveNozzle{extruder, (*told)[at].get<double>()};
+  return ActiveNozzle{extruder, *facts->nozzle_diameter_mm};
 }
 
 }  // namespace trammel::procedure

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "session/idle.h"
+#include "session/print_needs.h"
 
 namespace trammel::procedure {
 namespace {
@@ -26,6 +27,50 @@ Result<void> CheckValue(double pressure_advance_s, const ApplyOptions& options) 
                   "say --force",
                   pressure_advance_s, options.limit_s),
       ErrorKind::kSafety);
+}
+
+// All motors, as they are now. The only one needs no name.
+std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
+                                  const machine::PrinterState& state, double pressure_advance_s) {
+  std::vector<std::string> sections = facts.advance_motors;
+  if (sections.empty()) sections.push_back(facts.extruder);
+  const bool named = !facts.advance_names().empty();
+  std::vector<MotorChange> motors;
+  for (const std::string& section : sections) {
+    const auto known = state.pressure_advance.find(section);
+    motors.push_back(
+        {section,
+         fmt::format("SET_PRESSURE_ADVANCE{} ADVANCE={:.4f}",
+                     named ? " EXTRUDER=" + machine::NameInGcode(section) : "", pressure_advance_s),
+         known == state.pressure_advance.end() ? std::nullopt
+                                               : std::optional(known->second.advance_s)});
+  }
+  return motors;
+}
+
+Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange& change) {
+  // What is begun is seen through, also where somebody stops the program: seconds, and the answer
+  // says what is in force.
+  const machine::WaitLimit through{kAsk_s, {}};
+  for (const MotorChange& motor : change.motors) {
+    if (auto set = session.printer.Run(motor.command, through); !set) return set;
+  }
+  if (auto done = session.printer.FinishMoves(through); !done) return done;
+  const auto state = session.printer.State(through);
+  if (!state) return tl::unexpected(state.error());
+  constexpr double kRounding_s = 0.0001;
+  for (const MotorChange& motor : change.motors) {
+    const auto now = state->pressure_advance.find(motor.section);
+    const bool told = now != state->pressure_advance.end();
+    if (told && std::abs(now->second.advance_s - change.after_s) <= kRounding_s) continue;
+    return Fail(
+        fmt::format("the printer was told to use a pressure advance of {:.4f} s for {} and reports "
+                    "{}",
+                    change.after_s, motor.section,
+                    told ? fmt::format("{:.4f} s", now->second.advance_s) : "none"),
+        ErrorKind::kMachine);
+  }
+  return {};
 }
 
 }  // namespace
@@ -50,34 +95,23 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
   }
   const auto before = session.printer.State(session.Within(kAsk_s));
   if (!before) return tl::unexpected(before.error());
-  const PressureAdvanceChange change{machine::ActiveAdvance_s(*before), pressure_advance_s};
+  const auto facts = ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  auto one =
+      FirstFailure({ComparePressureAdvance(*facts, facts->advance_names())}, ErrorKind::kSafety);
+  if (!one) return tl::unexpected(one.error());
+  PressureAdvanceChange change{machine::ActiveAdvance_s(*before), pressure_advance_s,
+                               MotorsOf(*facts, *before, pressure_advance_s)};
   if (options.dry_run) return change;
   if (options.before_setting) {
     if (auto may = options.before_setting(change.before_s); !may) {
       return tl::unexpected(may.error());
     }
   }
-  // What is begun is seen through, also where somebody stops the program: seconds, and the answer
-  // says what is in force.
   if (session.stop.stop_requested()) {
     return Fail("stopped before the pressure advance was set", ErrorKind::kInterrupted);
   }
-  const machine::WaitLimit through{kAsk_s, {}};
-  auto set = session.printer.Run(
-      fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s), through);
-  if (set) set = session.printer.FinishMoves(through);
-  if (!set) return tl::unexpected(set.error());
-  const auto state = session.printer.State(through);
-  if (!state) return tl::unexpected(state.error());
-  constexpr double kRounding_s = 0.0001;
-  const auto now_s = machine::ActiveAdvance_s(*state);
-  if (!now_s || std::abs(*now_s - pressure_advance_s) > kRounding_s) {
-    return Fail(
-        fmt::format("the printer was told to use a pressure advance of {:.4f} s and reports "
-                    "{:.4f} s",
-                    pressure_advance_s, now_s.value_or(std::nan(""))),
-        ErrorKind::kMachine);
-  }
+  if (auto set = SetAndReadBack(session, change); !set) return tl::unexpected(set.error());
   return change;
 }
 

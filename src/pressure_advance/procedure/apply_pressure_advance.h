@@ -3,6 +3,8 @@
 
 #include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
@@ -18,18 +20,28 @@ struct ApplyOptions {
   std::function<Result<void>(std::optional<double> before_s)> before_setting = {};
 };
 
+/// Of one motor that pushes the active extruder's filament.
+struct MotorChange {
+  std::string section;  ///< of printer.cfg: "extruder", "extruder_stepper belted"
+  std::string command;  ///< that sets it
+  std::optional<double> before_s;
+};
+
 struct PressureAdvanceChange {
-  std::optional<double> before_s;  ///< absent where the printer does not tell
+  std::optional<double> before_s;  ///< the extruder's own; absent where the printer does not tell
   double after_s = 0;
+  std::vector<MotorChange> motors;  ///< all of them, the extruder's own first
 };
 
 /// What is applied unasked: pressure_advance_limit of the settings, or the highest value of their
 /// pattern where that is more.
 [[nodiscard]] double ApplyLimit_s(const pressure_advance::PatternConfig& settings);
 
-/// Sets pressure advance until the printer's next restart, and looks whether it did.
-/// Errors: kInput outside 0 … 10 s, which nothing forces; kSafety above the limit; kMachine, also
-/// while the printer prints or is paused, and where it reports another value afterwards.
+/// Sets pressure advance on all motors of the active extruder's filament until the printer's next
+/// restart, and looks whether it did.
+/// Errors: kInput outside 0 … 10 s, which nothing forces; kSafety above the limit, and where the
+/// printer has no pressure advance in seconds (ComparePressureAdvance); kMachine, also while the
+/// printer prints or is paused, and where it reports another value afterwards.
 [[nodiscard]] Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
                                                                  double pressure_advance_s,
                                                                  const ApplyOptions& options);

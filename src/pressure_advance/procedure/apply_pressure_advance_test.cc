@@ -20,8 +20,14 @@ class Obedient : public testing::FakePrinter {
   Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
     auto done = FakePrinter::Run(script, limit);
     double value = 0;
-    if (std::sscanf(std::string(script).c_str(), "SET_PRESSURE_ADVANCE ADVANCE=%lf", &value) == 1) {
+    const std::string line(script);
+    if (std::sscanf(line.c_str(), "SET_PRESSURE_ADVANCE ADVANCE=%lf", &value) == 1) {
       state.pressure_advance["extruder"].advance_s = value;
+    }
+    for (auto& [section, motor] : state.pressure_advance) {
+      const std::string named =
+          "SET_PRESSURE_ADVANCE EXTRUDER=" + machine::NameInGcode(section) + " ADVANCE=%lf";
+      if (std::sscanf(line.c_str(), named.c_str(), &value) == 1) motor.advance_s = value;
     }
     return done;
   }
@@ -34,6 +40,39 @@ TEST(ApplyPressureAdvance, SetsReadsBackAndTellsOldAndNew) {
   EXPECT_EQ(change->before_s, 0.031);
   EXPECT_EQ(change->after_s, 0.0421);
   EXPECT_THAT(printer.scripts, ElementsAre("SET_PRESSURE_ADVANCE ADVANCE=0.0421", "M400"));
+}
+
+TEST(ApplyPressureAdvance, SetsEveryMotorOnTheFilamentAndReadsEachBack) {
+  Obedient printer;
+  printer.state.pressure_advance["extruder_stepper belted"] = {0.0, 0.04, "extruder"};
+  printer.state.pressure_advance["extruder_stepper spare"] = {0.01, 0.04, ""};
+  const auto change = ApplyPressureAdvance({printer, {}, {}}, 0.0421, {});
+  ASSERT_TRUE(change) << change.error().message;
+  EXPECT_THAT(printer.scripts,
+              ElementsAre("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.0421",
+                          "SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.0421", "M400"));
+  ASSERT_EQ(change->motors.size(), 2U);
+  EXPECT_EQ(change->motors[1].section, "extruder_stepper belted");
+  EXPECT_EQ(change->motors[1].before_s, 0.0);
+  EXPECT_EQ(printer.state.pressure_advance.at("extruder_stepper spare").advance_s, 0.01);
+}
+
+TEST(ApplyPressureAdvance, ChangesNothingWhereThereIsNoneInSeconds) {
+  Obedient kalico;
+  kalico.state.pressure_advance.clear();
+  kalico.told = {
+      {"configfile", {{"settings", {{"extruder", {{"pressure_advance_model", "tanh"}}}}}}}};
+  const auto model = ApplyPressureAdvance({kalico, {}, {}}, 0.0421, {});
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(model.error().message, HasSubstr("is tanh"));
+  EXPECT_THAT(kalico.scripts, IsEmpty());
+  Obedient without;
+  without.state.pressure_advance.clear();
+  const auto stepper = ApplyPressureAdvance({without, {}, {}}, 0.0421, {});
+  ASSERT_FALSE(stepper);
+  EXPECT_THAT(stepper.error().message, HasSubstr("has no stepper of its own"));
+  EXPECT_THAT(without.scripts, IsEmpty());
 }
 
 TEST(ApplyPressureAdvance, LeavesAPrintAndAPausedPrintAloneAndSendsNothing) {

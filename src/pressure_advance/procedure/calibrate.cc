@@ -111,9 +111,9 @@ struct Scanner {
 };
 
 Result<SweepPlan> SweepsOf(const Scanner& scanner, const PatternPlan& plan) {
-  const auto state = scanner.session.printer.State(scanner.session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  return PlanSweeps(plan, scanner.request.only, scanner.request.settings, ReachOf(*state));
+  const auto reach = ReachOf(scanner.session);
+  if (!reach) return tl::unexpected(reach.error());
+  return PlanSweeps(plan, scanner.request.only, scanner.request.settings, *reach);
 }
 
 Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const SweepPlan& sweeps,
@@ -175,26 +175,25 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
 // That each pattern's sweeps are within reach, and show enough of its own speeds.
 Result<void> CheckEachPattern(const Session& session, const CalibrationRequest& request) {
   if (request.folders.empty()) return {};
-  const Reach reach = ReachOf(session.printer.LastState());
+  const auto reach = ReachOf(session);
+  if (!reach) return tl::unexpected(reach.error());
   const auto layout = LayOut(request.pattern);
   for (int pattern = 0; pattern < PatternCount(request.pattern); ++pattern) {
     const auto sweeps = PlanSweeps(PlanOfPattern(layout, request.pattern, pattern, kGcodeName), {},
-                                   request.settings, reach);
+                                   request.settings, *reach);
     if (!sweeps) return tl::unexpected(sweeps.error());
   }
   return {};
 }
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
-  auto printer = FirstFailure(
-      request.for_photo ? CheckForPrint(session, request.pattern)
-                        : CheckPrinter(session, request.pattern, request.settings, request.plan),
-      ErrorKind::kMachine);
+  const CheckedPattern checked{request.pattern, request.plan, request.print, request.gcode};
+  auto printer = FirstFailure(request.for_photo ? CheckForPrint(session, checked)
+                                                : CheckPrinter(session, checked, request.settings),
+                              ErrorKind::kMachine);
   if (!printer) return printer;
   if (request.print && request.gcode.empty()) {
     if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
-    auto heaters = FirstFailure({CheckTemperatures(session, request.pattern)}, ErrorKind::kSafety);
-    if (!heaters) return heaters;
   }
   if (!request.scan) return {};
   if (auto reached = CheckEachPattern(session, request); !reached) return reached;
@@ -225,7 +224,9 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       const std::string& camera) {
   PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
   if (request.print && request.scan) {
-    config = ParkedForScan(config, request.settings, ReachOf(guard.before()));
+    const auto reach = ReachOf(session);
+    if (!reach) return tl::unexpected(reach.error());
+    config = ParkedForScan(config, request.settings, *reach);
   }
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {

@@ -30,6 +30,7 @@ Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings* s
   BoundsMm bounds = layout.printed;
   if (scanned == nullptr) return bounds;
   Reach wide = reach;
+  wide.round = false;
   for (const std::size_t axis : {0U, 1U}) {
     wide.minimum_mm[axis] = -kAnywhere_mm;
     wide.maximum_mm[axis] = kAnywhere_mm;

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <string>
 #include <utility>
 
+#include "gcode/bead.h"
 #include "pressure_advance/pattern/pattern.h"
 
 namespace trammel::procedure {
@@ -16,25 +19,31 @@ using settings::ScanSettings;
 
 Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const Reach& reach) {
   const auto sweeps = PlanSweeps(plan, {}, settings, reach);
-  if (!sweeps) return Miss("bed", sweeps.error().message);
+  if (!sweeps) return Unsafe("bed", sweeps.error().message);
   return Pass("bed", "pattern and scan lie within the nozzle's reach");
 }
 
 // Whether the nozzle reaches the whole pattern.
 Check CheckPattern(const PatternConfig& pattern, const Reach& reach) {
   if (const auto problem = FindProblem(pattern)) {
-    return Miss("bed",
-                fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
+    return Unsafe("bed",
+                  fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
   }
   const auto printed = LayOut(pattern).printed;
+  constexpr const char* kSetBed =
+      "set bed_size_x, bed_size_y, bed_origin_x, bed_origin_y and bed_shape of [printer]";
   if (!reach.Contains(printed)) {
-    return Miss(
-        "bed", fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
-                           "the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm: "
-                           "set bed_size_x, bed_size_y, bed_origin_x and bed_origin_y of [printer]",
+    return Unsafe(
+        "bed", fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, the "
+                           "nozzle reaches {}: {}",
                            printed.min_x_mm, printed.max_x_mm, printed.min_y_mm, printed.max_y_mm,
-                           reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
-                           reach.maximum_mm[1]));
+                           reach.Describe(), kSetBed));
+  }
+  const auto park = settings::ParkPositionOf(pattern);
+  if (!reach.Contains(park.x_mm, park.y_mm)) {
+    return Unsafe("bed", fmt::format("the nozzle is to wait at ({:.1f}, {:.1f}) mm, and reaches "
+                                     "{}: {}, or park_x and park_y",
+                                     park.x_mm, park.y_mm, reach.Describe(), kSetBed));
   }
   return Pass("bed", "the pattern lies within the nozzle's reach");
 }
@@ -45,10 +54,63 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const
   return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, reach);
 }
 
+// The diameter for which a file of pa pattern was written: "; bead …, 0.05 mm of 1.75 mm filament".
+double FilamentOf_mm(std::string_view gcode) {
+  constexpr std::string_view kBead = "; bead ", kBefore = " mm of ";
+  std::size_t at = gcode.find(kBead);
+  if (at == std::string_view::npos) return 0;
+  std::string line(gcode.substr(at, gcode.substr(at).find('\n')));
+  at = line.find(kBefore);
+  return at == std::string::npos ? 0 : std::strtod(line.c_str() + at + kBefore.size(), nullptr);
+}
+
+// Ready, idle, and nothing stated against the print.
+void AddFacts(const machine::PrinterFacts& facts, const CheckedPattern& checked,
+              std::vector<Check>& checks) {
+  for (Check& check : CompareFacts(facts, NeedsOf(checked))) checks.push_back(std::move(check));
+  if (checked.prints && checked.gcode.empty()) {
+    checks.push_back(CompareTemperatures(facts, checked.pattern));
+  }
+}
+
 }  // namespace
 
-Reach ReachOf(const machine::PrinterState& state) {
-  return {state.axis_minimum_mm, state.axis_maximum_mm};
+PrintNeeds NeedsOf(const CheckedPattern& checked) {
+  const PatternConfig& pattern = checked.pattern;
+  const bool ours = checked.gcode.empty() && !checked.plan;
+  PrintNeeds needs;
+  needs.printed_before = !checked.prints;
+  if (checked.plan) {
+    double fastest_mm_s = 0;
+    for (const auto& segment : checked.plan->segments) {
+      fastest_mm_s = std::max(fastest_mm_s, segment.speed_mm_s);
+    }
+    needs.motions.push_back({fastest_mm_s, checked.plan->acceleration_mm_s2});
+  } else {
+    for (int i = 0; i < PatternCount(pattern); ++i) {
+      const PatternConfig one = SettingsOf(pattern, i);
+      needs.motions.push_back({FastSpeed_mm_s(one), one.acceleration_mm_s2});
+    }
+  }
+  needs.rectangular_bed = pattern.bed_shape == settings::BedShape::kRectangle;
+  if (!checked.prints) return needs;
+  needs.sets_pressure_advance = true;
+  if (!ours) {
+    needs.filament_diameter_mm = FilamentOf_mm(checked.gcode);
+    return needs;
+  }
+  needs.advance_motors = pattern.advance_motors;
+  needs.filament_diameter_mm = pattern.filament_diameter_mm;
+  needs.nozzle_diameter_mm = pattern.nozzle_diameter_mm;
+  needs.bead_mm2 = gcode::BeadArea_mm2(pattern.line_width_mm, pattern.layer_height_mm);
+  needs.pushed_alone_mm = std::max(pattern.retract_length_mm, pattern.prime_length_mm);
+  return needs;
+}
+
+Result<Reach> ReachOf(const Session& session) {
+  const auto facts = ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  return facts->reach;
 }
 
 std::vector<Check> CheckLaserCommands(const Session& session, const PatternConfig& pattern,
@@ -73,23 +135,36 @@ std::vector<Check> CheckLaserCommands(const Session& session, const PatternConfi
   return checks;
 }
 
-std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
-                                const ScanSettings& settings,
-                                const std::optional<PatternPlan>& plan) {
-  std::vector<Check> checks = CheckLaserCommands(session, pattern, settings);
+std::vector<Check> CheckPrinter(const Session& session, const CheckedPattern& checked,
+                                const ScanSettings& settings) {
+  std::vector<Check> checks = CheckLaserCommands(session, checked.pattern, settings);
   if (!checks.front().passed || checks.size() < 3) return checks;
-  const Reach reach = ReachOf(session.printer.LastState());
-  checks.push_back(plan ? CheckSweeps(*plan, settings, reach) : CheckBed(pattern, settings, reach));
+  const auto facts = ReadFacts(session);
+  if (!facts) {
+    checks.push_back(NotMade("printer.cfg", facts.error()));
+    return checks;
+  }
+  AddFacts(*facts, checked, checks);
+  const Reach& reach = facts->reach;
+  checks.push_back(checked.plan ? CheckSweeps(*checked.plan, settings, reach)
+                                : CheckBed(checked.pattern, settings, reach));
   return checks;
 }
 
-std::vector<Check> CheckForPrint(const Session& session, const PatternConfig& pattern) {
+std::vector<Check> CheckForPrint(const Session& session, const CheckedPattern& checked) {
+  const PatternConfig& pattern = checked.pattern;
   std::vector<Check> checks = CheckReady(session);
   if (!checks.front().passed || checks.size() < 2) return checks;
   checks.push_back(CheckCommands(session, "[printer] start_gcode", pattern.start_gcode));
   checks.push_back(CheckCommands(session, "[printer] end_gcode", pattern.end_gcode));
   checks.push_back(CheckLimit(session));
-  checks.push_back(CheckPattern(pattern, ReachOf(session.printer.LastState())));
+  const auto facts = ReadFacts(session);
+  if (!facts) {
+    checks.push_back(NotMade("printer.cfg", facts.error()));
+    return checks;
+  }
+  AddFacts(*facts, checked, checks);
+  checks.push_back(CheckPattern(pattern, facts->reach));
   return checks;
 }
 

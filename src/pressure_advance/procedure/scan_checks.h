@@ -2,36 +2,48 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/checks.h"
+#include "session/print_needs.h"
 #include "settings/scan_settings.h"
 
 namespace trammel::procedure {
 
-/// Ready, idle, with the commands that the settings name, and a bed that holds pattern and scan.
-/// Moves nothing, changes nothing. Never fails by itself: what cannot be asked is a check not
-/// passed.
-/// @param plan  where the lines lie, where `pattern` does not say it.
-[[nodiscard]] std::vector<Check> CheckPrinter(
-    const Session& session, const pressure_advance::PatternConfig& pattern,
-    const settings::ScanSettings& settings,
-    const std::optional<pressure_advance::PatternPlan>& plan = {});
+/// A pattern that is printed, or lies on the plate.
+struct CheckedPattern {
+  const pressure_advance::PatternConfig& pattern;
+  /// Where the lines lie and how they are printed, where `pattern` does not say it.
+  std::optional<pressure_advance::PatternPlan> plan = {};
+  bool prints = true;           ///< false: it lies there
+  std::string_view gcode = {};  ///< printed instead of the pattern's own; heats by itself
+};
 
-/// The same without any place: ready, idle, and with the commands that the settings name.
+/// What printing it takes for granted of the printer.
+[[nodiscard]] PrintNeeds NeedsOf(const CheckedPattern& checked);
+
+/// Ready, idle, with the commands that the settings name, a printer that states nothing against the
+/// pattern, and a bed that holds pattern and scan. Moves nothing, changes nothing. Never fails by
+/// itself: what cannot be asked is a check not passed.
+[[nodiscard]] std::vector<Check> CheckPrinter(const Session& session, const CheckedPattern& checked,
+                                              const settings::ScanSettings& settings);
+
+/// The same without any place and any pattern: ready, idle, and with the commands that the settings
+/// name.
 [[nodiscard]] std::vector<Check> CheckLaserCommands(const Session& session,
                                                     const pressure_advance::PatternConfig& pattern,
                                                     const settings::ScanSettings& settings);
 
-/// What a print alone needs: ready, idle, with the commands of the start and end G-code, and a bed
-/// that holds the pattern.
+/// What a print alone needs: ready, idle, with the commands of the start and end G-code, a printer
+/// that states nothing against the pattern, and a bed that holds it.
 [[nodiscard]] std::vector<Check> CheckForPrint(const Session& session,
-                                               const pressure_advance::PatternConfig& pattern);
+                                               const CheckedPattern& checked);
 
-/// What the head can reach, from the printer's own limits.
-[[nodiscard]] Reach ReachOf(const machine::PrinterState& state);
+/// What the head can reach, from the printer's own limits and kinematics.
+[[nodiscard]] Result<Reach> ReachOf(const Session& session);
 
 }  // namespace trammel::procedure

@@ -337,8 +337,10 @@ Result<void> RunSetup(const Session& session, const SetupRequest& request, Print
                       const Eye& opened, SetupRecord& record) {
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
+  const auto reach = ReachOf(session);
+  if (!reach) return tl::unexpected(reach.error());
   record.camera = opened.Describe();
-  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, ReachOf(*state),
+  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, *reach,
                request.folder);
   Run run{request, eye, record, {}};
   auto beside = PlaceBesideMark(record.mark, request.settings, eye.reach());
@@ -370,9 +372,15 @@ Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
   if (!mark) return tl::unexpected(mark.error());
   auto checks = CheckLaserCommands(session, request.pattern, request.settings);
   if (auto printer = FirstFailure(checks, ErrorKind::kMachine); !printer) return printer;
-  auto heaters = FirstFailure({CheckTemperatures(session, request.pattern)}, ErrorKind::kSafety);
-  if (!heaters) return heaters;
-  const Reach reach = ReachOf(session.printer.LastState());
+  const auto facts = ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  PrintNeeds needs = NeedsOf({request.pattern});
+  needs.motions.clear();  // of the pattern's lines
+  needs.sets_pressure_advance = false;
+  checks = CompareFacts(*facts, needs);
+  checks.push_back(CompareTemperatures(*facts, request.pattern));
+  if (auto stated = FirstFailure(checks, ErrorKind::kSafety); !stated) return stated;
+  const Reach& reach = facts->reach;
   if (auto clear = CheckClearHeights(request.clear, request.settings, reach); !clear) return clear;
   const auto beside = PlaceBesideMark(*mark, request.settings, reach);
   if (!beside) return tl::unexpected(beside.error());

@@ -29,8 +29,9 @@ bool Within(double value_mm, double low_mm, double high_mm) {
 }
 
 bool Reaches(const Reach& reach, double x_mm, double y_mm) {
-  return Within(x_mm, reach.minimum_mm[0] + kApproach_mm, reach.maximum_mm[0] - kApproach_mm) &&
-         Within(y_mm, reach.minimum_mm[1] + kApproach_mm, reach.maximum_mm[1] - kApproach_mm);
+  constexpr double kInside_mm = kApproach_mm - 1e-6;  // less what rounding takes
+  return reach.Contains(pressure_advance::BoundsMm{x_mm - kInside_mm, y_mm - kInside_mm,
+                                                   x_mm + kInside_mm, y_mm + kInside_mm});
 }
 
 }  // namespace
@@ -159,11 +160,10 @@ Result<HeadPlace> PlaceBesideMark(const MarkPlan& mark, const ScanSettings& sett
     if (Reaches(reach, place.x_mm, place.y_mm)) return place;
   }
   return Fail(fmt::format("to see bare plate beside the mark at ({:.1f}, {:.1f}) mm the nozzle "
-                          "would have to go to ({:.1f}, {:.1f}) mm, and it reaches X {:.1f} ... "
-                          "{:.1f}, Y {:.1f} ... {:.1f} mm: print the mark elsewhere (--mark-at "
-                          "X,Y), or correct [camera] offset_x and offset_y",
-                          mark.x_mm, mark.y_mm, place.x_mm, place.y_mm, reach.minimum_mm[0],
-                          reach.maximum_mm[0], reach.minimum_mm[1], reach.maximum_mm[1]),
+                          "would have to go to ({:.1f}, {:.1f}) mm, and it reaches {}: print "
+                          "the mark elsewhere (--mark-at X,Y), or correct [camera] offset_x and "
+                          "offset_y",
+                          mark.x_mm, mark.y_mm, place.x_mm, place.y_mm, reach.Describe()),
               ErrorKind::kSafety);
 }
 
@@ -179,10 +179,9 @@ Result<void> CheckPlace(const HeadPlace& place, const ClearHeights& clear, const
   }
   if (Reaches(reach, place.x_mm, place.y_mm)) return {};
   return Fail(fmt::format("the nozzle would have to go to ({:.2f}, {:.2f}) mm, and {:.2g} mm to "
-                          "either side of it; it reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} "
-                          "mm: print the mark elsewhere (--mark-at X,Y)",
-                          place.x_mm, place.y_mm, kApproach_mm, reach.minimum_mm[0],
-                          reach.maximum_mm[0], reach.minimum_mm[1], reach.maximum_mm[1]),
+                          "either side of it; it reaches {}: print the mark elsewhere "
+                          "(--mark-at X,Y)",
+                          place.x_mm, place.y_mm, kApproach_mm, reach.Describe()),
               ErrorKind::kSafety);
 }
 

@@ -5,6 +5,7 @@
 #include "session/checks.h"
 #include "session/fake_printer.h"
 #include "session/name_stop.h"
+#include "session/print_needs.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::procedure {
@@ -76,10 +77,9 @@ TEST(NameStop, ChecksThatAStopKeptFromBeingMadeAreNoRefusal) {
   StoppablePrinter printer;
   std::stop_source stop;
   stop.request_stop();
-  pressure_advance::PatternConfig pattern;
-  pattern.material = "pla";
-  const auto failed = FirstFailure({CheckTemperatures({printer, stop.get_token(), {}}, pattern)},
-                                   ErrorKind::kSafety);
+  const auto facts = ReadFacts({printer, stop.get_token(), {}});
+  ASSERT_FALSE(facts);
+  const auto failed = FirstFailure({NotMade("printer.cfg", facts.error())}, ErrorKind::kSafety);
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().kind, ErrorKind::kInterrupted);
 }

@@ -73,16 +73,28 @@ Result<void> CheckFrames(const PatternPlan& plan, const ScanSettings& settings) 
                   settings.scan_speed_mm_s / settings.frames_per_s, most_mm_s));
 }
 
-Result<void> CheckReach(double value_mm, std::size_t axis, const Reach& reach,
-                        const std::string& what) {
+constexpr const char* kOutOfReach =
+    "move the pattern on the bed ([pressure_advance_pattern] position_x, position_y), or check "
+    "[camera] offset_x, offset_y and focus_height";
+
+Result<void> CheckAxis(double value_mm, std::size_t axis, const Reach& reach,
+                       const std::string& what) {
   if (value_mm >= reach.minimum_mm[axis] && value_mm <= reach.maximum_mm[axis]) return {};
-  return Fail(
-      fmt::format("{} the nozzle would have to go to {} = {:.2f} mm, which lies outside "
-                  "{:.2f} ... {:.2f} mm: move the pattern on the bed ([pressure_advance_"
-                  "pattern] position_x, position_y), or check [camera] offset_x, offset_y "
-                  "and focus_height",
-                  what, "XYZ"[axis], value_mm, reach.minimum_mm[axis], reach.maximum_mm[axis]),
-      ErrorKind::kSafety);
+  return Fail(fmt::format("{} the nozzle would have to go to {} = {:.2f} mm, which lies outside "
+                          "{:.2f} ... {:.2f} mm: {}",
+                          what, "XYZ"[axis], value_mm, reach.minimum_mm[axis],
+                          reach.maximum_mm[axis], kOutOfReach),
+              ErrorKind::kSafety);
+}
+
+Result<void> CheckReach(double x_mm, double y_mm, const Reach& reach, const std::string& what) {
+  if (auto along_x = CheckAxis(x_mm, 0, reach, what); !along_x) return along_x;
+  if (auto along_y = CheckAxis(y_mm, 1, reach, what); !along_y) return along_y;
+  if (reach.Contains(x_mm, y_mm)) return {};
+  return Fail(fmt::format("{} the nozzle would have to go to ({:.2f}, {:.2f}) mm, which lies "
+                          "outside {}: {}",
+                          what, x_mm, y_mm, reach.Describe(), kOutOfReach),
+              ErrorKind::kSafety);
 }
 
 double Distance_mm(double from_x_mm, double from_y_mm, double to_x_mm, double to_y_mm) {
@@ -167,7 +179,7 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
   sweeps.z_mm = settings.focus_height_mm;
   sweeps.speed_mm_s = settings.scan_speed_mm_s;
   sweeps.settle_s = settings.settle_s;
-  if (auto done = CheckReach(sweeps.z_mm, 2, reach, "To focus the camera"); !done) {
+  if (auto done = CheckAxis(sweeps.z_mm, 2, reach, "To focus the camera"); !done) {
     return tl::unexpected(done.error());
   }
   for (std::size_t i = 0; i < plan.lines.size(); ++i) {
@@ -178,12 +190,10 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
         "To scan the line printed at {:.4g} s from ({:.1f}, "
         "{:.1f}),",
         line.pressure_advance_s, line.start_x_mm, line.start_y_mm);
-    for (const auto& [value_mm, axis] :
-         {std::pair{sweep.start_x_mm, 0}, std::pair{sweep.end_x_mm, 0},
-          std::pair{sweep.start_y_mm, 1}, std::pair{sweep.end_y_mm, 1}}) {
-      if (auto done = CheckReach(value_mm, static_cast<std::size_t>(axis), reach, what); !done) {
+    for (const auto& [x_mm, y_mm] : {std::pair{sweep.start_x_mm, sweep.start_y_mm},
+                                     std::pair{sweep.end_x_mm, sweep.end_y_mm}}) {
+      if (auto done = CheckReach(x_mm, y_mm, reach, what); !done)
         return tl::unexpected(done.error());
-      }
     }
     sweeps.sweeps.push_back(sweep);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "machine/moonraker/printer_facts.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "settings/printer.h"
 #include "settings/scan_settings.h"
@@ -70,17 +71,7 @@ struct ScanTime {
 [[nodiscard]] ScanTime TimeOf(const SweepPlan& plan, const settings::PrinterSettings& printer,
                               double acceleration_mm_s2, const pressure_advance::PointMm& from);
 
-/// What the head can reach.
-struct Reach {
-  std::array<double, 3> minimum_mm{};
-  std::array<double, 3> maximum_mm{};
-
-  /// In x and y.
-  [[nodiscard]] bool Contains(const pressure_advance::BoundsMm& bounds) const {
-    return bounds.min_x_mm >= minimum_mm[0] && bounds.max_x_mm <= maximum_mm[0] &&
-           bounds.min_y_mm >= minimum_mm[1] && bounds.max_y_mm <= maximum_mm[1];
-  }
-};
+using machine::Reach;
 
 /// One sweep along each line of one pattern, or of all patterns where none is named: from run_up
 /// before the first scored place to run_up behind the last, `skip` inside the line's ends.

@@ -96,6 +96,21 @@ TEST(SweepPlan, TheDefaultPatternFitsADefaultBed) {
   EXPECT_EQ(sweeps->sweeps.size(), 10u);
 }
 
+TEST(SweepPlan, TheCornersOfARoundReachAreOutOfReach) {
+  const Reach square{{-120, -120, 0}, {120, 120, 300}};
+  Reach round = square;
+  round.round = true;
+  settings::ScanSettings above;
+  above.camera_offset_x_mm = above.camera_offset_y_mm = 0;
+  const auto corner = OneLine(70, 100, 100, 100);
+  ASSERT_TRUE(PlanSweeps(corner, 0, above, square).has_value());
+  const auto refused = PlanSweeps(corner, 0, above, round);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(refused.error().message, HasSubstr("in a circle"));
+  EXPECT_TRUE(PlanSweeps(OneLine(-15, 100, 15, 100), 0, above, round).has_value());
+}
+
 TEST(SweepPlan, TheDryRunSwitchesTheLaserOffAtTheEnd) {
   const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, {}, kReach);
   ASSERT_TRUE(plan.has_value());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/secrets.h"
+#include "app/stated_settings.h"
 #include "tool_offset/sheet/sheet_fields.h"
 
 namespace trammel::app {
@@ -36,6 +37,24 @@ Result<void> ChooseTools(const std::vector<int>& tools, const PrinterTools& foun
   return {};
 }
 
+/// What the printer states where the settings say nothing; less acceleration makes no sheet worse.
+Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config) {
+  const auto facts = TakeStatedBy(session, StatedFor::kPrinter, config.config);
+  if (!facts) return tl::unexpected(facts.error());
+  tool_offset::SheetSettings& sheet = config.sheet;
+  sheet.printer = config.config.pattern;
+  sheet.filament.filament_diameter_mm = config.config.pattern.filament_diameter_mm;
+  constexpr double kLeast_mm_s2 = 100;  // of the setting
+  const bool named =
+      config.config.IsSet(fmt::format("{}.acceleration", tool_offset::kSheetSection));
+  const double most_mm_s2 = *facts ? (*facts)->max_accel_mm_s2 : 0;
+  if (named || most_mm_s2 < kLeast_mm_s2 || most_mm_s2 >= sheet.acceleration_mm_s2) return {};
+  sheet.acceleration_mm_s2 = most_mm_s2;
+  session.Say(
+      fmt::format("acceleration of {:g} mm/s2, the most that the printer allows", most_mm_s2));
+  return {};
+}
+
 }  // namespace
 
 Result<SheetConfig> ConfigureForPrinter(const SheetOptions& options, const std::string& printer) {
@@ -58,10 +77,11 @@ Result<void> FitToPrinter(const SheetOptions& options, const std::vector<int>& t
                           const procedure::Session& session, const PrinterTools& found,
                           SheetConfig& config) {
   if (auto chosen = ChooseTools(tools, found, config); !chosen) return chosen;
+  if (auto taken = TakeForSheet(session, config); !taken) return taken;
   tool_offset::SheetSettings& sheet = config.sheet;
   const bool usual = sheet.tool_change_gcode == tool_offset::SheetSettings().tool_change_gcode;
   if (!usual || !options.tool_change.empty()) return {};
-  auto gcode = UsualToolChange(session, found.keeper);
+  auto gcode = UsualToolChange(session, found);
   if (!gcode) return tl::unexpected(gcode.error());
   sheet.tool_change_gcode = std::move(*gcode);
   return {};

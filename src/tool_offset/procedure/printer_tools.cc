@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "gcode/tool_commands.h"
+#include "session/print_needs.h"
 #include "tool_offset/procedure/tool_offsets.h"
 
 namespace trammel::procedure {
@@ -15,23 +14,6 @@ namespace {
 
 constexpr double kAsk_s = 10;
 constexpr int kMostTool = 31;  // as sheets have them
-
-/// The names of the sections of printer.cfg.
-Result<std::set<std::string>> Sections(const Session& session) {
-  const auto status = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  std::set<std::string> names;
-  const auto file = status->find("configfile");
-  if (file == status->end() || !file->is_object()) return names;
-  const auto settings = file->find("settings");
-  if (settings == file->end() || !settings->is_object()) return names;
-  for (const auto& [name, section] : settings->items()) {
-    std::string lower = name;
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    names.insert(std::move(lower));
-  }
-  return names;
-}
 
 bool HasPrefix(const std::set<std::string>& names, const std::string& prefix) {
   const auto at = names.lower_bound(prefix);
@@ -48,8 +30,9 @@ std::vector<PrinterTool> ByExtruders(const std::set<std::string>& sections) {
   return tools;
 }
 
-ToolKeeper KeeperOf(const std::set<std::string>& sections) {
-  if (sections.contains("dual_carriage")) return ToolKeeper::kDualCarriage;
+ToolKeeper KeeperOf(const machine::PrinterFacts& facts) {
+  const std::set<std::string>& sections = facts.sections;
+  if (!facts.dual_carriages.empty()) return ToolKeeper::kDualCarriage;
   const bool macros = sections.contains("gcode_macro t0") && sections.contains("gcode_macro t1");
   return macros ? ToolKeeper::kMacros : ToolKeeper::kExtruders;
 }
@@ -66,6 +49,24 @@ Result<std::vector<PrinterTool>> OfToolchanger(const Session& session) {
     tools.push_back({number, tool->extruder, tool->kept});
   }
   return tools;
+}
+
+bool AreNamed(const std::vector<machine::DualCarriage>& carriages) {
+  return std::any_of(carriages.begin(), carriages.end(),
+                     [](const machine::DualCarriage& each) { return !each.name.empty(); });
+}
+
+/// The macros that pick up carriages by their names.
+std::string MacrosFor(const std::vector<machine::DualCarriage>& carriages) {
+  std::string first, second;
+  for (const machine::DualCarriage& each : carriages) {
+    first += "SET_DUAL_CARRIAGE CARRIAGE=" + each.primary + ", ";
+    second += "SET_DUAL_CARRIAGE CARRIAGE=" + each.name + ", ";
+  }
+  return fmt::format(
+      "write [gcode_macro T0] ({}ACTIVATE_EXTRUDER EXTRUDER=extruder) and "
+      "[gcode_macro T1] ({}ACTIVATE_EXTRUDER EXTRUDER=extruder1) in printer.cfg",
+      first, second);
 }
 
 }  // namespace
@@ -103,31 +104,60 @@ std::string WhyNotSet(ToolKeeper keeper) {
   return "";
 }
 
-Result<std::string> UsualToolChange(const Session& session, ToolKeeper keeper) {
+Result<std::string> UsualToolChange(const Session& session, const PrinterTools& tools) {
+  const ToolKeeper keeper = tools.keeper;
   const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
-  if (keeper == ToolKeeper::kDualCarriage || keeper == ToolKeeper::kToolchanger ||
-      keeper == ToolKeeper::kMacros) {
+  if (keeper != ToolKeeper::kExtruders) {
     const auto has = session.printer.HasCommand("T0", session.Within(kAsk_s));
     if (!has) return tl::unexpected(has.error());
     if (*has) return std::string("T{tool}");
   }
   if (keeper == ToolKeeper::kToolchanger) return std::string("SELECT_TOOL T={tool}");
-  if (keeper == ToolKeeper::kDualCarriage) {
-    return "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate;
+  if (keeper != ToolKeeper::kDualCarriage) return activate;
+  std::string gcode = "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate;
+  const Check moved = CheckCarriages(tools, gcode);
+  if (moved.passed) return gcode;
+  return Fail(moved.detail, ErrorKind::kSafety);
+}
+
+Check CheckCarriages(const PrinterTools& tools, const std::string& gcode) {
+  constexpr const char* kName = "[tool_offset_pattern] tool_change_gcode";
+  if (tools.keeper != ToolKeeper::kDualCarriage) return Pass(kName, "one carriage");
+  const bool named = AreNamed(tools.carriages);
+  const std::string remedy =
+      named ? MacrosFor(tools.carriages) + ", and leave tool_change_gcode out"
+            : std::string(
+                  "set tool_change_gcode to SET_DUAL_CARRIAGE CARRIAGE={tool} and "
+                  "ACTIVATE_EXTRUDER EXTRUDER={extruder} (--tool-change idex)");
+  if (named && gcode.find("CARRIAGE={tool}") != std::string::npos) {
+    return Unsafe(kName, fmt::format("the printer's carriages have names ({}), and "
+                                     "SET_DUAL_CARRIAGE CARRIAGE=0 and 1 are for others: {}",
+                                     tools.carriages.front().name, remedy));
   }
-  return activate;
+  for (std::size_t at = 0; at < gcode.size();) {
+    const std::size_t end = std::min(gcode.find('\n', at), gcode.size());
+    const std::string line = gcode.substr(at, end - at);
+    at = end + 1;
+    const bool idle =
+        line.empty() || line.starts_with(";") || line.starts_with("ACTIVATE_EXTRUDER");
+    if (!idle) return Pass(kName, "picks up a carriage");
+  }
+  return Unsafe(
+      kName, "picks up an extruder and no carriage, so that the other tool would draw: " + remedy);
 }
 
 Result<PrinterTools> ReadTools(const Session& session) {
-  const auto sections = Sections(session);
-  if (!sections) return tl::unexpected(sections.error());
+  const auto facts = ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  const std::set<std::string>& sections = facts->sections;
   PrinterTools found;
   auto tools = OfToolchanger(session);
   if (!tools) return tl::unexpected(tools.error());
   found.tools = std::move(*tools);
   if (found.tools.empty()) {
-    found.keeper = KeeperOf(*sections);
-    found.tools = ByExtruders(*sections);
+    found.keeper = KeeperOf(*facts);
+    found.carriages = facts->dual_carriages;
+    found.tools = ByExtruders(sections);
   }
   if (found.tools.size() < 2) {
     return Fail(
@@ -140,12 +170,12 @@ Result<PrinterTools> ReadTools(const Session& session) {
         ErrorKind::kMachine);
   }
   if (const std::string why = WhyNotSet(found.keeper); !why.empty()) found.notices.push_back(why);
-  if (HasPrefix(*sections, "tool_probe")) {
+  if (HasPrefix(sections, "tool_probe")) {
     found.notices.emplace_back(
         "each tool has a probe of its own ([tool_probe]): its Z offset stays as it is, X and Y "
         "alone are measured");
   }
-  if (!sections->contains("heater_bed")) {
+  if (!sections.contains("heater_bed")) {
     found.notices.emplace_back("the printer has no [heater_bed]: the bed is taken for cold");
   }
   return found;

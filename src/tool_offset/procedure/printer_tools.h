@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
+#include "machine/moonraker/printer_facts.h"
+#include "session/checks.h"
 #include "session/session.h"
 #include "tool_offset/offset/correction.h"
 
@@ -15,7 +17,8 @@ namespace trammel::procedure {
 /// Who keeps the tools' offsets on a printer with Klipper.
 enum class ToolKeeper {
   kToolchanger,   ///< klipper-toolchanger's [tool]: told, and can be set
-  kDualCarriage,  ///< [dual_carriage]: nobody; they stand in the user's own T macros
+  kDualCarriage,  ///< [dual_carriage], with a name or without: nobody; they stand in the user's own
+                  ///< T macros
   kMacros,        ///< [gcode_macro T0], ...: the same
   kExtruders,     ///< several [extruder]s, and no T macros
 };
@@ -30,6 +33,7 @@ struct PrinterTools {
   ToolKeeper keeper = ToolKeeper::kToolchanger;
   std::vector<PrinterTool> tools;    ///< by rising number
   std::vector<std::string> notices;  ///< what this printer does otherwise than one might think
+  std::vector<machine::DualCarriage> carriages = {};
 
   [[nodiscard]] bool can_be_set() const { return keeper == ToolKeeper::kToolchanger; }
   [[nodiscard]] const PrinterTool* Find(int number) const;
@@ -41,8 +45,13 @@ struct PrinterTools {
 
 /// The G-code that picks up "{tool}" there, where the user has none of their own: T{tool} or
 /// klipper-toolchanger's SELECT_TOOL, ACTIVATE_EXTRUDER, or SET_DUAL_CARRIAGE with it. Errors: the
-/// printer's.
-[[nodiscard]] Result<std::string> UsualToolChange(const Session& session, ToolKeeper keeper);
+/// printer's; kSafety where carriages have names, which only a macro can choose by tool.
+[[nodiscard]] Result<std::string> UsualToolChange(const Session& session,
+                                                  const PrinterTools& tools);
+
+/// That such G-code brings the tool's carriage along, where there are several: the wrong one would
+/// draw. @param gcode  with {tool}, not expanded
+[[nodiscard]] Check CheckCarriages(const PrinterTools& tools, const std::string& gcode);
 
 /// Errors (kMachine): unreachable; one tool alone; tools without number or with absurd offsets.
 [[nodiscard]] Result<PrinterTools> ReadTools(const Session& session);

@@ -38,9 +38,9 @@ TEST(PrinterTools, OfAToolchangerHaveTheirNumbersExtrudersAndOffsets) {
   ASSERT_TRUE(found->tools[1].kept);
   EXPECT_EQ(found->tools[1].kept->y_mm, -0.5);
   EXPECT_THAT(found->notices, IsEmpty());
-  EXPECT_EQ(UsualToolChange({printer, {}, {}}, found->keeper).value(), "T{tool}");
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
   printer.unknown["T0"] = true;
-  EXPECT_EQ(UsualToolChange({printer, {}, {}}, found->keeper).value(), "SELECT_TOOL T={tool}");
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "SELECT_TOOL T={tool}");
 }
 
 TEST(PrinterTools, OneToolAloneIsNamed) {
@@ -84,7 +84,49 @@ TEST(PrinterTools, WhereNobodyKeepsOffsetsItIsSaidWhoDoesAndWhatCanBeDone) {
     EXPECT_FALSE(found->tools[1].kept);
     EXPECT_THAT(found->notices,
                 Contains(AllOf(HasSubstr(c.words), HasSubstr("--for klipper-gcode-offset"))));
-    EXPECT_EQ(UsualToolChange({printer, {}, {}}, found->keeper).value(), c.change);
+    EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), c.change);
+  }
+}
+
+/// What generic_cartesian's configuration has of two carriages.
+Json NamedCarriages() {
+  Json told = Settings({"extruder", "extruder1", "heater_bed", "carriage x", "carriage y"});
+  told["settings"]["dual_carriage carriage_u"] = {{"primary_carriage", "x"}};
+  return told;
+}
+
+TEST(PrinterTools, CarriagesWithNamesArePickedUpByMacrosAlone) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = NamedCarriages();
+  const auto found = ReadTools({printer, {}, {}});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->keeper, ToolKeeper::kDualCarriage);
+  EXPECT_THAT(found->notices, Contains(HasSubstr("(IDEX)")));
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
+  printer.unknown["T0"] = true;
+  const auto change = UsualToolChange({printer, {}, {}}, *found);
+  ASSERT_FALSE(change);
+  EXPECT_EQ(change.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(change.error().message,
+              AllOf(HasSubstr("[gcode_macro T0] (SET_DUAL_CARRIAGE CARRIAGE=x, "),
+                    HasSubstr("[gcode_macro T1] (SET_DUAL_CARRIAGE CARRIAGE=carriage_u, ")));
+}
+
+TEST(PrinterTools, AToolChangeThatLeavesTheCarriageBehindIsRefused) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = NamedCarriages();
+  const auto named = ReadTools({printer, {}, {}});
+  printer.told["configfile"] = Settings({"extruder", "extruder1", "dual_carriage"});
+  const auto numbered = ReadTools({printer, {}, {}});
+  ASSERT_TRUE(named && numbered);
+  const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
+  EXPECT_TRUE(CheckCarriages(*named, activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*numbered, activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*named, "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*numbered, "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate).passed);
+  for (const auto& tools : {*named, *numbered}) {
+    EXPECT_TRUE(CheckCarriages(tools, "T{tool}").passed);
+    EXPECT_TRUE(CheckCarriages(tools, "; by hand\nPICK_UP TOOL={tool}\n").passed);
   }
 }
 

@@ -7,12 +7,15 @@
 #include <ctime>
 
 #include "files/new_file.h"
+#include "gcode/bead.h"
 #include "gcode/tool_commands.h"
 #include "session/checks.h"
 #include "session/print.h"
+#include "session/print_needs.h"
 #include "session/printer_settings.h"
 #include "settings/material.h"
 #include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_fields.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 #include "tool_offset/sheet/sheet_placeholders.h"
 #include "tool_offset/sheet/sheet_temperatures.h"
@@ -29,30 +32,28 @@ constexpr double kMove_s = 600;  // homing, levelling and a tool change; a park
 constexpr double kCool_s = 3600;
 constexpr const char* kBed = "heater_bed";
 
-Check CheckReach(const Session& session, const SheetPlan& plan) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return NotMade("bed", state.error());
+Check CheckReach(const machine::PrinterFacts& facts, const SheetPlan& plan) {
   const auto sheet = SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
   const auto aside = settings::ParkPositionOf(plan.settings.printer);
   const auto park = PaperParkOf(plan.settings);
-  const auto& low = state->axis_minimum_mm;
-  const auto& high = state->axis_maximum_mm;
-  const double min_x = std::min({sheet.min_x_mm, aside.x_mm, park.x_mm});
-  const double max_x = std::max({sheet.max_x_mm, aside.x_mm, park.x_mm});
-  const double min_y = std::min({sheet.min_y_mm, aside.y_mm, park.y_mm});
-  const double max_y = std::max({sheet.max_y_mm, aside.y_mm, park.y_mm});
-  if (min_x < low[0] || max_x > high[0] || min_y < low[1] || max_y > high[1]) {
-    return Miss("bed",
-                fmt::format("sheet and parking places cover X {:.1f} ... {:.1f}, Y {:.1f} ... "
-                            "{:.1f} mm, the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... "
-                            "{:.1f} mm: set bed_size_x, bed_size_y, bed_origin_x and bed_origin_y "
-                            "of [printer]",
-                            min_x, max_x, min_y, max_y, low[0], high[0], low[1], high[1]));
+  const machine::Reach& reach = facts.reach;
+  if (!reach.Contains(sheet) || !reach.Contains(aside.x_mm, aside.y_mm) ||
+      !reach.Contains(park.x_mm, park.y_mm)) {
+    return Unsafe(
+        "bed",
+        fmt::format("sheet and parking places cover X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
+                    "the nozzle reaches {}: set bed_size_x, bed_size_y, bed_origin_x, bed_origin_y "
+                    "and bed_shape of [printer]",
+                    std::min({sheet.min_x_mm, aside.x_mm, park.x_mm}),
+                    std::max({sheet.max_x_mm, aside.x_mm, park.x_mm}),
+                    std::min({sheet.min_y_mm, aside.y_mm, park.y_mm}),
+                    std::max({sheet.max_y_mm, aside.y_mm, park.y_mm}), reach.Describe()));
   }
-  if (park.z_mm > high[2]) {
-    return Miss("bed", fmt::format("paper_clearance: the head is to wait {:.1f} mm above the bed, "
-                                   "and its Z axis ends at {:.1f} mm",
-                                   park.z_mm, high[2]));
+  if (park.z_mm > reach.maximum_mm[2]) {
+    return Unsafe("bed",
+                  fmt::format("paper_clearance: the head is to wait {:.1f} mm above the bed, and "
+                              "its Z axis ends at {:.1f} mm",
+                              park.z_mm, reach.maximum_mm[2]));
   }
   return Pass("bed", "the sheet lies within the nozzle's reach");
 }
@@ -86,6 +87,33 @@ settings::FilamentSettings FilamentOf(const SheetPlan& plan, std::size_t place) 
   filament.nozzle_temperature_c = ToolTemperature_c(plan.settings, place);
   filament.idle_nozzle_temperature_c = ToolIdleTemperature_c(plan.settings, place);
   return filament;
+}
+
+/// What drawing with one of the tools takes for granted of the printer.
+std::vector<Check> CheckTool(const machine::PrinterFacts& facts, const SheetPlan& plan,
+                             std::size_t place) {
+  const tool_offset::SheetSettings& settings = plan.settings;
+  PrintNeeds needs;
+  needs.motions = {{0, settings.acceleration_mm_s2}};  // slower legs are drawn as well
+  needs.motion_settings = "acceleration of [tool_offset_pattern]";
+  needs.filament_diameter_mm = settings.filament.filament_diameter_mm;
+  needs.bead_mm2 = gcode::BeadArea_mm2(settings.line_width_mm, settings.layer_height_mm);
+  needs.pushed_alone_mm = std::max(settings.printer.retract_length_mm, settings.prime_length_mm);
+  needs.rectangular_bed = settings.printer.bed_shape == settings::BedShape::kRectangle;
+  std::vector<Check> checks = CompareFacts(facts, needs);
+  if (facts.nozzle_diameter_mm) {
+    settings::PrinterSettings with = settings.printer;
+    with.nozzle_diameter_mm = *facts.nozzle_diameter_mm;
+    const auto problem = FindBeadProblem(with, tool_offset::kSheetSection, settings.layer_height_mm,
+                                         settings.line_width_mm);
+    if (problem) {
+      checks.push_back(
+          Unsafe("nozzle", fmt::format("[{}] in printer.cfg: [{}] {}: {}", facts.extruder,
+                                       problem->section, problem->key, problem->message)));
+    }
+  }
+  checks.push_back(CompareTemperatures(facts, FilamentOf(plan, place)));
+  return checks;
 }
 
 /// Whether hands may come near: nobody else has the printer, it stands where it was homed, nothing
@@ -336,12 +364,13 @@ Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print) {
     checks.push_back(CheckToolChange(session, plan.settings.tool_change_gcode, tool));
   }
   if (auto known = FirstFailure(checks, ErrorKind::kMachine); !known) return known;
-  checks.clear();
+  checks = {CheckCarriages(print.tools, plan.settings.tool_change_gcode)};
   for (std::size_t place = 0; place < plan.settings.tools.size(); ++place) {
-    checks.push_back(CheckTemperatures(session, FilamentOf(plan, place),
-                                       gcode::KlipperExtruder(plan.settings.tools[place])));
+    const auto facts = ReadFacts(session, gcode::KlipperExtruder(plan.settings.tools[place]));
+    if (!facts) return tl::unexpected(facts.error());
+    for (Check& check : CheckTool(*facts, plan, place)) checks.push_back(std::move(check));
+    if (place == 0) checks.push_back(CheckReach(*facts, plan));
   }
-  checks.push_back(CheckReach(session, plan));
   if (auto safe = FirstFailure(checks, ErrorKind::kSafety); !safe) return safe;
   constexpr double kScanAndReport = 3e8;
   return FirstFailure({CheckDisk(print.folder, kScanAndReport)}, ErrorKind::kInput);

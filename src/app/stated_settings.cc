@@ -1,0 +1,145 @@
+#include "app/stated_settings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "session/print_needs.h"
+
+namespace trammel::app {
+namespace {
+
+using files::Config;
+using machine::PrinterFacts;
+using pressure_advance::PatternConfig;
+
+// Whether a number that the printer states may be set where the settings have another.
+bool Differs(const std::optional<double>& stated, double ours, double lo, double hi) {
+  return stated && *stated != ours && *stated >= lo && *stated <= hi;
+}
+
+void TakeFilament(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
+  constexpr double kThinnest_mm = 1, kThickest_mm = 4;  // of the setting
+  PatternConfig& pattern = config.pattern;
+  if (config.IsSet("filament.filament_diameter") ||
+      !Differs(facts.filament_diameter_mm, pattern.filament_diameter_mm, kThinnest_mm,
+               kThickest_mm)) {
+    return;
+  }
+  pattern.filament_diameter_mm = *facts.filament_diameter_mm;
+  taken.push_back(fmt::format("filament of {:g} mm", pattern.filament_diameter_mm));
+}
+
+void TakeNozzle(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
+  constexpr double kFinest_mm = 0.1, kWidest_mm = 2;  // of the setting
+  PatternConfig& pattern = config.pattern;
+  if (config.IsSet("printer.nozzle_diameter") ||
+      !Differs(facts.nozzle_diameter_mm, pattern.nozzle_diameter_mm, kFinest_mm, kWidest_mm)) {
+    return;
+  }
+  pattern.nozzle_diameter_mm = *facts.nozzle_diameter_mm;
+  FollowNozzle(config);
+  taken.push_back(fmt::format("nozzle of {:g} mm", pattern.nozzle_diameter_mm));
+}
+
+/// Along one axis: from 0 where that is the corner, else all that the nozzle reaches.
+struct BedAxis {
+  double origin_mm = 0;
+  double size_mm = 0;
+};
+
+BedAxis BedWithin(double minimum_mm, double maximum_mm) {
+  const bool centred = -minimum_mm >= maximum_mm / 2;
+  const double origin_mm = centred ? minimum_mm : std::max(0.0, minimum_mm);
+  return {origin_mm, maximum_mm - origin_mm};
+}
+
+void TakeBed(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
+  PatternConfig& pattern = config.pattern;
+  if (facts.reach.round && !config.IsSet("printer.bed_shape")) {
+    pattern.bed_shape = settings::BedShape::kEllipse;
+    taken.push_back(fmt::format("bed_shape = \"ellipse\" (kinematics {})", facts.kinematics));
+  }
+  for (const char* key : {"bed_size_x", "bed_size_y", "bed_origin_x", "bed_origin_y"}) {
+    if (config.IsSet(std::string("printer.") + key)) return;
+  }
+  const auto& low = facts.reach.minimum_mm;
+  const auto& high = facts.reach.maximum_mm;
+  constexpr double kSmallest_mm = 10, kLargest_mm = 2000;  // of the settings
+  const bool holds = low[0] <= pattern.bed_origin_x_mm && low[1] <= pattern.bed_origin_y_mm &&
+                     high[0] >= pattern.bed_origin_x_mm + pattern.bed_size_x_mm &&
+                     high[1] >= pattern.bed_origin_y_mm + pattern.bed_size_y_mm;
+  const bool round = pattern.bed_shape == settings::BedShape::kEllipse;
+  const BedAxis x = round ? BedAxis{low[0], high[0] - low[0]} : BedWithin(low[0], high[0]);
+  const BedAxis y = round ? BedAxis{low[1], high[1] - low[1]} : BedWithin(low[1], high[1]);
+  const double least_mm = std::min(x.size_mm, y.size_mm);
+  if ((holds && !round) || least_mm < kSmallest_mm || x.size_mm > kLargest_mm ||
+      y.size_mm > kLargest_mm) {
+    return;
+  }
+  pattern.bed_origin_x_mm = x.origin_mm;
+  pattern.bed_origin_y_mm = y.origin_mm;
+  pattern.bed_size_x_mm = x.size_mm;
+  pattern.bed_size_y_mm = y.size_mm;
+  taken.push_back(
+      fmt::format("bed X {:g} ... {:g}, Y {:g} ... {:g} mm, as far as the nozzle "
+                  "reaches",
+                  x.origin_mm, x.origin_mm + x.size_mm, y.origin_mm, y.origin_mm + y.size_mm));
+}
+
+void TakeMotors(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
+  config.pattern.advance_motors = facts.advance_names();
+  if (config.pattern.advance_motors.empty()) return;
+  taken.push_back(fmt::format("pressure advance of {}", procedure::AdvanceSections(facts)));
+}
+
+}  // namespace
+
+std::vector<std::string> TakeStated(const PrinterFacts& facts, StatedFor purpose, Config& config) {
+  std::vector<std::string> taken;
+  const PatternConfig before = config.pattern;
+  TakeFilament(facts, config, taken);
+  TakeNozzle(facts, config, taken);
+  TakeBed(facts, config, taken);
+  if (purpose == StatedFor::kPrinter) return taken;
+  const PatternConfig& pattern = config.pattern;
+  if (pattern.line_width_mm != before.line_width_mm) {
+    taken.push_back(fmt::format("lines {:.3g} mm wide and {:.3g} mm high for that nozzle",
+                                pattern.line_width_mm, pattern.layer_height_mm));
+  }
+  TakeMotors(facts, config, taken);
+  return taken;
+}
+
+Result<std::optional<PrinterFacts>> TakeStatedBy(const procedure::Session& session,
+                                                 StatedFor purpose, Config& config) {
+  constexpr double kAsk_s = 10;
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  if (state->readiness != machine::PrinterReadiness::kReady) return std::optional<PrinterFacts>();
+  auto facts = procedure::ReadFacts(session);
+  if (!facts) return tl::unexpected(facts.error());
+  const auto taken = TakeStated(*facts, purpose, config);
+  if (!taken.empty()) {
+    session.Say(fmt::format("as the printer states: {}", fmt::join(taken, "; ")));
+  }
+  return std::optional(std::move(*facts));
+}
+
+Result<void> FitPattern(const procedure::Session& session, Config& config) {
+  if (session.printer.LastState().readiness == machine::PrinterReadiness::kStartup) {
+    auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
+    if (!ready) return ready;
+  }
+  const auto taken = TakeStatedBy(session, StatedFor::kPattern, config);
+  if (!taken) return tl::unexpected(taken.error());
+  auto valid = Validate(config.pattern);
+  if (valid) return {};
+  return Fail("with what the printer states of itself: " + valid.error().message,
+              ErrorKind::kSafety);
+}
+
+}  // namespace trammel::app

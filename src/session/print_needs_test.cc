@@ -1,0 +1,274 @@
+#include "session/print_needs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "machine/moonraker/moonraker_status.h"
+#include "session/fake_printer.h"
+
+namespace trammel::procedure {
+namespace {
+
+using machine::PrinterFacts;
+using settings::FilamentSettings;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A usual printer.
+PrinterFacts Usual() {
+  PrinterFacts facts;
+  facts.kinematics = "corexy";
+  facts.reach = {{0, 0, 0}, {250, 250, 250}};
+  facts.max_velocity_mm_s = facts.configured_max_velocity_mm_s = 300;
+  facts.max_accel_mm_s2 = facts.configured_max_accel_mm_s2 = 5000;
+  facts.extruder = "extruder";
+  facts.nozzle_diameter_mm = 0.4;
+  facts.filament_diameter_mm = 1.75;
+  facts.min_extrude_temp_c = 180;
+  facts.nozzle_max_c = 260;
+  facts.bed_max_c = 90;
+  facts.advance_motors = {"extruder"};
+  return facts;
+}
+
+/// A usual pattern.
+PrintNeeds Pattern() {
+  PrintNeeds needs;
+  needs.motions = {{150, 3000}};
+  needs.filament_diameter_mm = 1.75;
+  needs.nozzle_diameter_mm = 0.4;
+  needs.bead_mm2 = 0.11;
+  needs.pushed_alone_mm = 0.5;
+  needs.rectangular_bed = true;
+  needs.sets_pressure_advance = true;
+  return needs;
+}
+
+/// Why it is refused; empty where it is not. Whatever is refused is refused for safety.
+std::string Refusal(const PrinterFacts& facts, const PrintNeeds& needs) {
+  const auto failed = FirstFailure(CompareFacts(facts, needs), ErrorKind::kMachine);
+  if (failed) return "";
+  EXPECT_EQ(failed.error().kind, ErrorKind::kSafety) << failed.error().message;
+  return failed.error().message;
+}
+
+TEST(PrintNeeds, AUsualPrinterStatesNothingAgainstAUsualPattern) {
+  EXPECT_EQ(Refusal(Usual(), Pattern()), "");
+  EXPECT_EQ(Refusal({}, Pattern()), "");  // one that states nothing at all
+}
+
+TEST(PrintNeeds, SpeedBeyondTheLimitInForceIsRefusedWithTheWayBack) {
+  PrinterFacts facts = Usual();
+  facts.max_velocity_mm_s = 60;
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("max_velocity is 60 mm/s"), HasSubstr("prints at 150 mm/s"),
+                    HasSubstr("SET_VELOCITY_LIMIT VELOCITY=300")));
+  facts.configured_max_velocity_mm_s = 60;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("raise max_velocity of [printer]"));
+  facts.max_velocity_mm_s = 150;
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+}
+
+TEST(PrintNeeds, AccelerationIsNeverRaisedAboveWhatTheOwnerAllows) {
+  PrinterFacts facts = Usual();
+  facts.max_accel_mm_s2 = facts.configured_max_accel_mm_s2 = 500;
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("max_accel is 500 mm/s2"), HasSubstr("prints at 3000 mm/s2"),
+                    HasSubstr("500 mm/s2 go with 61 mm/s instead of 150")));
+  PrintNeeds several = Pattern();
+  several.motions = {{100, 400}, {100, 501}};
+  EXPECT_THAT(Refusal(facts, several), HasSubstr("prints at 501 mm/s2"));
+  several.motions.pop_back();
+  EXPECT_EQ(Refusal(facts, several), "");
+}
+
+TEST(PrintNeeds, WhatWasPrintedBeforeIsHeldAgainstTheConfiguredLimitToo) {
+  PrinterFacts facts = Usual();
+  PrintNeeds needs = Pattern();
+  needs.printed_before = true;
+  facts.max_velocity_mm_s = 60;  // since
+  EXPECT_EQ(Refusal(facts, needs), "");
+  facts.configured_max_velocity_mm_s = 100;
+  EXPECT_THAT(Refusal(facts, needs),
+              AllOf(HasSubstr("max_velocity is 100 mm/s"), HasSubstr("is planned at 150")));
+}
+
+TEST(PrintNeeds, AnotherFilamentOrNozzleIsRefusedByBothValues) {
+  PrinterFacts facts = Usual();
+  facts.filament_diameter_mm = 2.85;
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("2.85 mm"), HasSubstr("1.75 mm"), HasSubstr("2.65 times"),
+                    HasSubstr("filament_diameter = 2.85")));
+  facts.filament_diameter_mm = 1.72;  // as a caliper has it
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+  facts.nozzle_diameter_mm = 0.6;
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("0.6 mm"), HasSubstr("nozzle_diameter = 0.6")));
+}
+
+TEST(PrintNeeds, WhatKlipperWouldRefuseInTheMiddleOfThePrintIsRefusedBefore) {
+  PrinterFacts facts = Usual();
+  facts.max_extrude_cross_section_mm2 = 0.1;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("max_extrude_cross_section"));
+  facts = Usual();
+  facts.max_extrude_only_distance_mm = 0.4;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("max_extrude_only_distance"));
+}
+
+TEST(PrintNeeds, ARoundReachWantsARoundBed) {
+  PrinterFacts facts = Usual();
+  for (const char* kinematics : {"delta", "rotary_delta", "polar"}) {
+    facts.kinematics = kinematics;
+    EXPECT_THAT(Refusal(facts, Pattern()),
+                AllOf(HasSubstr(kinematics), HasSubstr("bed_shape = \"ellipse\"")));
+  }
+  PrintNeeds round = Pattern();
+  round.rectangular_bed = false;
+  EXPECT_EQ(Refusal(facts, round), "");
+}
+
+TEST(PrintNeeds, WithoutOneLinearPressureAdvanceNothingIsBegun) {
+  PrinterFacts facts = Usual();
+  facts.pressure_advance_model = "recipr";
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("pressure_advance_model of [extruder] in "
+                                                   "printer.cfg is recipr"));
+  facts = Usual();
+  facts.no_pressure_advance = true;
+  facts.advance_motors.clear();
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("has no stepper of its own"));
+  PrintNeeds harmless = Pattern();
+  harmless.sets_pressure_advance = false;
+  EXPECT_EQ(Refusal(facts, harmless), "");
+}
+
+TEST(PrintNeeds, EveryMotorOnTheFilamentHasToBeSet) {
+  PrinterFacts facts = Usual();
+  facts.advance_motors = {"extruder", "extruder_stepper belted"};
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("extruder and extruder_stepper belted push"));
+  PrintNeeds both = Pattern();
+  both.advance_motors = {"extruder", "belted"};
+  EXPECT_EQ(Refusal(facts, both), "");
+  EXPECT_THAT(Refusal(Usual(), both), HasSubstr("extruder pushes"));
+}
+
+FilamentSettings Heated(double nozzle_c, double bed_c) {
+  FilamentSettings filament;
+  filament.nozzle_temperature_c = nozzle_c;
+  filament.bed_temperature_c = bed_c;
+  return filament;
+}
+
+TEST(CompareTemperatures, ANozzleTooColdToExtrudeIsRefusedBeforeItIsHeated) {
+  const Check cold = CompareTemperatures(Usual(), Heated(175, 60));
+  EXPECT_TRUE(cold.unsafe);
+  EXPECT_FALSE(cold.advice);
+  EXPECT_THAT(cold.detail, AllOf(HasSubstr("nozzle_temperature = 175"), HasSubstr("below"),
+                                 HasSubstr("min_extrude_temp = 180")));
+  EXPECT_TRUE(CompareTemperatures(Usual(), Heated(180, 60)).passed);
+}
+
+TEST(CompareTemperatures, NozzleAndBedAboveWhatThePrinterMayHaveAreRefused) {
+  EXPECT_THAT(CompareTemperatures(Usual(), Heated(275, 60)).detail,
+              AllOf(HasSubstr("nozzle_temperature = 275"), HasSubstr("above"),
+                    HasSubstr("max_temp of the extruder = 260")));
+  const Check bed = CompareTemperatures(Usual(), Heated(255, 110));
+  EXPECT_TRUE(bed.unsafe);
+  EXPECT_THAT(bed.detail,
+              AllOf(HasSubstr("bed_temperature = 110"), HasSubstr("max_temp of the bed = 90")));
+  EXPECT_TRUE(CompareTemperatures(Usual(), Heated(260, 90)).passed);
+  EXPECT_TRUE(CompareTemperatures(Usual(), Heated(260, 0)).passed);
+  EXPECT_TRUE(CompareTemperatures({}, Heated(255, 110)).passed);  // nothing is stated
+}
+
+TEST(CompareTemperatures, WithoutAMaterialIsAdviceThatNamesBothWays) {
+  const Check none = CompareTemperatures(Usual(), FilamentSettings{});
+  EXPECT_FALSE(none.passed);
+  EXPECT_TRUE(none.advice);
+  EXPECT_THAT(none.detail, HasSubstr("--material"));
+}
+
+TEST(PrinterFacts, AreThoseOfTheExtruderThatIsActiveOrNamed) {
+  testing::FakePrinter printer;
+  printer.state.active_extruder = "extruder1";
+  printer.told = {{"configfile",
+                   {{"settings",
+                     {{"printer", {{"kinematics", "delta"}, {"max_accel", 800}}},
+                      {"extruder", {{"nozzle_diameter", 0.4}, {"max_temp", 260}}},
+                      {"extruder1", {{"nozzle_diameter", 0.6}, {"max_temp", "hot"}}}}}}}};
+  const auto active = ReadFacts({printer, {}, {}});
+  ASSERT_TRUE(active) << active.error().message;
+  EXPECT_EQ(active->nozzle_diameter_mm, 0.6);
+  EXPECT_FALSE(active->nozzle_max_c);  // of a wrong type
+  EXPECT_EQ(active->configured_max_accel_mm_s2, 800);
+  EXPECT_TRUE(active->reach.round);
+  EXPECT_EQ(ReadFacts({printer, {}, {}}, "extruder")->nozzle_diameter_mm, 0.4);
+}
+
+TEST(PrinterFacts, AReachThatIsRoundHoldsNoCorner) {
+  PrinterFacts facts = Usual();
+  facts.reach = {{-120, -120, 0}, {120, 120, 300}, true};
+  EXPECT_TRUE(facts.reach.Contains(0, 120));
+  EXPECT_FALSE(facts.reach.Contains(-115, -115));
+  facts.reach.round = false;
+  EXPECT_TRUE(facts.reach.Contains(-115, -115));
+}
+
+TEST(PrinterFacts, OfAKinematicsThatNobodyKnowsACircleIsReached) {
+  for (const auto& [kinematics, round] : {std::pair{"corexy", false},
+                                          {"generic_cartesian", false},
+                                          {"hybrid_corexz", false},
+                                          {"deltesian", false},
+                                          {"delta", true},
+                                          {"polar", true},
+                                          {"morgan_scara", true},
+                                          {"", false}}) {
+    nlohmann::json told = {{"configfile", {{"settings", nlohmann::json::object()}}}};
+    if (*kinematics != 0) told["configfile"]["settings"]["printer"]["kinematics"] = kinematics;
+    EXPECT_EQ(machine::FactsOf(told, {}).reach.round, round) << kinematics;
+  }
+}
+
+/// What a printer of the shared folder states; nothing where there is none.
+std::optional<PrinterFacts> Shared(const std::string& file) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) return std::nullopt;
+  std::ifstream stream(std::filesystem::path(data) / "field" / file);
+  const auto objects = nlohmann::json::parse(stream).at("objects");
+  return machine::FactsOf(objects, machine::ReadStatus(objects, 0));
+}
+
+TEST(PrinterFacts, OfReportedPrintersAreRefusedByTheTrueCause) {
+  struct Case {
+    const char* file;
+    const char* cause;
+  };
+  for (const Case& c : {Case{"02/moonraker.json", "extruder and extruder_stepper belted"},
+                        Case{"03/moonraker.json",
+                             "pressure_advance_model of [extruder] in "
+                             "printer.cfg is tanh"},
+                        Case{"03/moonraker_stepperless.json", "no stepper of its own"},
+                        Case{"08/moonraker.json", "filament_diameter of [extruder]"},
+                        Case{"12/moonraker.json", "extruder and extruder1 push"},
+                        Case{"14/moonraker.json", "kinematics is delta"}}) {
+    const auto facts = Shared(c.file);
+    if (!facts) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with field/";
+    const std::string refusal = Refusal(*facts, Pattern());
+    EXPECT_THAT(refusal, HasSubstr(c.cause)) << c.file;
+  }
+  const auto idex = Shared("12/moonraker.json");
+  ASSERT_EQ(idex->dual_carriages.size(), 1U);
+  EXPECT_EQ(idex->dual_carriages.front().name, "carriage_u");
+  EXPECT_EQ(idex->dual_carriages.front().primary, "x");
+  EXPECT_THAT(Shared("02/moonraker.json")->advance_names(), ElementsAre("extruder", "belted"));
+  EXPECT_THAT(Shared("08/moonraker.json")->advance_names(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace trammel::procedure

@@ -1,0 +1,198 @@
+// What the printer states of itself against what a print takes for granted: each command that
+// prints or sets, on the virtual printer.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "machine_shop.h"
+
+namespace trammel::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr int kRefusedForSafety = 4;
+
+ShopOptions WithoutCamera() {
+  ShopOptions options;
+  options.with_camera = false;
+  return options;
+}
+
+class PrinterFacts : public ::testing::Test {
+ protected:
+  explicit PrinterFacts(ShopOptions options = WithoutCamera()) : shop_(std::move(options)) {}
+
+  [[nodiscard]] ProcessEnd Run(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--printer", shop_.address()});
+    return shop_.Run(words);
+  }
+  /// That the command ends before anything is heated, moved or changed, for this cause.
+  void ExpectRefused(const std::vector<std::string>& words, const std::string& cause) const {
+    const PrinterLook before = shop_.Look();
+    const ProcessEnd end = Run(words);
+    EXPECT_EQ(end.exit_code, kRefusedForSafety) << words[1] << ": " << end.standard_error;
+    EXPECT_THAT(end.standard_error, HasSubstr(cause)) << words[1];
+    const PrinterLook after = shop_.Look();
+    EXPECT_THAT(NotAsItWas(before, after), IsEmpty()) << words[1];
+    EXPECT_EQ(after.nozzle_target_c, 0) << words[1];
+    EXPECT_EQ(after.print_file, before.print_file) << words[1];
+  }
+  static std::vector<std::vector<std::string>> AllThatPrint() {
+    return {{"pa", "calibrate", "--material", "pla"},
+            {"pa", "print", "--material", "pla"},
+            {"pa", "print", "--photo", "--material", "pla"},
+            {"pa", "validate", "0.03", "--material", "pla"},
+            {"pa", "calibrate", "--dry-run", "--material", "pla"}};
+  }
+
+  MachineShop shop_;
+};
+
+TEST_F(PrinterFacts, ALoweredSpeedLimitIsRefusedByAllThatPrintBeforeAnythingHeats) {
+  shop_.Script("SET_VELOCITY_LIMIT VELOCITY=40");
+  for (const auto& words : AllThatPrint()) {
+    ExpectRefused(words, "the printer's max_velocity is 40 mm/s, and the pattern prints at");
+  }
+  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
+  EXPECT_THAT(doctor.standard_output, HasSubstr("FIX  limits"));
+}
+
+TEST_F(PrinterFacts, AnOwnersAccelerationIsNeverRaised) {
+  shop_.Script("SET_VELOCITY_LIMIT ACCEL=200");
+  for (const auto& words : AllThatPrint()) {
+    ExpectRefused(words, "the printer's max_accel is 200 mm/s2, and the pattern prints at");
+  }
+}
+
+class ThickFilament : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options = WithoutCamera();
+    options.klipper.filament_diameter_mm = 2.85;
+    options.klipper.nozzle_diameter_mm = 0.6;
+    return options;
+  }
+  ThickFilament() : PrinterFacts(Options()) {}
+};
+
+TEST_F(ThickFilament, FilamentNozzleAndLinesAreThePrintersOwn) {
+  const ProcessEnd dry = Run({"pa", "calibrate", "--dry-run", "--material", "pla"});
+  ASSERT_EQ(dry.exit_code, 0) << dry.standard_error;
+  EXPECT_THAT(dry.standard_output,
+              AllOf(HasSubstr("; bead 0.7425 x 0.25 mm"), HasSubstr("of 2.85 mm filament per mm")));
+  EXPECT_THAT(dry.standard_error,
+              AllOf(HasSubstr("filament of 2.85 mm"), HasSubstr("nozzle of 0.6 mm")));
+  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
+  EXPECT_THAT(doctor.standard_output, AllOf(HasSubstr(" 2.85 mm
+"), HasSubstr(" 0.6 mm
+"), Not(HasSubstr("FIX  filament"))));
+}
+
+TEST_F(ThickFilament, WhatIsSetAgainstThePrinterIsRefused) {
+  for (auto words : AllThatPrint()) {
+    words.insert(words.end(), {"--set", "filament_diameter=1.75"});
+    ExpectRefused(words, "2.65 times as much filament");
+  }
+}
+
+class Delta : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options = WithoutCamera();
+    options.klipper.kinematics = "delta";
+    options.klipper.axis_minimum_mm = {-120, -120, -5};
+    options.klipper.axis_maximum_mm = {120, 120, 300};
+    return options;
+  }
+  Delta() : PrinterFacts(Options()) {}
+};
+
+TEST_F(Delta, ItsBedIsRoundAndTheNozzleWaitsWithinTheCircle) {
+  const ProcessEnd dry = Run({"pa", "print", "--photo", "--dry-run", "--material", "pla"});
+  ASSERT_EQ(dry.exit_code, 0) << dry.standard_error;
+  EXPECT_THAT(dry.standard_error, HasSubstr("bed_shape = \"ellipse\" (kinematics delta)"));
+  EXPECT_THAT(dry.standard_output, HasSubstr("Y-115"));
+  EXPECT_THAT(dry.standard_output, Not(HasSubstr("X-115")));
+  ExpectRefused({"pa", "print", "--photo", "--material", "pla", "--set", "bed_shape=rectangle"},
+                "set bed_shape = \"ellipse\"");
+}
+
+class TwoMotors : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options = WithoutCamera();
+    sim::ExtruderStepperConfig belted;
+    belted.name = "belted";
+    options.klipper.extruder_steppers = {belted};
+    return options;
+  }
+  TwoMotors() : PrinterFacts(Options()) {}
+  [[nodiscard]] double Advance_s(const std::string& motor) const {
+    double advance_s = -1;
+    shop_.With([&](sim::VirtualKlipper& klipper) {
+      advance_s = klipper.motors.at(motor).pressure_advance_s;
+    });
+    return advance_s;
+  }
+};
+
+TEST_F(TwoMotors, OnOneFilamentBothAreSetAndNamed) {
+  const ProcessEnd applied = Run({"pa", "apply", "0.0421"});
+  ASSERT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_EQ(Advance_s("extruder"), 0.0421);
+  EXPECT_EQ(Advance_s("extruder_stepper belted"), 0.0421);
+  EXPECT_THAT(applied.standard_output,
+              HasSubstr("add to [extruder] and [extruder_stepper belted] in printer.cfg"));
+  const ProcessEnd dry = Run({"pa", "calibrate", "--dry-run", "--material", "pla"});
+  EXPECT_THAT(dry.standard_output, HasSubstr("SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE="));
+  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
+  EXPECT_THAT(doctor.standard_output, HasSubstr("acts on extruder and extruder_stepper belted"));
+}
+
+class Kalico : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options = WithoutCamera();
+    options.klipper.pressure_advance_model = "tanh";
+    return options;
+  }
+  Kalico() : PrinterFacts(Options()) {}
+};
+
+TEST_F(Kalico, APressureAdvanceThatIsNotLinearIsLeftAlone) {
+  for (auto words : AllThatPrint()) {
+    ExpectRefused(words, "pressure_advance_model of [extruder] in printer.cfg is tanh");
+  }
+  ExpectRefused({"pa", "apply", "0.0421"}, "nothing was changed");
+}
+
+class OldKlipper : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options;
+    options.klipper.before_2024 = true;
+    options.klipper.minimum_cruise_ratio = 0.95;  // 500 of 10000 mm/s2
+    return options;
+  }
+  OldKlipper() : PrinterFacts(Options()) {}
+};
+
+TEST_F(OldKlipper, MayAccelerateAllTheWayWhileItPrintsAndIsAsItWasAfterwards) {
+  const PrinterLook before = shop_.Look();
+  const auto run = shop_.Calibrate();
+  shop_.WaitUntilPrinting(*run);
+  shop_.With(
+      [](sim::VirtualKlipper& klipper) { EXPECT_LT(klipper.settings.minimum_cruise_ratio, 1e-6); });
+  const ProcessEnd end = run->Wait(240);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(shop_.Faulty(before), IsEmpty());
+}
+
+}  // namespace
+}  // namespace trammel::test
