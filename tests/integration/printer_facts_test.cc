@@ -89,9 +89,8 @@ TEST_F(ThickFilament, FilamentNozzleAndLinesAreThePrintersOwn) {
   EXPECT_THAT(dry.standard_error,
               AllOf(HasSubstr("filament of 2.85 mm"), HasSubstr("nozzle of 0.6 mm")));
   const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
-  EXPECT_THAT(doctor.standard_output, AllOf(HasSubstr(" 2.85 mm
-"), HasSubstr(" 0.6 mm
-"), Not(HasSubstr("FIX  filament"))));
+  EXPECT_THAT(doctor.standard_output, AllOf(HasSubstr(" 2.85 mm\n"), HasSubstr(" 0.6 mm\n"),
+                                            Not(HasSubstr("FIX  filament"))));
 }
 
 TEST_F(ThickFilament, WhatIsSetAgainstThePrinterIsRefused) {
