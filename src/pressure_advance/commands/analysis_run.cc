@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/response/analyse.h"
+#include "pressure_advance/timing/lateness.h"
 
 namespace trammel::app {
 
@@ -27,7 +29,42 @@ AnalysisRun RefusedRun(Method method, const std::string& reason) {
   return run;
 }
 
+std::string BusyComputer(const pressure_advance::ScanLine& line) {
+  return pressure_advance::NameBusyComputer(
+      {line.late_s, line.frame_positions_mm.size(), line.lost_frames});
+}
+
+Measured WithReason(const Measured& measured, std::string reason) {
+  return measured.verdict() == Verdict::kRefused ? Measured::Refused(std::move(reason))
+                                                 : Measured::CannotTell(std::move(reason));
+}
+
 }  // namespace
+
+void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Analysis& analysis) {
+  std::size_t in_question = 0, busy_lines = 0;
+  std::string worst;
+  std::size_t most_lost = 0;
+  const bool some_unused =
+      !std::ranges::all_of(analysis.lines, &pressure_advance::LineResult::used);
+  for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
+    auto& line = analysis.lines[i];
+    if (some_unused && line.used) continue;
+    ++in_question;
+    const std::string busy = BusyComputer(scan.lines.at(i));
+    if (busy.empty()) continue;
+    ++busy_lines;
+    if (!line.used) line.reason = fmt::format("{} ({})", busy, line.reason);
+    if (worst.empty() || scan.lines[i].lost_frames > most_lost) {
+      worst = busy;
+      most_lost = scan.lines[i].lost_frames;
+    }
+  }
+  Measured& answer = analysis.pressure_advance;
+  if (answer.good() || 2 * busy_lines < in_question || busy_lines == 0) return;
+  answer = WithReason(answer, fmt::format("{} ({}): {}", worst, answer.reason(),
+                                          pressure_advance::kBusyComputerRemedy));
+}
 
 Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method,
                                      procedure::ReadAhead* read_ahead) {
@@ -43,6 +80,7 @@ Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method
                                            std::move(measured->deviation), method);
   run.analysis.notices.insert(run.analysis.notices.begin(), measured->notices.begin(),
                               measured->notices.end());
+  BlameBusyComputer(measured->scan, run.analysis);
   run.analysis.scale = HeightScaleOf(measured->scan);
   run.scan = std::move(measured->view);
   return run;

@@ -27,6 +27,11 @@ struct AnalysisRun {
   }
 };
 
+/// Puts a busy computer before what its lost and late frames led to: in the reason of each line
+/// that was not used, and in the answer's, where half of these lines suffered from it.
+/// @param analysis  of the scan's lines, in their order.
+void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Analysis& analysis);
+
 /// Analyses a recorded laser scan. A recording that does not hold what its scan.json promises (a
 /// missing, empty or broken video) gives a refused analysis; a scan.json that cannot be used gives
 /// an error.

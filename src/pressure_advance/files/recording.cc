@@ -54,6 +54,7 @@ std::string VideoNameFault(const std::string& name) {
 
 Result<ScanLine> ReadLine(JsonObject object) {
   constexpr std::size_t kMostFrames = 10'000'000;
+  constexpr double kLongest_s = 1e6;
   ScanLine line;
   if (object.Find("pattern") != nullptr) line.pattern = object.Integer("pattern", {0, 9999});
   line.pressure_advance_s = object.Number("pressure_advance_s");
@@ -67,6 +68,11 @@ Result<ScanLine> ReadLine(JsonObject object) {
     line.frame_times_s = object.Numbers("frame_times_s", 1, kMostFrames);
   }
   line.frame_positions_mm = object.OptionalNumbers("frame_positions_mm", 2, kMostFrames);
+  line.late_s = object.Number("late_s", {0, kLongest_s}, 0);
+  if (object.Find("lost_frames") != nullptr) {
+    line.lost_frames =
+        static_cast<std::size_t>(object.Integer("lost_frames", {0, double{kMostFrames}}));
+  }
   if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
   return line;
 }
@@ -152,6 +158,8 @@ ordered_json FormatLine(const ScanLine& line) {
   if (line.print_direction) entry["print_direction"] = ToString(*line.print_direction);
   if (line.sweep_direction) entry["sweep_direction"] = ToString(*line.sweep_direction);
   if (!line.frame_times_s.empty()) entry["frame_times_s"] = line.frame_times_s;
+  if (line.late_s > 0) entry["late_s"] = line.late_s;
+  if (line.lost_frames > 0) entry["lost_frames"] = line.lost_frames;
   if (!line.frame_positions_mm.empty()) {
     ordered_json& positions = entry["frame_positions_mm"] = ordered_json::array();
     for (const auto& position : line.frame_positions_mm) {

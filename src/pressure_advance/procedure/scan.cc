@@ -189,6 +189,9 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
 // How often lines that could not be placed are swept again.
 constexpr int kMostSweepsOfALine = 3;
 constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
+// A busy computer loses frames and delivers them late: at half the speed both cost half the way.
+// Below this the picture changes too little from frame to frame (the paper scans at 6.7 mm/s).
+constexpr double kSlowest_mm_s = 5;
 
 // "line 3", "lines 1 to 5", counted from 1.
 std::string NameOf(const SweepRun& run) {
@@ -196,23 +199,36 @@ std::string NameOf(const SweepRun& run) {
   return fmt::format("lines {} to {}", run.first + 1, run.first + run.count);
 }
 
-// Sweeps a run until its frames can be placed, a few times at most: what kept a busy computer
-// from its work has mostly gone by then. What cannot be placed in the end is left out.
+// The speed of the sweeps to come, and how many of them may be repeats.
+struct Pace {
+  double speed_mm_s = 0;
+  std::size_t repeats_left = 0;
+};
+
+// Sweeps a run until its frames can be placed, a few times at most and each time more slowly. What
+// cannot be placed in the end is left out.
 Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
-                              const SweepRun& run, std::size_t& repeats_left,
+                              const SweepRun& run, int attempt, Pace& pace,
                               ScanRecording& recording) {
-  for (int attempt = 1;; ++attempt) {
-    std::string video = attempt == 1 ? fmt::format("line{}.avi", run.first)
-                                     : fmt::format("line{}-{}.avi", run.first, attempt);
-    auto swept = SweepLines(sweeping, sweeps.Of(run), std::move(video), sweeps.speed_mm_s);
+  for (SweepRun rest = run; rest.count > 0;) {
+    const SweepRun part = sweeps.FirstPartOf(rest, pace.speed_mm_s);
+    rest = {rest.first + part.count, rest.count - part.count};
+    std::string video = attempt == 1 ? fmt::format("line{}.avi", part.first)
+                                     : fmt::format("line{}-{}.avi", part.first, attempt);
+    auto swept = SweepLines(sweeping, sweeps.Of(part), std::move(video), pace.speed_mm_s);
     if (!swept) return tl::unexpected(swept.error());
     if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
-    if (!recording.trouble()) return {};
-    if (attempt == kMostSweepsOfALine || repeats_left == 0) return {};
-    --repeats_left;
-    sweeping.session.Say(fmt::format("scanning {} again: {}", NameOf(run), *recording.trouble()));
+    if (!recording.trouble() || attempt == kMostSweepsOfALine || pace.repeats_left == 0) continue;
+    --pace.repeats_left;
+    const double slower_mm_s = std::max(pace.speed_mm_s / 2, kSlowest_mm_s);
+    pace.speed_mm_s = std::min(pace.speed_mm_s, slower_mm_s);
+    sweeping.session.Say(fmt::format("scanning {} again, at {:.3g} mm/s: {}", NameOf(part),
+                                     pace.speed_mm_s, *recording.trouble()));
     if (auto aside = recording.SetLastAside(); !aside) return aside;
+    auto again = SweepRunAndAgain(sweeping, sweeps, part, attempt + 1, pace, recording);
+    if (!again) return again;
   }
+  return {};
 }
 
 // Says what is safe in spite of an error.
@@ -237,7 +253,7 @@ double SweepTime_s(const SweepPlan& sweeps, const ScanRequest& request) {
 
 Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanRecording& recording) {
   const std::size_t lines = sweeps.sweeps.size();
-  std::size_t repeats_left = 1 + sweeps.runs.size() / 2;
+  Pace pace{sweeps.speed_mm_s, lines};
   const double begin_s = machine::HostNow();
   double each_s = SweepTime_s(sweeps, sweeping.request) / static_cast<double>(lines);
   for (const SweepRun& run : sweeps.runs) {
@@ -248,7 +264,7 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
                            .remaining_s = each_s * static_cast<double>(lines - i),
                            .phase = "scanning",
                            .done = static_cast<double>(i) / static_cast<double>(lines)});
-    auto scanned = SweepRunAndAgain(sweeping, sweeps, run, repeats_left, recording);
+    auto scanned = SweepRunAndAgain(sweeping, sweeps, run, 1, pace, recording);
     if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
     if (i + run.count >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
   }

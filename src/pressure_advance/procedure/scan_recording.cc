@@ -103,6 +103,11 @@ bool CanBeScored(const std::vector<std::optional<double>>& positions) {
                        [](const auto& position) { return position.has_value(); }) >= 2;
 }
 
+// What the pictures cannot tell goes before what it led to.
+std::string CauseFirst(const std::string& busy, const std::string& reason) {
+  return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
+}
+
 std::string WhyNot(const pressure_advance::SweepTiming& sweep) {
   for (const pressure_advance::FrameTiming& frame : sweep.frames) {
     if (!frame.note.empty()) return frame.note;
@@ -147,14 +152,17 @@ std::size_t ScanRecording::recorded_lines() const {
 
 Result<void> ScanRecording::Finish() const {
   if (placed() >= 2 && 3 * placed() > 2 * recorded_lines()) return {};
-  const std::string why = not_placed_.empty()
-                              ? std::string("nothing was recorded")
-                              : not_placed_.back().video + ": " + not_placed_.back().why;
-  return Fail(
-      fmt::format("{} of {} lines' frames cannot be tied to the motion: {}; the pictures "
-                  "are kept in {}",
-                  recorded_lines() - placed(), recorded_lines(), why, request_.folder.string()),
-      ErrorKind::kMeasurement);
+  const std::string kept = "the pictures are kept in " + request_.folder.string();
+  if (not_placed_.empty()) {
+    return Fail("nothing was recorded; " + kept, ErrorKind::kMeasurement);
+  }
+  const NotPlaced& last = not_placed_.back();
+  const std::string remedy =
+      last.busy ? fmt::format("; {}", pressure_advance::kBusyComputerRemedy) : "";
+  return Fail(fmt::format("{}: {}: the frames of {} of {} lines cannot be tied to the motion; {}{}",
+                          last.video, last.why, recorded_lines() - placed(), recorded_lines(), kept,
+                          remedy),
+              ErrorKind::kMeasurement);
 }
 
 // What is to be written is known before the first byte is, so that a full disk leaves both files as
@@ -264,16 +272,13 @@ ScanRecording::Placed ScanRecording::Place() const {
   return placed;
 }
 
-// The true cause first, where it is one that the pictures cannot tell.
-std::string ScanRecording::WithBusyComputer(const std::vector<std::size_t>& sweeps,
-                                            const std::string& reason) const {
+std::string ScanRecording::BusyComputer(const std::vector<std::size_t>& sweeps) const {
   pressure_advance::Lateness worst;
   for (const std::size_t i : sweeps) {
     const auto one = pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
     if (one.late_s > worst.late_s || one.lost > worst.lost) worst = one;
   }
-  const std::string busy = NameBusyComputer(worst);
-  return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
+  return NameBusyComputer(worst);
 }
 
 // A line with a gap stays: what reads heights only can do with it.
@@ -282,7 +287,7 @@ void ScanRecording::NameGap(std::size_t sweep, const pressure_advance::ScanLine&
   const std::string gap =
       pressure_advance::NameUnseenStretch(line.frame_positions_mm, *transitions_);
   if (gap.empty()) return;
-  const std::string why = WithBusyComputer({sweep}, gap);
+  const std::string why = CauseFirst(BusyComputer({sweep}), gap);
   left_out_.push_back(fmt::format("the line of pressure advance {:g} cannot be read: {}: {}",
                                   line.pressure_advance_s, line.video, why));
   if (sweep + 1 == recorded_.size()) trouble_ = why;
@@ -298,6 +303,8 @@ void ScanRecording::PlaceAll() {
   std::vector<Missing> missing;
   for (std::size_t k = 0; k < timing_.sweeps.size(); ++k) {
     const std::size_t sweep = placed.used[k];
+    const auto lateness =
+        pressure_advance::MeasureLateness(seen_[sweep], request_.settings.frames_per_s);
     for (std::size_t i = 0; i < recorded_[sweep].lines.size(); ++i) {
       const SweptLine& swept = recorded_[sweep].lines[i];
       ScanLine line;
@@ -305,6 +312,8 @@ void ScanRecording::PlaceAll() {
       line.pressure_advance_s = swept.pressure_advance_s;
       line.print_direction = swept.print_direction;
       line.video = recorded_[sweep].video;
+      line.late_s = lateness.late_s;
+      line.lost_frames = lateness.lost;
       line.frame_positions_mm = ScoredPositions(timing_.sweeps[k], swept.stretch);
       if (CanBeScored(line.frame_positions_mm)) {
         NameGap(sweep, line);
@@ -335,9 +344,9 @@ void ScanRecording::NameMissing(const std::vector<Missing>& missing) {
   for (const auto& [sweep, i, reason] : missing) {
     const double pressure_advance_s = recorded_[sweep].lines[i].pressure_advance_s;
     const std::string& video = recorded_[sweep].video;
-    const std::string why =
-        WithBusyComputer(timing_.sweeps.empty() ? all : std::vector{sweep}, reason);
-    not_placed_.push_back({video, pressure_advance_s, why});
+    const std::string busy = BusyComputer(timing_.sweeps.empty() ? all : std::vector{sweep});
+    const std::string why = CauseFirst(busy, reason);
+    not_placed_.push_back({video, pressure_advance_s, why, !busy.empty()});
     left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}: {}",
                                     pressure_advance_s, video, why));
     // What one line is too little to tell, more lines will.

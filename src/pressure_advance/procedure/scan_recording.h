@@ -74,6 +74,7 @@ class ScanRecording {
     std::string video;
     double pressure_advance_s = 0;
     std::string why;
+    bool busy = false;  // a busy computer is the cause
   };
   struct Missing {
     std::size_t sweep = 0;
@@ -96,8 +97,7 @@ class ScanRecording {
   [[nodiscard]] std::size_t recorded_lines() const;
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
-  [[nodiscard]] std::string WithBusyComputer(const std::vector<std::size_t>& sweeps,
-                                             const std::string& reason) const;
+  [[nodiscard]] std::string BusyComputer(const std::vector<std::size_t>& sweeps) const;
 
   const ScanRequest& request_;
   std::size_t lines_;

@@ -102,6 +102,7 @@ TEST_F(ScanRecordingTest, ASweepThatABusyComputerBrokeIsNamedAndCanBeSweptAgain)
   EXPECT_THAT(File("sweeps.json")["not_placed"][0]["why"].get<std::string>(),
               HasSubstr("too busy"));
   EXPECT_GT(File("sweeps.json")["sweeps"][2]["late_s"].get<double>(), 0.15);
+  EXPECT_FALSE(File("scan.json")["lines"][0].contains("lost_frames"));
 
   ASSERT_TRUE(recording.SetLastAside());
   RecordedSweep again = Sweep(2);

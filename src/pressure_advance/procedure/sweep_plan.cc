@@ -101,10 +101,11 @@ double Distance_mm(double from_x_mm, double from_y_mm, double to_x_mm, double to
   return std::hypot(to_x_mm - from_x_mm, to_y_mm - from_y_mm);
 }
 
+constexpr double kLongestRun_s = 20;  // the printer's own limit switches a laser off after 30 s
+
 // Puts sweeps into runs, and turns those round that begin at their far end.
 void PlanRuns(const ScanSettings& settings, SweepPlan& plan) {
   constexpr double kLongestTurn_mm = 10;  // what lies further off is another pattern
-  constexpr double kLongestRun_s = 20;    // the printer's own limit switches a laser off after 30 s
   double way_mm = 0;
   for (std::size_t i = 0; i < plan.sweeps.size(); ++i) {
     Sweep& sweep = plan.sweeps[i];
@@ -136,6 +137,18 @@ void PlanRuns(const ScanSettings& settings, SweepPlan& plan) {
 }
 
 }  // namespace
+
+SweepRun SweepPlan::FirstPartOf(const SweepRun& run, double at_mm_s) const {
+  SweepRun part{run.first, 1};
+  while (part.count < run.count) {
+    const SweepRun longer{run.first, part.count + 1};
+    const std::vector<PathLeg> legs = PathOf(Of(longer));
+    const double way_mm = legs.back().begin_mm + legs.back().length_mm - legs.front().begin_mm;
+    if (way_mm > kLongestRun_s * at_mm_s) break;
+    part = longer;
+  }
+  return part;
+}
 
 ScanTime TimeOf(const SweepPlan& plan, const settings::PrinterSettings& printer,
                 double acceleration_mm_s2, const PointMm& from) {

@@ -52,6 +52,9 @@ struct SweepPlan {
   [[nodiscard]] std::span<const Sweep> Of(const SweepRun& run) const {
     return std::span(sweeps).subspan(run.first, run.count);
   }
+  /// The longest part from the run's begin on that keeps the laser lit no longer than a run may be
+  /// at this speed (> 0); at least one line. REQUIRES run.count > 0.
+  [[nodiscard]] SweepRun FirstPartOf(const SweepRun& run, double at_mm_s) const;
 };
 
 /// What a scan's time is made of. All without what the commands take on their way, and the camera's

@@ -5,6 +5,7 @@
 
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_presets.h"
+#include "pressure_advance/procedure/sweep_path.h"
 
 namespace trammel::procedure {
 namespace {
@@ -19,6 +20,14 @@ pressure_advance::PatternPlan OneLine(double start_x, double start_y, double end
   plan.line_length_mm = 30;
   plan.lines = {{0, 0.02, start_x, start_y, end_x, end_y}};
   return plan;
+}
+
+// Several lines in one go, as the default pattern is scanned.
+settings::ScanSettings ScanPresetSettings() {
+  settings::ScanSettings settings;
+  settings.scan_speed_mm_s = 20;
+  settings.lines_at_once = 5;
+  return settings;
 }
 
 const Reach kReach{{0, 0, 0}, {250, 250, 250}};
@@ -117,6 +126,32 @@ TEST(SweepPlan, TheDryRunSwitchesTheLaserOffAtTheEnd) {
   const std::string text = DescribeSweeps(*plan, {}, 150);
   EXPECT_THAT(text.substr(text.size() - 10), HasSubstr("LASER_OFF"));
   EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+// The printer's own limit switches the laser off after 30 s, however slow the sweep.
+TEST(SweepPlan, CutsARunSoThatASlowerSweepKeepsTheLaserLitNoLonger) {
+  constexpr double kLongest_s = 20;
+  const auto config = pressure_advance::PatternConfig{};
+  const auto plan =
+      PlanSweeps(MakePlan(LayOut(config), config, "p.gcode"), 0, ScanPresetSettings(), kReach);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  const SweepRun whole = plan->runs.front();
+  ASSERT_GT(whole.count, 1U);
+  for (const double speed_mm_s : {20.0, 10.0, 5.0, 1.0, 0.1}) {
+    std::size_t lines = 0, parts = 0;
+    for (SweepRun rest = whole; rest.count > 0; ++parts) {
+      const SweepRun part = plan->FirstPartOf(rest, speed_mm_s);
+      ASSERT_GE(part.count, 1U);
+      EXPECT_EQ(part.first, rest.first);
+      const auto legs = PathOf(plan->Of(part));
+      const double way_mm = legs.back().begin_mm + legs.back().length_mm - legs.front().begin_mm;
+      if (part.count > 1) EXPECT_LE(way_mm / speed_mm_s, kLongest_s) << speed_mm_s;
+      lines += part.count;
+      rest = {rest.first + part.count, rest.count - part.count};
+    }
+    EXPECT_EQ(lines, whole.count);
+    if (speed_mm_s == plan->speed_mm_s) EXPECT_EQ(parts, 1U);
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // What a recorded laser scan says of itself (scan.json), as plain values.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +25,9 @@ struct ScanLine {
   /// unknown). The numbers rise or fall strictly. Not empty: positions come from here, not from
   /// times, speed, sweep_direction and line_start_mm.
   std::vector<std::optional<double>> frame_positions_mm;
-  int pattern = 0;  ///< of several on one plate, 0 … 9999
+  int pattern = 0;              ///< of several on one plate, 0 … 9999
+  double late_s = 0;            ///< >= 0: delay of the latest frame beyond the promptest one's
+  std::size_t lost_frames = 0;  ///< of its video: that the camera took, and that never came
 };
 
 /// Format 1 of scan.json; docs/formats.md has every key with its bounds.

@@ -23,4 +23,8 @@ struct Lateness {
 /// busy"; empty where that is usual for a camera.
 [[nodiscard]] std::string NameBusyComputer(const Lateness& lateness);
 
+/// What to do about it, where slower sweeps were tried already.
+inline constexpr const char* kBusyComputerRemedy =
+    "end other work on it and scan again, or set a lower [scan] speed";
+
 }  // namespace trammel::pressure_advance
