@@ -32,9 +32,7 @@ Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
     const auto found = procedure::FindCropIn(folder, scan, line);
     if (!found) return tl::unexpected(found.error());
     if (!found->crop) {
-      return Fail(fmt::format("crop_px is absent and could not be found in '{}': {}", line.video,
-                              found->fault),
-                  ErrorKind::kMeasurement);
+      return Fail(fmt::format("'{}': {}", line.video, found->fault), ErrorKind::kMeasurement);
     }
     scan.crop = found->crop;
   }

@@ -171,13 +171,15 @@ FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction
   const auto relief = MedianRelief(frames, stripe, options, sign, workspace);
   if (!relief || relief->noise_px > 2 * stripe.sigma_px) {
     return {std::nullopt,
-            "no laser line runs through the picture; check the laser, or give crop_px"};
+            "no laser line runs through the picture; check the laser, or set crop_px"};
   }
   const std::vector<Bead> beads = FindBeads(*relief);
   if (beads.empty()) {
-    return {std::nullopt, fmt::format("the laser line rises nowhere by more than {:.1f} px; check "
-                                      "height_direction, or give crop_px",
-                                      std::max(0.5, 4 * relief->noise_px))};
+    return {std::nullopt,
+            fmt::format("no printed line is seen: the laser line rises nowhere by more than {:.1f} "
+                        "px; is the pattern on the bed, where its plan has it? If it is, check "
+                        "height_direction, or set crop_px",
+                        std::max(0.5, 4 * relief->noise_px))};
   }
   const double middle = 0.5 * (frames[0].height - 1);
   const Bead bead =
