@@ -288,18 +288,33 @@ void Canvas::Unclip() {
 }
 
 std::string Canvas::ToPng(double scale) const {
-  TRAMMEL_CHECK(scale > 0 && scale <= 4, "scale = {}", scale);
+  const Canvas* const self = this;
+  return StackedPng({&self, 1}, scale);
+}
+
+std::string Canvas::StackedPng(std::span<const Canvas* const> drawings, double scale) {
+  TRAMMEL_CHECK(scale > 0 && scale <= 4 && !drawings.empty(), "scale = {}, {} drawings", scale,
+                drawings.size());
+  double width_px = 0, height_px = 0;
+  for (const Canvas* drawing : drawings) {
+    width_px = std::max(width_px, drawing->width_px());
+    height_px += drawing->height_px();
+  }
   const Surface image(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
-                                                 static_cast<int>(std::ceil(width_px_ * scale)),
-                                                 static_cast<int>(std::ceil(height_px_ * scale))));
+                                                 static_cast<int>(std::ceil(width_px * scale)),
+                                                 static_cast<int>(std::ceil(height_px * scale))));
   const Context context(cairo_create(image.get()));
-  cairo_set_source_rgb(context.get(), 1, 1, 1);  // what the last row has beyond the canvas
+  cairo_set_source_rgb(context.get(), 1, 1, 1);  // what the last row has beyond the drawings
   cairo_paint(context.get());
   cairo_scale(context.get(), scale, scale);
-  cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
-  cairo_paint(context.get());
+  double top_px = 0;
+  for (const Canvas* drawing : drawings) {
+    cairo_set_source_surface(context.get(), drawing->state_->surface.get(), 0, top_px);
+    cairo_paint(context.get());
+    top_px += drawing->height_px();
+  }
   TRAMMEL_CHECK(cairo_status(context.get()) == CAIRO_STATUS_SUCCESS, "a {} x {} px drawing: {}",
-                width_px_, height_px_, cairo_status_to_string(cairo_status(context.get())));
+                width_px, height_px, cairo_status_to_string(cairo_status(context.get())));
   return PngOf(image.get());
 }
 

@@ -90,6 +90,10 @@ class Canvas {
 
   /// @param scale  px of the picture per px of the canvas, (0, 4].
   [[nodiscard]] std::string ToPng(double scale = 2) const;
+  /// One picture of several drawings above each other, as wide as the widest. REQUIRES at least
+  /// one.
+  [[nodiscard]] static std::string StackedPng(std::span<const Canvas* const> drawings,
+                                              double scale = 2);
   [[nodiscard]] std::string ToSvg() const;
   /// For an HTML page, whose style turns the palette for the dark (DarkPaletteStyle).
   /// @param label  what is seen, for those who do not see it.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "document/answer_head.h"
 #include "document/parsers_test_support.h"
 #include "document/svg_ids.h"
 #include "document/svg_path.h"
@@ -126,6 +127,33 @@ TEST(Palette, ColoursDifferInGreyByAtLeastTwelve) {
   constexpr double kLeast = 12;  // of 100: about the lightness step between two greys of a legend
   EXPECT_GT(Lightness(kVermilion) - Lightness(kBlue), kLeast);
   EXPECT_GT(Lightness(kSky) - Lightness(kVermilion), kLeast);
+}
+
+TEST(Canvas, StacksDrawingsIntoOnePictureAsWideAsTheWidest) {
+  const Canvas upper(40, 10);
+  const Canvas lower(60, 20);
+  const Canvas* const drawings[] = {&upper, &lower};
+  const auto picture = test::DecodePng(Canvas::StackedPng(drawings, 2));
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->width, 120);
+  EXPECT_EQ(picture->height, 60);
+}
+
+TEST(AnswerHead, IsTallerForALongReasonAndNeverWiderThanAsked) {
+  constexpr double kWidth_px = 340;
+  const AnswerHead good{.title = "Pressure advance",
+                        .verdict = Verdict::kGood,
+                        .value = "0.0201 s",
+                        .interval = "95 %: 0.0154 to 0.0249 s",
+                        .facts = {"PLA", "2026-11-28"}};
+  AnswerHead bad{.title = "Pressure advance", .verdict = Verdict::kCannotTell};
+  for (int i = 0; i < 60; ++i) bad.reason += "many words ";
+  const Canvas value = DrawAnswerHead(good, kWidth_px);
+  const Canvas reason = DrawAnswerHead(bad, kWidth_px);
+  EXPECT_EQ(value.width_px(), kWidth_px);
+  EXPECT_GT(reason.height_px(), value.height_px());
+  bad.reason = std::string(500, 'x');  // one word that is wider than the picture
+  EXPECT_LT(DrawAnswerHead(bad, kWidth_px).height_px(), value.height_px());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "app/commands.h"
 #include "app/output_files.h"
 #include "base/json_text.h"
+#include "document/answer_head.h"
 #include "document/interval_text.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
@@ -22,16 +24,35 @@ namespace {
 namespace fs = std::filesystem;
 using pressure_advance::Analysis;
 
-Result<void> WriteReport(const std::string& path, const std::string& source,
+constexpr std::size_t kDateLength = 10;  // of ISO 8601: 2026-11-28
+
+/// The recording or photo.
+const std::string& SourceOf(const ResultFile& result) {
+  return result.outcome.provenance.sources.front();
+}
+
+/// What was measured, for people: filament, nozzle, printer, date.
+std::vector<std::pair<std::string, std::string>> FactsOf(const ResultFile& result) {
+  std::vector<std::pair<std::string, std::string>> facts;
+  for (const measurement::SubjectText& text : measurement::SubjectTexts()) {
+    const std::string& value = result.outcome.subject.*text.text;
+    if (!value.empty()) facts.emplace_back(text.words, value);
+  }
+  facts.emplace_back("date", result.outcome.provenance.utc.substr(0, kDateLength));
+  return facts;
+}
+
+Result<void> WriteReport(const std::string& path, const ResultFile& result,
                          const report::ReportInput& input,
                          const std::vector<report::Figure>& figures, bool force) {
   if (path.empty()) return {};
   report::ReportOptions options;
-  options.source = source;
+  options.source = SourceOf(result);
+  options.facts = FactsOf(result);
   return WriteOutputs({{path, report::PressureAdvanceReport(input, figures, options)}}, force);
 }
 
-Result<void> WriteFigures(const std::string& figures_folder,
+Result<void> WriteFigures(const std::string& figures_folder, const std::string& answer_png,
                           const std::vector<report::Figure>& figures, bool force) {
   if (figures_folder.empty()) return {};
   const fs::path folder = figures_folder;
@@ -41,7 +62,7 @@ Result<void> WriteFigures(const std::string& figures_folder,
     return Fail(
         fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
   }
-  std::vector<OutputFile> files;
+  std::vector<OutputFile> files = {{folder / kResultPicture, answer_png}};
   for (const report::Figure& figure : figures) {
     files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
     files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
@@ -49,20 +70,36 @@ Result<void> WriteFigures(const std::string& figures_folder,
   return WriteOutputs(files, force);
 }
 
-// The first figure, as it is drawn for a phone: the same picture is to be read on small and large
-// screens.
-Result<void> WritePicture(const std::string& path, const std::vector<report::Figure>& figures,
-                          bool force) {
-  constexpr double kScale = 3;
-  if (path.empty() || figures.empty()) return {};
-  const report::Figure& figure = figures.front();
-  const report::Canvas& canvas = figure.narrow ? *figure.narrow : figure.canvas;
-  return WriteOutputs({{path, canvas.ToPng(figure.narrow ? kScale : figure.png_scale)}}, force);
+report::AnswerHead HeadOf(const Analysis& analysis, const ResultFile& result) {
+  const Measured& answer = analysis.pressure_advance;
+  report::AnswerHead head{.title = "Pressure advance", .verdict = answer.verdict()};
+  if (answer.good()) {
+    const Quantity& quantity = answer.quantity();
+    head.value = report::ValueText(quantity.value, quantity.interval95, report::kSeconds);
+    head.interval = report::IntervalText(quantity.interval95, report::kSeconds);
+  } else {
+    head.reason = answer.reason();
+  }
+  const measurement::Subject& subject = result.outcome.subject;
+  for (const std::string& fact : {subject.filament, subject.printer}) {
+    if (!fact.empty()) head.facts.push_back(fact);
+  }
+  head.facts.push_back(result.outcome.provenance.utc.substr(0, kDateLength));
+  return head;
 }
 
-/// The recording or photo.
-const std::string& SourceOf(const ResultFile& result) {
-  return result.outcome.provenance.sources.front();
+// The answer above the photo, or above the first figure, as they are drawn for a phone: the same
+// picture is to be read on small and large screens.
+std::string AnswerPng(const report::AnswerHead& head, const std::vector<report::Figure>& figures) {
+  constexpr double kScale = 3;
+  const report::Canvas answer = DrawAnswerHead(head, report::kNarrowWidthPx);
+  std::vector<const report::Canvas*> drawings = {&answer};
+  const auto photo = std::ranges::find(figures, "photo", &report::Figure::name);
+  if (!figures.empty()) {
+    const report::Figure& figure = photo != figures.end() ? *photo : figures.front();
+    drawings.push_back(figure.narrow ? &*figure.narrow : &figure.canvas);
+  }
+  return report::Canvas::StackedPng(drawings, kScale);
 }
 
 Result<void> WriteResult(const ResultFile& result, const AnalysisOutput& output) {
@@ -87,16 +124,17 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
   if (!draws) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (auto done =
-          WriteReport(output.files.report, SourceOf(result), input, figures, output.files.force);
+  if (auto done = WriteReport(output.files.report, result, input, figures, output.files.force);
       done) {
     written.report = output.files.report;
   } else if (!written.failed) {
     written.failed = done.error();
   }
-  auto done = WriteFigures(output.files.figures, figures, output.files.force);
+  const std::string answer_png = AnswerPng(HeadOf(run.analysis, result), figures);
+  auto done = WriteFigures(output.files.figures, answer_png, figures, output.files.force);
   if (!done && !written.failed) written.failed = done.error();
-  done = WritePicture(output.files.picture, figures, output.files.force);
+  if (output.files.picture.empty()) return written;
+  done = WriteOutputs({{output.files.picture, answer_png}}, output.files.force);
   if (!done && !written.failed) written.failed = done.error();
   return written;
 }

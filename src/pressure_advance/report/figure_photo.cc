@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "pressure_advance/report/figure_common.h"
 
@@ -21,36 +22,59 @@ std::vector<PointPx> OnCanvas(const std::vector<PointPx>& edge, const RectPx& re
   return points;
 }
 
-Canvas Draw(const PhotoView& photo, double width_px) {
+// The line whose pressure advance is nearest to the answer; none without an answer.
+std::size_t BestLine(const PhotoView& photo, const Measured& answer) {
+  if (!answer.good()) return photo.lines.size();
+  const double value_s = answer.quantity().value;
+  const auto away = [value_s](const TracedLine& line) {
+    return std::abs(line.pressure_advance_s - value_s);
+  };
+  const auto best = std::ranges::min_element(photo.lines, {}, away);
+  return static_cast<std::size_t>(best - photo.lines.begin());
+}
+
+Canvas Draw(const PhotoView& photo, std::size_t best, double width_px) {
   const Frame& picture = photo.rectified;
   const double scale =
       std::min((width_px - kLabelPx - 8) / picture.width, kMaxHeightPx / picture.height);
   const RectPx rect{kLabelPx, 6, picture.width * scale, picture.height * scale};
   Canvas canvas(width_px, rect.height + 12);
   canvas.Image(picture.view(), rect, Pixels::kPhoto);
-  std::vector<std::pair<double, double>> labels;  // height on the canvas, pressure advance
-  for (const TracedLine& line : photo.lines) {
+  struct Label {
+    double y = 0;
+    double pressure_advance_s = 0;
+    bool best = false;
+  };
+  std::vector<Label> labels;
+  for (std::size_t i = 0; i < photo.lines.size(); ++i) {
+    const TracedLine& line = photo.lines[i];
+    const bool is_best = i == best;
     const auto lower = OnCanvas(line.lower_edge, rect, scale);
     const auto upper = OnCanvas(line.upper_edge, rect, scale);
     canvas.Clip(rect);
     for (const auto* edge : {&lower, &upper}) {
-      canvas.Polyline(*edge, {.color = kInk, .width_px = 2});
-      canvas.Polyline(*edge, {.color = kSky, .width_px = 1});
+      canvas.Polyline(*edge, {.color = kInk, .width_px = is_best ? 4.0 : 2.0});
+      canvas.Polyline(*edge,
+                      {.color = is_best ? kVermilion : kSky, .width_px = is_best ? 2.5 : 1.0});
     }
     canvas.Unclip();
     if (!lower.empty() && !upper.empty() && std::isfinite(lower.front().y) &&
         std::isfinite(upper.front().y) && std::isfinite(line.pressure_advance_s)) {
-      labels.emplace_back((lower.front().y + upper.front().y) / 2, line.pressure_advance_s);
+      labels.push_back({(lower.front().y + upper.front().y) / 2, line.pressure_advance_s, is_best});
     }
   }
-  std::sort(labels.begin(), labels.end());
-  double last = -kTextPitchPx;
-  for (const auto& [y, pressure_advance_s] : labels) {
-    if (y - last >= kTextPitchPx && y < rect.bottom()) {
-      canvas.Text({kLabelPx - 6, y + 4}, PressureAdvanceText(pressure_advance_s),
-                  {.align = Align::kEnd});
-      last = y;
-    }
+  // The best line's label first: its neighbours make room where there is none for all.
+  std::ranges::stable_sort(labels, [](const Label& a, const Label& b) { return a.best > b.best; });
+  std::vector<double> taken;
+  for (const Label& label : labels) {
+    const bool free =
+        std::ranges::all_of(taken, [&](double y) { return std::abs(y - label.y) >= kTextPitchPx; });
+    if (!free || label.y >= rect.bottom() || label.y < 0) continue;
+    canvas.Text(
+        {kLabelPx - 6, label.y + 4},
+        (label.best ? "▸ " : "") + PressureAdvanceText(label.pressure_advance_s),
+        {.color = label.best ? kVermilion : kInk, .align = Align::kEnd, .bold = label.best});
+    taken.push_back(label.y);
   }
   return canvas;
 }
@@ -62,17 +86,19 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
       input.photo->rectified.height <= 0 || input.photo->rectified.bgr.empty()) {
     return std::nullopt;
   }
+  const std::size_t best = BestLine(*input.photo, input.analysis->pressure_advance);
   return Figure{
       "photo",
       "The photo as if taken from straight above, with the edges of each printed line as "
-      "they were found, and the pressure advance of each (s). Where an edge strays from "
-      "the filament (a reflection, a shadow), the line's width is wrong there.",
-      Draw(*input.photo, kFigureWidthPx),
+      "they were found, and the pressure advance of each (s); the line nearest to the answer is "
+      "drawn bold. Where an edge strays from the filament (a reflection, a shadow), the line's "
+      "width is wrong there.",
+      Draw(*input.photo, best, kFigureWidthPx),
       1.5,
       fmt::format("Photo of the printed pattern from straight above, {} lines outlined, each "
                   "with its pressure advance beside it.",
                   input.photo->lines.size()),
-      Draw(*input.photo, kNarrowWidthPx)};
+      Draw(*input.photo, best, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report
