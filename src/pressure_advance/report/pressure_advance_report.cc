@@ -106,33 +106,57 @@ void AddPart(Table& table, const std::string& name, const Measured& part, bool a
   }
 }
 
-double Width(const Measured& measured) {
-  const Interval& interval = measured.quantity().interval95;
-  return interval.hi - interval.lo;
-}
+double Width(const Quantity& quantity) { return quantity.interval95.hi - quantity.interval95.lo; }
 
-/// Why the whole may be known better, or worse, than its parts.
-std::string WhyTogether(const pa::Analysis& analysis) {
-  const Measured& both = analysis.pressure_advance;
+/// Why the two changes of speed together may be known better, or worse, than each.
+std::string WhyTogether(const pa::Analysis& analysis, const Quantity& both) {
   const Measured& a = analysis.response.acceleration.pressure_advance;
   const Measured& d = analysis.response.deceleration.pressure_advance;
-  if (!both.good() || !a.good() || !d.good() || analysis.method != pa::Method::kResponse) return "";
-  if (Width(both) < std::min(Width(a), Width(d))) {
-    return "<p class=\"quiet\">Both together are known better than each alone: filament that slips "
-           "at speed moves the two values in opposite directions, so that it nearly cancels in "
-           "their combination.</p>\n";
+  if (!a.good() || !d.good() || analysis.method != pa::Method::kResponse) return "";
+  if (Width(both) < std::min(Width(a.quantity()), Width(d.quantity()))) {
+    return "<p class=\"quiet\">The changes of speed together are known better than each alone: "
+           "filament that slips at speed moves the two values in opposite directions, so that it "
+           "nearly cancels in their combination.</p>\n";
   }
-  return "<p class=\"quiet\">Both together are known no better than the better one alone: the two "
-         "come from the same lines, and where they disagree the answer's interval holds "
+  return "<p class=\"quiet\">The changes of speed together are known no better than the better one "
+         "alone: the two come from the same lines, and where they disagree the interval holds "
          "both readings.</p>\n";
+}
+
+void AddTold(Table& table, const std::string& name, const Quantity& quantity,
+             const IntervalStyle& style, const std::string& words) {
+  table.Row({name, ValueText(quantity.value, quantity.interval95, style),
+             IntervalText(quantity.interval95, style), words});
+}
+
+/// The law that the answer was weighed with; none where it was not.
+const pa::LearntLaw* LawOf(const pa::Analysis& analysis) {
+  const pa::ResponseResult& response = analysis.response;
+  const bool counts = analysis.pressure_advance.good() && response.pressure_advance.good() &&
+                      response.law && analysis.method == pa::Method::kResponse;
+  return counts ? &*response.law : nullptr;
 }
 
 std::string Parts(const pa::Analysis& analysis) {
   const bool good = analysis.pressure_advance.good();
+  const pa::LearntLaw* const law = LawOf(analysis);
   Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
-  AddPart(table, "speeding up", analysis.response.acceleration.pressure_advance, good);
-  AddPart(table, "slowing down", analysis.response.deceleration.pressure_advance, good);
-  std::string body = table.Html() + WhyTogether(analysis);
+  if (law != nullptr) {
+    const char* const of = analysis.repeats ? " in the fit of all patterns' lines" : "";
+    const auto counts = [of](double share) {
+      return fmt::format("counts {:.0f} %{}", 100 * share, of);
+    };
+    AddTold(table, "shape of the lines", law->pressure_advance_s, kSeconds, counts(law->weight));
+    AddTold(table, "changes of speed", law->crossings_s, kSeconds, counts(1 - law->weight));
+  }
+  const std::string part = law != nullptr ? "… " : "";
+  AddPart(table, part + "speeding up", analysis.response.acceleration.pressure_advance, good);
+  AddPart(table, part + "slowing down", analysis.response.deceleration.pressure_advance, good);
+  std::string body = table.Html();
+  if (good) {
+    body += WhyTogether(analysis,
+                        law != nullptr ? law->crossings_s : analysis.pressure_advance.quantity());
+  }
   const pa::DeviationResult& deviation = analysis.deviation;
   if (good && deviation.best_s && std::isfinite(*deviation.best_s)) {
     body += fmt::format(
@@ -147,30 +171,15 @@ std::string Parts(const pa::Analysis& analysis) {
     }
     body += ".</p>\n";
   }
-  return Card("Each speed change alone", body);
-}
-
-void AddTold(Table& table, const std::string& name, const Quantity& quantity,
-             const IntervalStyle& style, const std::string& words) {
-  table.Row({name, ValueText(quantity.value, quantity.interval95, style),
-             IntervalText(quantity.interval95, style), words});
+  return Card(law != nullptr ? "What the answer is made of" : "Each speed change alone", body);
 }
 
 /// What whole lines told of the extruder.
 std::string LawCard(const pa::Analysis& analysis) {
-  const pa::ResponseResult& response = analysis.response;
-  if (!analysis.pressure_advance.good() || !response.pressure_advance.good() || !response.law) {
-    return "";
-  }
-  const pa::LearntLaw& law = *response.law;
-  const char* const of = analysis.repeats ? " in the fit of all patterns' lines" : "";
-  const auto counts = [of](double share) {
-    return fmt::format("counts {:.0f} %{}", 100 * share, of);
-  };
+  const pa::LearntLaw* const learnt = LawOf(analysis);
+  if (learnt == nullptr) return "";
+  const pa::LearntLaw& law = *learnt;
   Table told({{""}, {"value"}, {"interval"}, {"", true}});
-  AddTold(told, "PA by the shape of the lines", law.pressure_advance_s, kSeconds,
-          counts(law.weight));
-  AddTold(told, "PA by the changes of speed", law.crossings_s, kSeconds, counts(1 - law.weight));
   const auto& segments = analysis.motion.segments;
   if (segments.size() == 3) {
     AddTold(told, fmt::format("lag at {:.4g} mm/s", segments[0].speed_mm_s), law.slow_lag_s,

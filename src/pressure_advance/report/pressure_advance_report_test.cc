@@ -55,7 +55,7 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
   EXPECT_TRUE(Has(text, "M900 K0.0362"));
   EXPECT_TRUE(Has(text, ">0.0368 s<"));  // the acceleration alone
   EXPECT_TRUE(Has(text, ">0.0393 s<"));  // the deceleration alone
-  EXPECT_TRUE(Has(text, "Both together are known"));
+  EXPECT_TRUE(Has(text, "The changes of speed together are known"));
   EXPECT_TRUE(Has(text, ">0.0359 s<"));  // the shape of the lines alone
   EXPECT_TRUE(Has(text, ">counts 75 %<"));
   EXPECT_TRUE(Has(text, ">0.0371 s<"));  // the changes of speed, weighed with it
