@@ -8,6 +8,8 @@
 #include <functional>
 #include <iterator>
 
+#include "app/plain_help.h"
+
 namespace trammel::app {
 namespace {
 
@@ -76,7 +78,7 @@ std::string Synopsis(const CLI::App& app, const std::string& path) {
 }
 
 std::string OptionEntry(const CLI::Option& option) {
-  const std::string type = option.get_type_size() == 0 ? "" : option.get_type_name();
+  const std::string type = option.get_type_size() == 0 ? "" : PlainType(option.get_type_name());
   const std::string value = type.empty() ? "" : " \\fI" + Escaped(type) + "\\fR";
   const std::string standard =
       option.get_default_str().empty() ? "" : fmt::format(" ({})", option.get_default_str());

@@ -12,11 +12,13 @@
 #include "app/commands.h"
 #include "app/config_command.h"
 #include "app/console.h"
+#include "app/guide.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
 #include "app/left_out.h"
 #include "app/mistyped.h"
 #include "app/picture_memory.h"
+#include "app/plain_help.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
@@ -47,10 +49,12 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   std::ostringstream output;
   std::ostringstream errors;
   const int code = cli.exit(error, output, errors);
-  const auto mistyped = code == 0 ? std::nullopt : trammel::app::Mistyped(cli, words);
   fmt::print("{}", output.str());
-  fmt::print(stderr, "{}", mistyped ? *mistyped + "\n" : errors.str());
-  return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+  if (code == 0) return trammel::app::kExitGood;
+  const auto mistyped = trammel::app::Mistyped(cli, words);
+  fmt::print(stderr, "{}",
+             mistyped ? *mistyped + "\n" : trammel::app::PlainError(cli, error, words));
+  return trammel::app::kExitUsage;
 }
 
 // What the instruments of this build have to offer to trammel serve.
@@ -162,6 +166,7 @@ int main(int argc, char** argv) {
   trammel::app::KeepPicturesMemory();
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.name("trammel");
+  cli.formatter(trammel::app::PlainHelp());
   cli.require_subcommand(1);
   cli.set_version_flag("--version", std::string(trammel::app::ProgramVersion()),
                        "says which trammel this is");
@@ -191,6 +196,14 @@ int main(int argc, char** argv) {
   });
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   AddCommands(cli, exit_code, words);
+  if (words.empty()) {
+    fmt::print("{}", trammel::app::Guide([](std::string_view name) {
+                 return std::ranges::any_of(kCommands, [name](const Command& command) {
+                   return command.name == name && command.fill != nullptr;
+                 });
+               }));
+    return trammel::app::FinishConsole() ? trammel::app::kExitGood : trammel::app::kExitUsage;
+  }
 
   int code = trammel::app::ExitCodeOf([&] {
     try {
