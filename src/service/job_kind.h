@@ -79,8 +79,8 @@ struct JobKind {
   procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
   procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
   std::vector<std::string> copies = {};  ///< stems of the uploads that it copies into its folder
-  std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
-  std::string offer_method;  ///< that a macro calls to be asked; empty: none
+  std::string picture = {};              ///< of its answer, a PNG in its folder; empty: none
+  std::string offer_method;              ///< that a macro calls to be asked; empty: none
   /// That a macro calls to start it unasked; empty: none. REQUIRES that it neither moves, heats nor
   /// lights anything.
   std::string start_method;
