@@ -383,9 +383,10 @@ void PrinterStateGuard::BringBackAll() {
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_, kOthers_s);
   } else {
     if (!without_laser_ && !laser_lit_) {
-      for (std::string& failure : SwitchLaserOff(AsSession(), laser_off_gcode_, false)) {
-        failed_.push_back(std::move(failure));
-      }
+      // It fails on a printer that is gone or shut down, which takes nothing else either.
+      const auto off = SwitchLaserOff(AsSession(), laser_off_gcode_, false);
+      failed_.insert(failed_.end(), off.begin(), off.end());
+      if (!off.empty()) return;
     }
     const auto restored = RestoreGcodeState(AsSession(), journal_->run);
     restarted_ = !restored && SaysUnknownState(restored.error().message, journal_->run.run);

@@ -286,6 +286,15 @@ TEST_F(PrinterStateGuardTest, ALaserThatNobodyLitWaitsForTheEndOfThePrint) {
   EXPECT_EQ(printer_.scripts[1], "LASER_OFF");
 }
 
+TEST_F(PrinterStateGuardTest, AShutdownIsSaidOnceThoughNoLaserWasLit) {
+  auto guard = Take();
+  ASSERT_TRUE(guard && guard->Begin(session_));
+  printer_.state.readiness = machine::PrinterReadiness::kShutdown;
+  printer_.state.message = "Heater extruder not heating at expected rate\nSee the docs";
+  EXPECT_THAT(guard->Restore(),
+              ElementsAre(AllOf(HasSubstr("has shut down"), HasSubstr("FIRMWARE_RESTART"))));
+}
+
 // A print that blocks refuses the run's last commands; they are no reason to undo later what it
 // set.
 TEST_F(PrinterStateGuardTest, WhatIsLeftToAnothersJobIsNothingForTheNextRun) {
