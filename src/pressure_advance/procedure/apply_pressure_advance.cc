@@ -29,6 +29,12 @@ Result<void> CheckValue(double pressure_advance_s, const ApplyOptions& options) 
       ErrorKind::kSafety);
 }
 
+// Without a name: the active extruder's own.
+std::string CommandFor(const std::string& name, double pressure_advance_s) {
+  return fmt::format("SET_PRESSURE_ADVANCE{} ADVANCE={:.4f}",
+                     name.empty() ? "" : " EXTRUDER=" + name, pressure_advance_s);
+}
+
 // All motors, as they are now. The only one needs no name.
 std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
                                   const machine::PrinterState& state, double pressure_advance_s) {
@@ -39,9 +45,7 @@ std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
   for (const std::string& section : sections) {
     const auto known = state.pressure_advance.find(section);
     motors.push_back(
-        {section,
-         fmt::format("SET_PRESSURE_ADVANCE{} ADVANCE={:.4f}",
-                     named ? " EXTRUDER=" + machine::NameInGcode(section) : "", pressure_advance_s),
+        {section, CommandFor(named ? machine::NameInGcode(section) : "", pressure_advance_s),
          known == state.pressure_advance.end() ? std::nullopt
                                                : std::optional(known->second.advance_s)});
   }
@@ -71,6 +75,16 @@ Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange&
         ErrorKind::kMachine);
   }
   return {};
+}
+
+// Of several motors, all are set or none.
+void BringBack(const Session& session, const PressureAdvanceChange& change) {
+  if (change.motors.size() < 2) return;
+  for (const MotorChange& motor : change.motors) {
+    if (!motor.before_s) continue;
+    (void)session.printer.Run(CommandFor(machine::NameInGcode(motor.section), *motor.before_s),
+                              {kAsk_s, {}});
+  }
 }
 
 }  // namespace
@@ -111,7 +125,10 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
   if (session.stop.stop_requested()) {
     return Fail("stopped before the pressure advance was set", ErrorKind::kInterrupted);
   }
-  if (auto set = SetAndReadBack(session, change); !set) return tl::unexpected(set.error());
+  if (auto set = SetAndReadBack(session, change); !set) {
+    BringBack(session, change);
+    return tl::unexpected(set.error());
+  }
   return change;
 }
 

@@ -57,6 +57,15 @@ TEST(ApplyPressureAdvance, SetsEveryMotorOnTheFilamentAndReadsEachBack) {
   EXPECT_EQ(printer.state.pressure_advance.at("extruder_stepper spare").advance_s, 0.01);
 }
 
+TEST(ApplyPressureAdvance, SetsAllMotorsOrNone) {
+  Obedient printer;
+  printer.state.pressure_advance["extruder_stepper belted"] = {0.0, 0.04, "extruder"};
+  printer.refused["SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.0421"] = "not now";
+  const auto change = ApplyPressureAdvance({printer, {}, {}}, 0.0421, {});
+  ASSERT_FALSE(change);
+  EXPECT_EQ(printer.state.pressure_advance.at("extruder").advance_s, 0.031);
+}
+
 TEST(ApplyPressureAdvance, ChangesNothingWhereThereIsNoneInSeconds) {
   Obedient kalico;
   kalico.state.pressure_advance.clear();
