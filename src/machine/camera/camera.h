@@ -115,8 +115,8 @@ struct CameraOptions {
                                                               const CameraOptions& options = {},
                                                               std::stop_token stop = {});
 
-/// The picture of a frame as 8-bit BGR. Errors (kMeasurement): damaged, or larger than 50
-/// megapixels.
+/// The picture of a frame as 8-bit BGR, in the sensor's pixels, whatever EXIF says. Errors
+/// (kMeasurement): damaged, or larger than 50 megapixels.
 [[nodiscard]] Result<Frame> DecodeFrame(const CapturedFrame& frame);
 
 }  // namespace trammel::machine

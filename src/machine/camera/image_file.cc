@@ -62,7 +62,7 @@ Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format
 
 cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, frame.bgr.data()}; }
 
-Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
+Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction, bool turn) {
   // Cameras leave bytes between the picture and its end, which decoders warn of.
   auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kFillIn);
   if (!jpeg) return tl::unexpected(jpeg.error());
@@ -73,10 +73,10 @@ Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
   for (int y = 0; y < frame.height; ++y) {
     if (auto read = jpeg->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
   }
-  return TurnedByExif(std::move(frame), jpeg->header().orientation);
+  return turn ? TurnedByExif(std::move(frame), jpeg->header().orientation) : frame;
 }
 
-Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
+Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction, bool turn) {
   auto png = image::PngReader::Open(bytes, image::PngPixels::kBgr8);
   if (!png) return tl::unexpected(png.error());
   Frame frame(png->header().width_px, png->header().height_px);
@@ -92,14 +92,15 @@ Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
     cv::resize(PixelsOf(frame), to, to.size(), 0, 0, cv::INTER_LINEAR_EXACT);
     frame = std::move(reduced);
   }
-  return TurnedByExif(std::move(frame), png->orientation());
+  return turn ? TurnedByExif(std::move(frame), png->orientation()) : frame;
 }
 
 Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
                      const ImageReadOptions& options) {
   const int reduction = ReductionOf(header.width_px, header.height_px, options);
-  auto frame = header.format == ImageFormat::kPng ? DecodePng(bytes, reduction)
-                                                  : DecodeJpeg(bytes, reduction);
+  auto frame = header.format == ImageFormat::kPng
+                   ? DecodePng(bytes, reduction, options.turn_by_exif)
+                   : DecodeJpeg(bytes, reduction, options.turn_by_exif);
   if (!frame) return Fail(frame.error().message + "; copy it again");
   return frame;
 }

@@ -24,6 +24,9 @@ struct ImageReadOptions {
   std::int64_t most_pixels = 200'000'000;     ///< of the image, > 0: twice a 100-megapixel camera
   std::int64_t reduce_above_px = 30'000'000;  ///< larger images are read at 1/2, 1/4 or 1/8 of
                                               ///< their size, down to about this many pixels
+  /// Turns the picture as EXIF's orientation asks, for people. Measured pictures are the sensor's
+  /// pixels: a camera that looks straight down writes any orientation, by chance.
+  bool turn_by_exif = false;
 };
 
 /// Finds size and format without decoding. Input may be hostile. The message of a failure names
@@ -34,13 +37,12 @@ struct ImageReadOptions {
 /// nothing. REQUIRES bytes for which ReadImageHeader() gave `format`.
 [[nodiscard]] bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format);
 
-/// Decodes a JPEG or PNG as 8-bit BGR. An orientation that EXIF states is applied, so that the
-/// frame is the picture as viewers show it. Transparency is dropped, of 16 bits the upper 8 are
-/// taken, four inks are printed on white.
+/// Decodes a JPEG or PNG as 8-bit BGR, in the sensor's pixels unless the options turn it.
+/// Transparency is dropped, of 16 bits the upper 8 are taken, four inks are printed on white.
 /// @returns errors (kInput): another format, no header, a size above the options' or one that so
 ///          few bytes cannot hold, a JPEG of too many scans, a file that ends early, whatever the
 ///          decoder rejects. All but the last is checked before anything is decoded.
-/// Memory: 3 bytes per pixel of the result, twice that where EXIF lays it on its side; also 3 of
+/// Memory: 3 bytes per pixel of the result, twice that where it is laid on its side; also 3 of
 /// the whole image for a PNG that is reduced, 6 for a progressive JPEG.
 [[nodiscard]] Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes,
                                         const ImageReadOptions& options = {});

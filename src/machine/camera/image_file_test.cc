@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "machine/camera/camera.h"
+
 namespace trammel::machine {
 namespace {
 
@@ -63,9 +65,16 @@ TEST(ImageFile, ReadsJpegAndPngAsBgr) {
   }
 }
 
+/// As people see it.
+Result<Frame> DecodeTurned(std::span<const std::uint8_t> bytes) {
+  ImageReadOptions options;
+  options.turn_by_exif = true;
+  return DecodeImage(bytes, options);
+}
+
 TEST(ImageFile, TurnsThePictureAsExifSays) {
   // Orientation 6: the stored left side is shown at the top.
-  const Result<Frame> frame = DecodeImage(WithOrientation(Encode(TwoColours(80, 40), ".jpg"), 6));
+  const Result<Frame> frame = DecodeTurned(WithOrientation(Encode(TwoColours(80, 40), ".jpg"), 6));
   ASSERT_TRUE(frame) << frame.error().message;
   EXPECT_EQ(frame->width, 40);
   EXPECT_EQ(frame->height, 80);
@@ -83,13 +92,30 @@ TEST(ImageFile, ShowsEveryOrientationAsOpenCvDoes) {
   corners(cv::Rect(24, 0, 16, 8)).setTo(cv::Scalar(0, 0, 200));
   for (std::uint8_t orientation = 0; orientation <= 9; ++orientation) {
     const Bytes jpeg = WithOrientation(Encode(corners, ".jpg"), orientation);
-    const Result<Frame> frame = DecodeImage(jpeg);
+    const Result<Frame> frame = DecodeTurned(jpeg);
     ASSERT_TRUE(frame) << frame.error().message;
     const cv::Mat expected = cv::imdecode(jpeg, cv::IMREAD_COLOR);
     ASSERT_EQ(frame->width, expected.cols) << int{orientation};
     ASSERT_EQ(frame->height, expected.rows) << int{orientation};
     constexpr double kMostLevels = 2;  // between two orders of the same transform
     EXPECT_LE(cv::norm(PixelsOf(*frame), expected, cv::NORM_INF), kMostLevels) << int{orientation};
+  }
+}
+
+TEST(ImageFile, MeasuredPicturesAreTheSensorsPixelsWhateverExifSays) {
+  cv::Mat noise(24, 40, CV_8UC3);
+  cv::theRNG().state = 7;
+  cv::randu(noise, 0, 256);
+  const Bytes stored = Encode(noise, ".jpg");
+  const Result<Frame> plain = DecodeImage(stored);
+  ASSERT_TRUE(plain) << plain.error().message;
+  for (std::uint8_t orientation = 1; orientation <= 8; ++orientation) {
+    CapturedFrame captured;
+    captured.image = WithOrientation(stored, orientation);
+    const Result<Frame> frame = DecodeFrame(captured);
+    ASSERT_TRUE(frame) << frame.error().message;
+    ASSERT_EQ(frame->width, plain->width) << int{orientation};
+    EXPECT_EQ(frame->bgr, plain->bgr) << int{orientation};
   }
 }
 

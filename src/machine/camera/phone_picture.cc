@@ -30,7 +30,11 @@ const ModuleName* ModuleFor(std::span<const std::uint8_t> bytes) {
 
 Result<Frame> DecodePhoto(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
   const ModuleName* const name = ModuleFor(bytes);
-  if (name == nullptr) return DecodeImage(bytes, options);
+  if (name == nullptr) {
+    ImageReadOptions turned = options;
+    turned.turn_by_exif = true;
+    return DecodeImage(bytes, turned);
+  }
   const auto module = LoadModule<PictureModule>(*name);
   if (!module) {
     return Fail(fmt::format("{}; or convert it to JPEG or PNG", module.error().message));

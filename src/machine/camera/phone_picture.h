@@ -17,8 +17,9 @@ struct PictureModule {
   Result<Frame> (*decode)(std::span<const std::uint8_t> bytes, const ImageReadOptions& options);
 };
 
-/// DecodeImage(), and WebP and HEIC beside it, which modules loaded on demand decode. Of a file
-/// with several pictures the main one is taken; an animation is refused.
+/// DecodeImage(), and WebP and HEIC beside it, which modules loaded on demand decode. The picture
+/// is turned as viewers show it: people name its sides. Of a file with several pictures the main
+/// one is taken; an animation is refused.
 /// @returns errors (kInput): those of DecodeImage(), and where the module or its libraries are
 ///          missing.
 [[nodiscard]] Result<Frame> DecodePhoto(std::span<const std::uint8_t> bytes,

@@ -18,6 +18,7 @@ namespace trammel::machine {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 std::string BigEndian(std::uint32_t value) {
@@ -186,7 +187,8 @@ TEST_F(PageBombs, TheRealOnesAreRefusedInLittleMemoryAndTime) {
     const std::string said = RefusalOf(entry.path());
     EXPECT_THAT(said, AllOf(HasSubstr("said: page "), HasSubstr(entry.path().filename().string())));
     if (entry.path().extension() == ".pdf") {
-      EXPECT_THAT(said, HasSubstr("unpacking it takes more"));
+      // One of them draws nothing, so that its picture is not looked at.
+      EXPECT_THAT(said, AnyOf(HasSubstr("unpacking it takes more"), HasSubstr("no picture")));
     }
     ++seen;
     RecordProperty(entry.path().filename().string(), said);

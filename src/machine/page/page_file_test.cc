@@ -12,6 +12,7 @@
 #include <cstring>
 #include <string>
 
+#include "machine/camera/camera.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
@@ -161,8 +162,10 @@ class PageFile : public testing::Test {
     return bytes;
   }
 
-  // A page of 37 x 23 pixels at 600 dpi.
-  static std::string Pdf(const std::string& entries, const std::string& stream) {
+  // A page of 37 x 23 pixels at 600 dpi. `beside` is another object, 6 0, which the page names Im1.
+  static std::string Pdf(const std::string& entries, const std::string& stream,
+                         const std::string& draw = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q",
+                         const std::string& beside = "null") {
     std::string pdf = "%PDF-1.4\n";
     std::vector<std::size_t> at;
     const auto add = [&](const std::string& object) {
@@ -172,13 +175,13 @@ class PageFile : public testing::Test {
     add("<< /Type /Catalog /Pages 2 0 R >>");
     add("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
     add("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 4.44 2.76] /Contents 5 0 R /Resources << "
-        "/XObject << /Im0 4 0 R >> >> >>");
+        "/XObject << /Im0 4 0 R /Im1 6 0 R >> >> >>");
     add(fmt::format(
         "<< /Type /XObject /Subtype /Image /Width {} /Height {} {} /Length {} >>\nstream\n{}"
         "\nendstream",
         kWidth, kHeight, entries, stream.size(), stream));
-    const std::string draw = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q";
     add(fmt::format("<< /Length {} >>\nstream\n{}\nendstream", draw.size(), draw));
+    add(beside);
     const std::size_t table = pdf.size();
     pdf += fmt::format("xref\n0 {}\n0000000000 65535 f \n", at.size() + 1);
     for (const std::size_t offset : at) pdf += fmt::format("{:010} 00000 n \n", offset);
@@ -285,6 +288,34 @@ TEST_F(PageFile, ReadsJpegs) {
   }
 }
 
+// Whatever a camera that looks straight down wrote: both readers of measured pictures have the
+// sensor's pixels.
+TEST_F(PageFile, AgreesWithACamerasFramesOnEveryOrientation) {
+  const std::string jpeg = JpegBytes();
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    SCOPED_TRACE(orientation);
+    std::string exif(
+        "\xFF\xE1\x00\x22"
+        "Exif\0\0MM\0\x2A\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0?\0\0\0\0\0\0",
+        36);
+    exif[exif.find('?')] = static_cast<char>(orientation);
+    const std::string turned = jpeg.substr(0, 2) + exif + jpeg.substr(2);
+    const Page page = Only(Written("turned.jpg", turned));
+    CapturedFrame captured;
+    captured.image.assign(turned.begin(), turned.end());
+    const auto frame = DecodeFrame(captured);
+    ASSERT_TRUE(frame) << frame.error().message;
+    ASSERT_EQ(frame->width, kWidth);
+    ASSERT_EQ(frame->height, kHeight);
+    ASSERT_EQ(page.channels, 1);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(page.view().row(y)[x], frame->view().row(y)[3 * x]) << x << ", " << y;
+      }
+    }
+  }
+}
+
 TEST_F(PageFile, ReadsEveryKindOfPnm) {
   const std::string size = fmt::format("# made by hand\n{} {}", kWidth, kHeight);
   std::string grey;
@@ -328,6 +359,93 @@ TEST_F(PageFile, TakesThePictureOfAPdfAsItWasStored) {
                                    JpegBytes())));
   EXPECT_NEAR(jpeg.view().row(20)[30], 4 * 30 + 3 * 20, 2);
   ExpectDpi(jpeg, 600, 600);
+}
+
+// A viewer shows what the page draws, whichever way the rows are stored.
+TEST_F(PageFile, TakesThePictureOfAPdfTheWayItIsDrawn) {
+  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
+  const auto top = [&](const char* draw) {
+    const Page page = Only(Written("page.pdf", Pdf(grey, GreyRows(), draw)));
+    EXPECT_EQ(page.height, kHeight) << draw;
+    ExpectDpi(page, 600, 600);
+    return int{page.view().row(0)[5]};
+  };
+  const int first = static_cast<int>(Value(5, 0, 0));
+  const int last = static_cast<int>(Value(5, kHeight - 1, 0));
+  ASSERT_NE(first, last);
+  EXPECT_EQ(top("q 4.44 0 0 2.76 0 0 cm /Im0 Do Q"), first);
+  EXPECT_EQ(top("0 4.44 -2.76 0 2.76 0 cm /Im0 Do"), first);      // turned by 90 degrees
+  EXPECT_EQ(top("-4.44 0 0 -2.76 4.44 2.76 cm /Im0 Do"), first);  // by 180
+  EXPECT_EQ(top("q 4.44 0 0 -2.76 0 2.76 cm /Im0 Do Q"), last);   // rows from the bottom
+  EXPECT_EQ(top("-4.44 0 0 2.76 4.44 0 cm /Im0 Do"), last);       // mirrored left to right
+  EXPECT_EQ(top("1 0 0 -1 0 2.76 cm q 4.44 0 0 -2.76 0 2.76 cm /Im0 Do Q"), first);  // twice
+  // The resolution is that of the drawing, not of the sheet.
+  const Page half =
+      Only(Written("half.pdf", Pdf(grey, GreyRows(), "2.22 0 0 1.38 1 1 cm /Im0 Do")));
+  ExpectDpi(half, 1200, 1200);
+}
+
+TEST_F(PageFile, TakesThePictureOfAPdfOutOfAForm) {
+  const std::string draw = "4.44 0 0 -2.76 0 2.76 cm /Im0 Do";
+  const std::string form = fmt::format(
+      "<< /Type /XObject /Subtype /Form /BBox [0 0 9 9] /Matrix [1 0 0 1 0 0] /Resources << "
+      "/XObject << /Im0 4 0 R >> >> /Length {} >>\nstream\n{}\nendstream",
+      draw.size(), draw);
+  const Page page = Only(Written("form.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8",
+                                                 GreyRows(), "q /Im1 Do Q", form)));
+  EXPECT_EQ(page.view().row(0)[5], Value(5, kHeight - 1, 0));
+  ExpectDpi(page, 600, 600);
+}
+
+TEST_F(PageFile, ReadsIndexedPicturesAndMasksOfAPdf) {
+  std::string colours;
+  for (int i = 0; i < 256; ++i) colours += fmt::format("{:02x}{:02x}{:02x}", i, 255 - i, i / 2);
+  const Page page =
+      Only(Written("indexed.pdf", Pdf(fmt::format("/ColorSpace [/Indexed /DeviceRGB 255 <{}>] "
+                                                  "/BitsPerComponent 8",
+                                                  colours),
+                                      GreyRows())));
+  ASSERT_EQ(page.channels, 3);
+  const auto number = Value(30, 20, 0);
+  const std::uint8_t* pixel = page.view().row(20) + 3 * 30;
+  EXPECT_EQ(pixel[2], number);
+  EXPECT_EQ(pixel[1], 255 - number);
+  EXPECT_EQ(pixel[0], number / 2);
+  // Two bits a number, rows in whole bytes: 37 of them take 10.
+  std::string two;
+  for (int y = 0; y < kHeight; ++y) two += std::string(10, '\x1B');  // 0 1 2 3 ...
+  const Page few = Only(Written(
+      "four.pdf", Pdf("/ColorSpace [/Indexed /DeviceGray 3 <0A64C8FF>] /BitsPerComponent 2", two)));
+  ASSERT_EQ(few.channels, 1);
+  for (int x = 0; x < kWidth; ++x) {
+    constexpr std::array<int, 4> kGrey = {0x0A, 0x64, 0xC8, 0xFF};
+    EXPECT_EQ(few.view().row(kHeight - 1)[x], kGrey[static_cast<std::size_t>(x % 4)]) << x;
+  }
+  // Black is drawn through a mask where its samples are 0.
+  std::string bits;
+  for (int y = 0; y < kHeight; ++y) bits += std::string(5, '\x55');
+  const Page mask = Only(Written("mask.pdf", Pdf("/ImageMask true /BitsPerComponent 1", bits)));
+  for (int x = 0; x < kWidth; ++x) EXPECT_EQ(mask.view().row(3)[x], x % 2 == 0 ? 0 : 255) << x;
+}
+
+TEST_F(PageFile, NamesAPdfThatIsPutTogether) {
+  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
+  const std::string mask =
+      "<< /Type /XObject /Subtype /Image /Width 80 /Height 46 /ImageMask true "
+      "/BitsPerComponent 1 /Length 460 >>\nstream\n" +
+      std::string(460, 'x') + "\nendstream";
+  const std::string whole = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q ";
+  EXPECT_THAT(Complaint(Written("layers.pdf", Pdf(grey, GreyRows(),
+                                                  whole + "4.44 0 0 2.76 0 0 cm /Im1 Do", mask))),
+              AllOf(HasSubstr("put together from 2 pictures"), HasSubstr("scan to TIFF")));
+  // A stamp beside it is none.
+  Only(Written("stamp.pdf", Pdf(grey, GreyRows(), whole + "0.4 0 0 0.3 1 1 cm /Im1 Do", mask)));
+  EXPECT_THAT(Complaint(Written("soft.pdf", Pdf(grey + " /SMask 6 0 R", GreyRows(), whole, mask))),
+              HasSubstr("layers"));
+  EXPECT_THAT(Complaint(Written("askew.pdf", Pdf(grey, GreyRows(), "4 0 2 2 0 0 cm /Im0 Do"))),
+              HasSubstr("askew"));
+  EXPECT_THAT(Complaint(Written("nothing.pdf", Pdf(grey, GreyRows(), "q Q"))),
+              HasSubstr("no picture"));
 }
 
 TEST_F(PageFile, SaysWhatIsWrongWithAPdf) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -29,20 +30,23 @@ std::uint64_t RowBytes(const PageLayout& layout) {
   return static_cast<std::uint64_t>((layout.width * layout.samples * layout.bits + 7) / 8);
 }
 
-// Of a picture that fills the sheet, whichever way it was turned.
-void TakeResolution(const PdfPicture& told, Page& page) {
+/// Brings a picture to lie as its page draws it, but for turns, and takes its resolution from
+/// there.
+Page AsDrawn(const PdfPicture& told, Page page) {
   constexpr double kPointsPerInch = 72;
-  constexpr double kMostStretch = 1.05;  // scanners cut the margins off, but not along one axis
-  double width = told.sheet_width_pt / kPointsPerInch;
-  double height = told.sheet_height_pt / kPointsPerInch;
-  if ((page.width > page.height) != (width > height)) std::swap(width, height);
-  const double x = page.width / width;
-  const double y = page.height / height;
-  if (std::isfinite(x) && std::isfinite(y) && x > 0 && x < kMostStretch * y &&
-      y < kMostStretch * x) {
+  if (told.mirrored) {
+    const auto row = static_cast<std::size_t>(page.stride());
+    for (int top = 0, bottom = page.height - 1; top < bottom; ++top, --bottom) {
+      std::swap_ranges(page.row(top), page.row(top) + row, page.row(bottom));
+    }
+  }
+  const double x = page.width / (told.width_pt / kPointsPerInch);
+  const double y = page.height / (told.height_pt / kPointsPerInch);
+  if (std::isfinite(x) && std::isfinite(y)) {
     page.dpi_x = x;
     page.dpi_y = y;
   }
+  return page;
 }
 
 /// Puts a page together from what the child tells.
@@ -80,14 +84,13 @@ class PdfPage {
   Result<Page> End(const PageReadOptions& options) {
     if (told_.jpeg) {
       auto page = DecodeJpeg(bytes_, options);
-      if (page) TakeResolution(told_, *page);
-      return page;
+      if (!page) return page;
+      return AsDrawn(told_, std::move(*page));
     }
     if (rows_ < page_.height) {
       return Fail("its picture ends early; copy the file again, or scan again");
     }
-    TakeResolution(told_, page_);
-    return std::move(page_);
+    return AsDrawn(told_, std::move(page_));
   }
 
  private:

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <new>
+#include <optional>
 #define POINTERHOLDER_TRANSITION 4  // std::shared_ptr, as newer releases have it
 #include <qpdf/Pipeline.hh>
 #include <qpdf/QPDF.hh>
@@ -14,11 +14,11 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "machine/module/module.h"
+#include "machine/page/pdf_drawing.h"
 #include "machine/page/pdf_module.h"
 
 namespace trammel::machine {
@@ -27,36 +27,6 @@ namespace {
 std::int64_t Whole(QPDFObjectHandle dictionary, const char* key, std::int64_t otherwise) {
   QPDFObjectHandle value = dictionary.getKey(key);
   return value.isInteger() ? value.getIntValue() : otherwise;
-}
-
-double Pixels(QPDFObjectHandle picture) {
-  QPDFObjectHandle dictionary = picture.getDict();
-  return static_cast<double>(Whole(dictionary, "/Width", 0)) *
-         static_cast<double>(Whole(dictionary, "/Height", 0));
-}
-
-// The one picture that a scanner puts on a page; logos and masks may lie beside it.
-Result<QPDFObjectHandle> PictureOf(QPDFPageObjectHelper& page) {
-  constexpr double kMostBeside = 0.1;  // of its pixels
-  std::vector<QPDFObjectHandle> pictures;
-  page.forEachImage(true, [&](QPDFObjectHandle& picture, QPDFObjectHandle& /*holder*/,
-                              const std::string& /*key*/) { pictures.push_back(picture); });
-  if (pictures.empty()) {
-    return Fail("it holds no picture; scan to TIFF, PNG or JPEG");
-  }
-  std::size_t largest = 0;
-  for (std::size_t i = 1; i < pictures.size(); ++i) {
-    if (Pixels(pictures[i]) > Pixels(pictures[largest])) largest = i;
-  }
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (i != largest && Pixels(pictures[i]) > kMostBeside * Pixels(pictures[largest])) {
-      return Fail(fmt::format(
-          "it is put together from {} pictures, whose edges would pass for lines; scan to TIFF, "
-          "PNG or JPEG",
-          pictures.size()));
-    }
-  }
-  return pictures[largest];
 }
 
 // Samples per pixel; 0 for colours that are not read.
@@ -81,14 +51,6 @@ std::string FilterOf(QPDFObjectHandle dictionary) {
     return filter.getArrayItem(0).getName();
   }
   return filter.isNull() ? "" : "several filters";
-}
-
-// Width and height of the sheet in points; 0 where it states none.
-std::pair<double, double> SheetOf(QPDFPageObjectHelper& helper) {
-  QPDFObjectHandle box = helper.getMediaBox();
-  if (!box.isRectangle()) return {0, 0};
-  const QPDFObjectHandle::Rectangle sheet = box.getArrayAsRectangle();
-  return {std::abs(sheet.urx - sheet.llx), std::abs(sheet.ury - sheet.lly)};
 }
 
 /// Thrown where all that is wanted has come. No std::exception, which the library would keep.
@@ -118,6 +80,53 @@ class ToParent final : public Pipeline {
   std::uint64_t left_;
 };
 
+/// The colours of a picture whose samples are their numbers.
+struct Palette {
+  int bits = 0;                      ///< of a number: 1, 2, 4 or 8
+  std::vector<std::uint8_t> colour;  ///< layout.samples each
+};
+
+/// Puts the colours in place of their numbers, row by row.
+class Expand final : public Pipeline {
+ public:
+  Expand(const PageLayout& layout, const Palette& palette, Pipeline& next)
+      : Pipeline("palette", &next),
+        palette_(palette),
+        samples_(static_cast<std::size_t>(layout.samples)),
+        packed_(static_cast<std::size_t>((layout.width * palette.bits + 7) / 8)),
+        row_(static_cast<std::size_t>(layout.width) * samples_) {}
+
+  void write(unsigned char const* data, std::size_t size) override {
+    for (std::size_t i = 0; i < size; ++i) {
+      packed_[filled_++] = data[i];
+      if (filled_ < packed_.size()) continue;
+      filled_ = 0;
+      WriteRow();
+    }
+  }
+  void finish() override {}
+
+ private:
+  void WriteRow() {
+    const auto bits = static_cast<std::size_t>(palette_.bits);
+    const std::size_t colours = palette_.colour.size() / samples_;
+    for (std::size_t x = 0; x * samples_ < row_.size(); ++x) {
+      const std::size_t at = x * bits;
+      const std::size_t number = packed_[at / 8] >> (8 - bits - at % 8) & ((1U << bits) - 1U);
+      const std::size_t colour = std::min(number, colours - 1);
+      std::copy_n(palette_.colour.begin() + static_cast<std::ptrdiff_t>(colour * samples_),
+                  samples_, row_.begin() + static_cast<std::ptrdiff_t>(x * samples_));
+    }
+    getNext()->write(row_.data(), row_.size());
+  }
+
+  const Palette& palette_;
+  std::size_t samples_;
+  std::vector<std::uint8_t> packed_;
+  std::vector<std::uint8_t> row_;
+  std::size_t filled_ = 0;
+};
+
 std::uint64_t RowBytes(const PageLayout& layout) {
   return static_cast<std::uint64_t>((layout.width * layout.samples * layout.bits + 7) / 8);
 }
@@ -132,7 +141,36 @@ bool MayBePage(const PageLayout& layout) {
          within(layout.bits, 16);
 }
 
-Result<PdfPicture> Describe(QPDFObjectHandle picture) {
+/// The colours of an indexed picture; those of any other are not there.
+Result<Palette> PaletteOf(QPDFObjectHandle dictionary, PageLayout& layout) {
+  constexpr int kParts = 4;  // /Indexed, the colours' space, the highest number, the colours
+  QPDFObjectHandle space = dictionary.getKey("/ColorSpace");
+  if (!space.isArray() || space.getArrayNItems() != kParts || !space.getArrayItem(0).isName()) {
+    return Palette{};
+  }
+  const std::string name = space.getArrayItem(0).getName();
+  if (name != "/Indexed" && name != "/I") return Palette{};
+  QPDFObjectHandle table = space.getArrayItem(3);
+  Palette palette;
+  palette.bits = layout.bits;
+  if (table.isString()) {
+    const std::string text = table.getStringValue();
+    palette.colour.assign(text.begin(), text.end());
+  } else if (table.isStream()) {
+    const auto bytes = table.getStreamData(qpdf_dl_specialized);
+    palette.colour.assign(bytes->getBuffer(), bytes->getBuffer() + bytes->getSize());
+  }
+  layout.samples = SamplesOf(space.getArrayItem(1));
+  const bool whole = layout.bits == 1 || layout.bits == 2 || layout.bits == 4 || layout.bits == 8;
+  if (!whole || layout.samples == 0 ||
+      palette.colour.size() < static_cast<std::size_t>(layout.samples)) {
+    return Fail("its colours are a palette that is not read; scan to TIFF, PNG or JPEG");
+  }
+  layout.bits = 8;
+  return palette;
+}
+
+Result<PdfPicture> Describe(QPDFObjectHandle picture, Palette& palette) {
   QPDFObjectHandle dictionary = picture.getDict();
   PdfPicture told;
   const std::string filter = FilterOf(dictionary);
@@ -150,22 +188,49 @@ Result<PdfPicture> Describe(QPDFObjectHandle picture) {
   PageLayout& layout = told.layout;
   layout.width = Whole(dictionary, "/Width", 0);
   layout.height = Whole(dictionary, "/Height", 0);
-  layout.samples = SamplesOf(dictionary.getKey("/ColorSpace"));
-  layout.bits = static_cast<int>(Whole(dictionary, "/BitsPerComponent", 0));
+  // Through a mask the page's colour is drawn where samples are 0: black on white.
+  QPDFObjectHandle is_mask = dictionary.getKey("/ImageMask");
+  const bool mask = is_mask.isBool() && is_mask.getBoolValue();
+  layout.samples = mask ? 1 : SamplesOf(dictionary.getKey("/ColorSpace"));
+  layout.bits = mask ? 1 : static_cast<int>(Whole(dictionary, "/BitsPerComponent", 0));
+  auto colours = PaletteOf(dictionary, layout);
+  if (!colours) return tl::unexpected(colours.error());
+  palette = std::move(*colours);
+  if (palette.bits > 0) told.most_packed *= 8.0 * layout.samples / palette.bits;
   QPDFObjectHandle decode = dictionary.getKey("/Decode");
-  layout.white_is_zero = layout.samples == 1 && decode.isArray() && decode.getArrayNItems() == 2 &&
-                         decode.getArrayItem(0).isNumber() &&
+  layout.white_is_zero = layout.samples == 1 && palette.bits == 0 && decode.isArray() &&
+                         decode.getArrayNItems() == 2 && decode.getArrayItem(0).isNumber() &&
                          decode.getArrayItem(0).getNumericValue() == 1;
   return told;
 }
 
+/// A mask finer than the picture has the shapes of what is printed: the picture, their colours
+/// alone.
+Result<void> CheckMask(QPDFObjectHandle dictionary) {
+  for (const char* key : {"/SMask", "/Mask"}) {
+    QPDFObjectHandle mask = dictionary.getKey(key);
+    if (!mask.isStream()) continue;
+    if (Whole(mask.getDict(), "/Width", 0) > Whole(dictionary, "/Width", 0)) {
+      return Fail(
+          "it is put together from layers (a compact PDF): its shapes lie in a mask; scan to TIFF, "
+          "PNG or JPEG");
+    }
+  }
+  return {};
+}
+
 Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
                       const ChildSender& sender) {
-  auto picture = PictureOf(helper);
-  if (!picture) return tl::unexpected(picture.error());
-  auto told = Describe(*picture);
+  const auto drawn = PictureOf(helper);
+  if (!drawn) return tl::unexpected(drawn.error());
+  QPDFObjectHandle picture = drawn->picture;
+  if (auto whole = CheckMask(picture.getDict()); !whole) return whole;
+  Palette palette;
+  auto told = Describe(picture, palette);
   if (!told) return tl::unexpected(told.error());
-  std::tie(told->sheet_width_pt, told->sheet_height_pt) = SheetOf(helper);
+  told->width_pt = drawn->width_pt();
+  told->height_pt = drawn->height_pt();
+  told->mirrored = drawn->mirrored();
   sender.Send(kPdfPicture, std::span(reinterpret_cast<const std::uint8_t*>(&*told), sizeof *told));
   std::uint64_t wanted = 0;  // of a picture that no page can be: the caller refuses it
   if (told->jpeg) {
@@ -173,9 +238,14 @@ Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
   } else if (MayBePage(told->layout)) {
     wanted = RowBytes(told->layout) * static_cast<std::uint64_t>(told->layout.height);
   }
-  ToParent pipeline(sender, wanted);
+  ToParent to_parent(sender, wanted);
+  std::optional<Expand> expand;
+  if (palette.bits > 0 && MayBePage(told->layout)) {
+    expand.emplace(told->layout, palette, to_parent);
+  }
   try {
-    picture->pipeStreamData(&pipeline, 0, told->jpeg ? qpdf_dl_none : qpdf_dl_specialized, true);
+    picture.pipeStreamData(expand ? static_cast<Pipeline*>(&*expand) : &to_parent, 0,
+                           told->jpeg ? qpdf_dl_none : qpdf_dl_specialized, true);
   } catch (const Enough&) {
   }
   sender.Send(kPdfPageEnds, std::string_view());

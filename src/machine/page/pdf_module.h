@@ -17,8 +17,9 @@ struct PdfPicture {
   PageLayout layout;       ///< of the unpacked rows; without meaning for a JPEG
   double most_packed = 1;  ///< by what the picture's packing can make it smaller at best
   bool jpeg = false;
-  double sheet_width_pt = 0;  ///< 0 where the sheet states no size
-  double sheet_height_pt = 0;
+  double width_pt = 0;    ///< as the page draws it, along its rows
+  double height_pt = 0;   ///< and across
+  bool mirrored = false;  ///< as stored: its rows come from the last to the first
 };
 static_assert(std::is_trivially_copyable_v<PdfPicture>);
 
@@ -33,7 +34,7 @@ enum PdfMessage : std::uint32_t {
 };
 
 struct PdfModule {
-  /// Sends each page of a file: a PdfPicture, its bytes (rows from the top, unpacked; of a JPEG the
+  /// Sends each page of a file: a PdfPicture, its bytes (rows as stored, unpacked; of a JPEG the
   /// file) and kPdfPageEnds. Stops where `sender` takes no more. Errors: what is wrong with the
   /// file, in words for its owner.
   /// @param most_bytes  of memory, which the caller limits; for the message

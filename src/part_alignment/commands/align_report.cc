@@ -70,7 +70,9 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
   const Camera& camera = output.measurement.camera;
   Frame frame;
   if (!picture.empty()) {
-    auto read = machine::ReadImageFile(picture);
+    machine::ImageReadOptions as_measured;
+    as_measured.reduce_above_px = as_measured.most_pixels;
+    auto read = machine::ReadImageFile(picture, as_measured);
     if (!read) return tl::unexpected(read.error());
     frame = std::move(*read);
     if (frame.width != camera.width_px || frame.height != camera.height_px) {
