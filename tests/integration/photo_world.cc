@@ -62,8 +62,9 @@ Result<tool_offset::SheetResult> SeePhoto(const PatternFile& pattern,
     if (!jpeg->ReadRow(pixels.data() + y * stride)) throw std::runtime_error("a JPEG cut off");
   }
   tool_offset::AnalyseOptions options;
-  options.photo = tool_offset::PhotoSource{{}, spread};
-  if (const auto focal_mm = jpeg->header().film_focal_mm) options.photo->film_focal_mm = *focal_mm;
+  options.kind = tool_offset::PageKind::kPhoto;
+  options.photo.spread = spread;
+  if (const auto focal_mm = jpeg->header().film_focal_mm) options.photo.film_focal_mm = *focal_mm;
   return tool_offset::AnalyseSheet({pixels.data(), frame->width, frame->height, 3, stride},
                                    pattern.plan, options);
 }

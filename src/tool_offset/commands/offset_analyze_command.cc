@@ -121,20 +121,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "behind a + those of the next sheet, printed anew")
       ->required();
   AddSheetChoice(*command, arguments->sheet);
-  command
-      ->add_option("--dpi", arguments->reading.dpi,
-                   "of the scan, or along a row and down the page; else as the file says. Only "
-                   "compared with what the sheet shows")
-      ->expected(1, 2)
-      ->check(NumberIn(20.0, 20000.0));
-  command->add_flag("--photo", arguments->reading.photo,
-                    "a phone's photo instead of a scan; without it, where the file states a focal "
-                    "length");
-  command
-      ->add_option("--film-focal", arguments->reading.film_focal_mm,
-                   "of a photo: focal length in mm as if on film of 35 mm; else as the file says, "
-                   "or from the box")
-      ->check(NumberIn(5.0, 1000.0));
+  AddReadingOptions(*command, arguments->reading);
   command
       ->add_option_function<double>(
           "--line-heights-um",

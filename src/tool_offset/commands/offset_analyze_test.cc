@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "machine/page/page_file.h"
 #include "machine/page/page_writer.h"
@@ -343,6 +346,129 @@ TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
   const CommandResult blurred = Trammel("offset analyze blurred.jpg --pattern photo.gcode");
   EXPECT_EQ(blurred.exit_code, 2);
   EXPECT_THAT(blurred.standard_error, AllOf(HasSubstr("blurred.jpg"), HasSubstr("6.0 px")));
+}
+
+// A JPEG without its APP1 segments: without EXIF, as browsers and messengers hand it on.
+std::string WithoutExif(const std::string& jpeg) {
+  const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(jpeg[at]); };
+  std::string kept = jpeg.substr(0, 2);
+  std::size_t at = 2;
+  while (byte(at) == 0xFF && byte(at + 1) != 0xDA) {
+    const std::size_t length = 2 + 256U * byte(at + 2) + byte(at + 3);
+    if (byte(at + 1) != 0xE1) kept += jpeg.substr(at, length);
+    at += length;
+  }
+  return kept + jpeg.substr(at);
+}
+
+// The same with FocalLengthIn35mmFilm 0, as many phones write it.
+std::string WithFilmFocalZero(std::string jpeg) {
+  const std::string tag("\x05\xA4\x03\x00\x01\x00\x00\x00", 8);  // one short, low byte first
+  std::size_t at = jpeg.find(tag);
+  if (at == std::string::npos) at = jpeg.find(std::string("\xA4\x05\x00\x03\x00\x00\x00\x01", 8));
+  EXPECT_NE(at, std::string::npos);
+  jpeg.replace(at + tag.size(), 2, 2, '\0');
+  return jpeg;
+}
+
+// An A4 page with the picture on it, as scan apps and printers' "save as PDF" make it.
+std::string AsPdf(const std::string& jpeg, int width, int height) {
+  constexpr double kWidth_pt = 595;
+  const double height_pt = kWidth_pt * height / width;
+  std::string pdf = "%PDF-1.4\n";
+  std::vector<std::size_t> at;
+  const auto add = [&](const std::string& object) {
+    at.push_back(pdf.size());
+    pdf += fmt::format("{} 0 obj\n{}\nendobj\n", at.size(), object);
+  };
+  add("<< /Type /Catalog /Pages 2 0 R >>");
+  add("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
+  add("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 595 842] /Contents 4 0 R /Resources << /XObject "
+      "<< /Im0 5 0 R >> >> >>");
+  const std::string draw = fmt::format("q {} 0 0 {} 0 20 cm /Im0 Do Q", kWidth_pt, height_pt);
+  add(fmt::format("<< /Length {} >>\nstream\n{}\nendstream", draw.size(), draw));
+  add(
+      fmt::format("<< /Type /XObject /Subtype /Image /Width {} /Height {} /ColorSpace /DeviceRGB "
+                  "/BitsPerComponent 8 /Filter /DCTDecode /Length {} >>\nstream\n{}\nendstream",
+                  width, height, jpeg.size(), jpeg));
+  const std::size_t table = pdf.size();
+  pdf += fmt::format("xref\n0 {}\n0000000000 65535 f \n", at.size() + 1);
+  for (const std::size_t offset : at) pdf += fmt::format("{:010} 00000 n \n", offset);
+  return pdf + fmt::format("trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
+                           at.size() + 1, table);
+}
+
+Page OnlyPage(const std::filesystem::path& path) {
+  auto pages = machine::ReadPages(path);
+  EXPECT_TRUE(pages && pages->size() == 1);
+  return pages ? std::move(pages->front()) : Page{};
+}
+
+// Browsers, messengers and scan apps take away what the camera wrote: it is a photo all the same.
+TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
+  tool_offset::SheetSettings settings = OfPla();
+  settings.for_photo = true;
+  WritePattern("bare.gcode", settings);
+  ASSERT_EQ(Trammel(fmt::format("sim sheet bare.gcode --photo --seed 16 --offset 1:{},{} --out "
+                                "phone.jpg",
+                                kDx_mm, kDy_mm))
+                .exit_code,
+            0);
+  const std::string phone = ReadWhole(Path("phone.jpg"));
+  WriteWhole(Path("bare.jpg"), WithoutExif(phone));
+  WriteWhole(Path("zero.jpg"), WithFilmFocalZero(phone));
+  Page picture = OnlyPage(Path("phone.jpg"));
+  WriteWhole(Path("app.pdf"), AsPdf(WithoutExif(phone), picture.width, picture.height));
+  picture.film_focal_mm = {};
+  ASSERT_TRUE(machine::WritePage(picture, Path("heic.png")));
+  const auto as_photo = [&](const std::string& file, const std::string& more) {
+    const CommandResult result =
+        Trammel(fmt::format("offset analyze {} --pattern bare.gcode --json {}", file, more));
+    EXPECT_EQ(result.exit_code, 0) << file << ": " << result.output;
+    return result.exit_code == 0 ? json::parse(result.standard_output) : json();
+  };
+  const json told = as_photo("bare.jpg", "--photo");
+  ASSERT_FALSE(told.is_null());
+  for (const char* file : {"bare.jpg", "zero.jpg", "app.pdf", "heic.png"}) {
+    const json found = as_photo(file, "");
+    ASSERT_FALSE(found.is_null()) << file;
+    ASSERT_FALSE(found["scans"][0]["photo"].is_null()) << file;
+    EXPECT_EQ(found["scans"][0]["photo"]["focal_stated"], false) << file;
+    EXPECT_EQ(found["tools"][0]["dx_mm"], told["tools"][0]["dx_mm"]) << file;
+    ExpectNear(found["tools"][0]["dy_mm"], found["tools"][0]["interval95_mm"]["dy"], kDy_mm);
+  }
+}
+
+// Drivers and editors lose the resolution: a scan shows by itself that it is one.
+TEST_F(OffsetAnalyze, KnowsAScanThatStatesNoResolution) {
+  Page page = OnlyPage(Path("a.png"));
+  page.dpi_x = page.dpi_y = {};
+  ASSERT_TRUE(machine::WritePage(page, Path("silent.tif")));
+  const CommandResult silent = Analyze("silent.tif --json");
+  ASSERT_EQ(silent.exit_code, 0) << silent.output;
+  const json found = json::parse(silent.standard_output);
+  EXPECT_TRUE(found["scans"][0]["photo"].is_null());
+  ExpectNear(found["tools"][0]["dx_mm"], found["tools"][0]["interval95_mm"]["dx"], kDx_mm);
+}
+
+// Every kth row is lost, as a fax has fewer of them: the sheet's box tells.
+TEST_F(OffsetAnalyze, NamesAPageWhoseRowsAndColumnsAreUnlike) {
+  const Page page = OnlyPage(Path("a.png"));
+  Page squeezed = page;
+  constexpr int kOf = 16;
+  squeezed.samples.clear();
+  squeezed.height = 0;
+  for (int y = 0; y < page.height; ++y) {
+    if (y % kOf == kOf - 1) continue;
+    const std::uint8_t* const row = page.view().row(y);
+    squeezed.samples.insert(squeezed.samples.end(), row, row + page.stride());
+    ++squeezed.height;
+  }
+  ASSERT_TRUE(machine::WritePage(squeezed, Path("fax.png")));
+  const CommandResult fax = Analyze("fax.png");
+  EXPECT_EQ(fax.exit_code, 2) << fax.output;
+  EXPECT_THAT(fax.standard_error,
+              AllOf(HasSubstr("squeezed"), HasSubstr("along a row"), HasSubstr("--dpi")));
 }
 
 }  // namespace

@@ -18,7 +18,6 @@
 #include "app/interrupt.h"
 #include "app/kept_copy.h"
 #include "app/new_folder.h"
-#include "app/number_range.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "files/new_file.h"
@@ -278,12 +277,7 @@ void AddOffsetMeasureCommand(CLI::App& parent, int& exit_code) {
                    "beside --out")
       ->check(CLI::ExistingDirectory);
   command->add_option("-o,--out", arguments->out, "new folder for scans and result");
-  command->add_flag("--photo", arguments->reading.photo,
-                    "these are a phone's photos; without it, where a file states a focal length");
-  command
-      ->add_option("--film-focal", arguments->reading.film_focal_mm,
-                   "of a photo: focal length in mm as if on film of 35 mm")
-      ->check(NumberIn(5.0, 1000.0));
+  AddReadingOptions(*command, arguments->reading);
   command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });
 }
 

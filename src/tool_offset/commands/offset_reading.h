@@ -1,6 +1,7 @@
 // Reads files with scans or photos of a sheet.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,10 +17,13 @@ struct ReadingOptions {
   std::vector<double> dpi =
       {};  ///< along a row and down the page, or both in one; empty: as stated
   double most_megapixels = 400;  ///< of a page
-  bool photo = false;            ///< also where the file states no focal length
-  std::optional<double> film_focal_mm = {};
+  bool photo = false;            ///< it is one; else it is told from the picture, or by dpi a scan
+  std::optional<double> film_focal_mm = {};  ///< of a photo
   tool_offset::RadialSpread spread = {};
 };
+
+/// Adds --dpi, --photo and --film-focal.
+void AddReadingOptions(CLI::App& command, ReadingOptions& options);
 
 struct ReadScan {
   report::OffsetScan scan;

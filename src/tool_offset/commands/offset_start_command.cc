@@ -16,7 +16,6 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/new_folder.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
@@ -413,13 +412,7 @@ void AddOffsetStartCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::IsMember(
           std::set<std::string>{procedure::kMoveQuestion, procedure::kPaperQuestion,
                                 procedure::kApplyQuestion, procedure::kKeepQuestion}));
-  command->add_flag("--photo", arguments->reading.photo,
-                    "what comes is a phone's photo; without it, where the file states a focal "
-                    "length");
-  command
-      ->add_option("--film-focal", arguments->reading.film_focal_mm,
-                   "of a photo: focal length in mm as if on film of 35 mm")
-      ->check(NumberIn(5.0, 1000.0));
+  AddReadingOptions(*command, arguments->reading);
   command->callback([arguments, &exit_code] { exit_code = RunStart(*arguments); });
 }
 

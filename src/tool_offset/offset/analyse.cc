@@ -13,6 +13,7 @@
 #include "tool_offset/reading/comb_fit.h"
 #include "tool_offset/reading/foreign_ink.h"
 #include "tool_offset/reading/original_finder.h"
+#include "tool_offset/reading/page_kind.h"
 #include "tool_offset/reading/photo_checks.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
@@ -198,13 +199,12 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
 }
 
 void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
-  constexpr double kWrong = 0.02;
-  const PageMap& map = result.sheet.map;
-  result.page_dpi_x = 25.4 * std::hypot(map.u_px_mm.x_px, map.v_px_mm.x_px);
-  result.page_dpi_y = 25.4 * std::hypot(map.u_px_mm.y_px, map.v_px_mm.y_px);
+  const Resolution shown = ShownResolution(result.sheet.map);
+  result.page_dpi_x = shown.x;
+  result.page_dpi_y = shown.y;
   if (result.photo) return;  // what a camera's file states is of no page
   const auto differs = [](const std::optional<double>& stated, double found) {
-    return stated && !(std::abs(*stated / found - 1) < kWrong);
+    return stated && !(std::abs(*stated / found - 1) < kSameResolution);
   };
   if (!differs(options.dpi_x, result.page_dpi_x) && !differs(options.dpi_y, result.page_dpi_y)) {
     return;
@@ -231,6 +231,37 @@ std::optional<std::string> TooCoarse(const SheetPlan& plan, const PageMap& map) 
       dpi, least_dpi);
 }
 
+constexpr const char* kNoOriginalPhoto =
+    "a photo of a sheet of the original generator is not read: put it on a scanner, or print a "
+    "sheet with trammel offset pattern --for-photo";
+
+/// What words are for before the sheet is seen: a photo where anything speaks for one.
+PageKind LikelyKind(const PageView& page, const SheetPlan& plan, const AnalyseOptions& options) {
+  if (options.kind) return *options.kind;
+  const bool stated = options.dpi_x.has_value() || plan.original;
+  const bool camera = options.photo.film_focal_mm || IsStoredSize(page.width, page.height);
+  return camera && !stated ? PageKind::kPhoto : PageKind::kScan;
+}
+
+/// The sheet on the page, and whether it is a scan or a photo.
+Result<PageKind> FindSheetAndKind(const PageView& page, const SheetPlan& plan,
+                                  const AnalyseOptions& options, SheetOnPage& found) {
+  if (options.kind == PageKind::kPhoto && plan.original) return Fail(kNoOriginalPhoto);
+  auto sheet = plan.original ? FindOriginalSheet(page, plan)
+                             : FindSheet(page, plan, LikelyKind(page, plan, options));
+  if (!sheet) return tl::unexpected(sheet.error());
+  found = std::move(*sheet);
+  if (options.kind) return *options.kind;
+  const StatedOfPage stated{options.dpi_x, options.dpi_y, options.photo.film_focal_mm.has_value()};
+  const KindSigns signs = SignsOf(page, found.map, stated);
+  const auto kind = KindBy(signs, stated, plan.settings.for_photo);
+  if (!kind) return Fail(WhyNoKind(signs), ErrorKind::kMeasurement);
+  if (*kind == PageKind::kPhoto && plan.original) {
+    return Fail(kNoOriginalPhoto, ErrorKind::kMeasurement);
+  }
+  return *kind;
+}
+
 /// How the photo was taken, and the sheet's map.
 Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
                               const PhotoSource& source, SheetOnPage& sheet) {
@@ -250,18 +281,11 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
   /// Beside the box: how far a tool is looked for, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
-  if (options.photo && plan.original) {
-    return Fail(
-        "a photo of a sheet of the original generator is not read: put it on a scanner, or print a "
-        "sheet with trammel offset pattern --for-photo");
-  }
-  const PageKind kind = options.photo ? PageKind::kPhoto : PageKind::kScan;
-  auto sheet = plan.original ? FindOriginalSheet(page, plan) : FindSheet(page, plan, kind);
-  if (!sheet) return tl::unexpected(sheet.error());
   SheetResult result;
-  result.sheet = std::move(*sheet);
-  if (options.photo) {
-    auto photo = ReadPhoto(page, plan, *options.photo, result.sheet);
+  const auto kind = FindSheetAndKind(page, plan, options, result.sheet);
+  if (!kind) return tl::unexpected(kind.error());
+  if (*kind == PageKind::kPhoto) {
+    auto photo = ReadPhoto(page, plan, options.photo, result.sheet);
     if (!photo) return tl::unexpected(photo.error());
     result.photo = *photo;
   } else if (const auto why = TooCoarse(plan, result.sheet.map)) {

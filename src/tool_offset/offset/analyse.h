@@ -14,14 +14,15 @@ struct AnalyseOptions {
   /// Dots per inch that the file or the user states; only compared with what the sheet says.
   std::optional<double> dpi_x;
   std::optional<double> dpi_y;
-  /// Given for a camera's picture of the sheet instead of a scan.
-  std::optional<PhotoSource> photo = {};
+  std::optional<PageKind> kind = PageKind::kScan;  ///< absent: told from the picture
+  PhotoSource photo = {};                          ///< of a photo
 };
 
 /// Finds the sheet on the page, reads every tool's combs and fits them together.
 ///
 /// A tool that did not print, is too faint or cannot be told from its surroundings is refused by
-/// name in its own reading; so is a structure. Fails only where the sheet itself cannot be used.
+/// name in its own reading; so is a structure. Fails only where the sheet itself cannot be used, or
+/// where nobody says whether it is a scan or a photo and both may be.
 /// Offsets that bring teeth to touch are read from the coarse mark and carry a notice.
 /// @param plan  of the sheet that was printed.
 /// Accuracy: below 0.1 µm on a clean drawn scan; with scatter s of each leg and n teeth, an

@@ -11,7 +11,7 @@ namespace trammel::tool_offset {
 /// or colour show themselves (SheetModel).
 /// @param photos  of the same print and plan, with the same camera; at least one. Each was read
 /// with
-///                AnalyseOptions::photo.
+///                as a photo.
 /// @returns the first one's reading, with everybody's answers.
 [[nodiscard]] SheetResult JoinPhotos(const SheetPlan& plan, std::span<const SheetResult> photos);
 

@@ -14,7 +14,7 @@ namespace trammel::tool_offset {
 
 /// How far apart a scanner's two axes may be in scale.
 inline constexpr double kAnisotropy = 0.04;
-/// The same of a picture seen from aslant: 40 degrees.
+/// The same of a picture seen from aslant, by 40 degrees, or squeezed, as a fax is.
 inline constexpr double kSlantedAnisotropy = 0.28;
 /// A part of each side where the box's lines must be found.
 inline constexpr double kSideFound = 0.6;

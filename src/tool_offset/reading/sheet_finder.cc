@@ -115,15 +115,14 @@ Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetP
 }
 
 Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPlan& plan,
-                     const BoxCandidate& candidate, int threshold, PageKind kind) {
-  const double most_ratio = kind == PageKind::kPhoto ? kSlantedAnisotropy : kAnisotropy;
+                     const BoxCandidate& candidate, int threshold) {
   Attempt best;
   const ChannelMix mix = MixOfSides(small, candidate, threshold);
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
     const auto start = StartMap(small, candidate, side, plan);
     if (!start) continue;
     const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
-    if (std::abs(std::log(ratio)) > most_ratio) continue;
+    if (std::abs(std::log(ratio)) > kSlantedAnisotropy) continue;
     const BoxFit box = FitBox(page, mix, plan, *start);
     const bool found = *std::min_element(box.support.begin(), box.support.end()) >= kSideFound;
     Attempt attempt = found ? ReadBox(page, plan, box, mix) : Attempt{};
@@ -154,7 +153,7 @@ struct Search {
 };
 
 Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
-                bool widened, PageKind kind) {
+                bool widened) {
   constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
   constexpr int kMostTried = 20;  // a page full of frames is no sheet
   Search search;
@@ -167,7 +166,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
     if (known) continue;
     Attempt attempt;
     if (candidate.sides() == 4 && ++tried <= kMostTried) {
-      attempt = TryCandidate(page, small, plan, candidate, threshold, kind);
+      attempt = TryCandidate(page, small, plan, candidate, threshold);
       if (attempt.finding >= Finding::kOther) {
         ++search.sheets;
         read.push_back(candidate);
@@ -282,7 +281,7 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan, PageK
       const int threshold = std::max(kLowest, static_cast<int>(part * strength));
       if (threshold >= last_threshold || best.finding >= Finding::kOther) break;
       last_threshold = threshold;
-      Search search = SearchAt(page, small, plan, threshold, widened, kind);
+      Search search = SearchAt(page, small, plan, threshold, widened);
       if (search.sheets > 1) {
         return Fail(
             fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),

@@ -28,15 +28,17 @@ struct SheetOnPage {
   int quarter_turns = 0;       ///< the same to the nearest quarter turn, 0 … 3
 };
 
-/// From where the page is seen.
+/// What a picture of the sheet is.
 enum class PageKind {
   kScan,
-  kPhoto,  ///< aslant, up to about 40 degrees
+  kPhoto,
 };
 
 /// Finds the box, its lines and the code.
 ///
-/// Any resolution from about 300 dpi, any angle; dark on light, light on dark or in colour.
+/// Any resolution from about 300 dpi, any angle; dark on light, light on dark or in colour; seen
+/// aslant up to about 40 degrees.
+/// @param kind  for the words of a failure
 /// Fails, with what to do about it, where there is no box or only a part of one, more than one
 /// sheet, another sheet, a mirrored scan, or a code that cannot be read.
 [[nodiscard]] Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan,

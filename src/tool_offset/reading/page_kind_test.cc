@@ -1,0 +1,129 @@
+#include "tool_offset/reading/page_kind.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace trammel::tool_offset {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kHalf_mm = 75;
+
+/// A sheet seen straight from above, and what the picture's file states.
+struct Seen {
+  int width_px = 2480;
+  int height_px = 3508;
+  double dpi_x = 300.5;  ///< that the sheet shows
+  double dpi_y = 300.5;
+  double aslant = 0;     ///< perspective
+  double barrel_mm = 0;  ///< of all four sides
+  StatedOfPage stated = {};
+};
+
+PageMap MapOf(const Seen& seen) {
+  PageMap map;
+  map.half_width_mm = map.half_height_mm = kHalf_mm;
+  map.u_px_mm = {seen.dpi_x / 25.4, 0};
+  map.v_px_mm = {0, -seen.dpi_y / 25.4};
+  map.lean_per_mm = {seen.aslant / (2 * kHalf_mm), 0};
+  map.bend_mm[kLeft][2] = map.bend_mm[kBottom][2] = seen.barrel_mm;
+  map.bend_mm[kRight][2] = map.bend_mm[kTop][2] = -seen.barrel_mm;
+  return map;
+}
+
+KindSigns SignsOf(const Seen& seen) {
+  return SignsOf({nullptr, seen.width_px, seen.height_px, 1, seen.width_px}, MapOf(seen),
+                 seen.stated);
+}
+
+/// "scan", "photo" or "either".
+std::string KindOf(const Seen& seen, bool for_photo = false) {
+  const auto kind = KindBy(SignsOf(seen), seen.stated, for_photo);
+  if (!kind) return "either";
+  return *kind == PageKind::kScan ? "scan" : "photo";
+}
+
+TEST(PageKind, AScannersOwnFileIsAScan) {
+  Seen scan;
+  for (const double dpi : {150.0, 213.0, 300.0, 600.0, 4800.0}) {
+    scan.dpi_x = scan.dpi_y = 1.005 * dpi;
+    scan.stated = {dpi, dpi, false};
+    EXPECT_EQ(KindOf(scan), "scan") << dpi;
+    EXPECT_EQ(KindOf(scan, true), "scan") << dpi;  // a sheet for photos may be scanned, too
+  }
+  // A fax has other rows than columns, and states both.
+  scan.dpi_x = 204;
+  scan.dpi_y = 196;
+  scan.stated = {204, 196, false};
+  EXPECT_EQ(KindOf(scan), "scan");
+  // In a size that cameras store.
+  scan = {4032, 3024, 400.5, 400.5, 0, 0, {400, 400, false}};
+  EXPECT_EQ(KindOf(scan), "scan");
+}
+
+TEST(PageKind, AScanWithoutItsResolutionIsOneInAScannersResolution) {
+  EXPECT_EQ(KindOf({}), "scan");
+  Seen cropped;
+  cropped.width_px = 2011;
+  cropped.height_px = 1937;
+  EXPECT_EQ(KindOf(cropped), "scan");
+  cropped.stated = {72, 72, false};  // of an editor
+  EXPECT_EQ(KindOf(cropped), "scan");
+}
+
+TEST(PageKind, APhotoWithoutTheCamerasDataIsOne) {
+  Seen photo{4032, 3024, 391, 392, 0.02, 0, {}};
+  EXPECT_EQ(KindOf(photo), "photo");
+  photo.stated = {72, 72, false};  // that JPEGs state of nothing
+  EXPECT_EQ(KindOf(photo), "photo");
+  photo.aslant = 0.001;  // straight from above
+  EXPECT_EQ(KindOf(photo), "photo");
+  // By chance with a resolution that scanners have: the sheet was laid out for a photo.
+  photo.dpi_x = 396.5;
+  photo.dpi_y = 397;
+  EXPECT_EQ(KindOf(photo, true), "photo");
+  EXPECT_EQ(KindOf(photo, false), "either");
+  photo.barrel_mm = 0.2;  // a lens
+  EXPECT_EQ(KindOf(photo, false), "photo");
+  // Cropped.
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.02, 0, {}}), "photo");
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.005, 0, {}}), "photo");
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.001, 0, {}}), "either");
+}
+
+TEST(PageKind, ACamerasFocalLengthMakesItAPhotoButForAScannersFile) {
+  EXPECT_EQ(KindOf({3011, 2777, 300.5, 300.5, 0, 0, {{}, {}, true}}), "photo");
+  EXPECT_EQ(KindOf({2480, 3508, 300.5, 300.5, 0, 0, {300, 300, true}}), "either");
+}
+
+// What a scan app made square again, of the size of the paper.
+TEST(PageKind, APageWhoseResolutionFitsAndThatIsNotFlatMayBeEither) {
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.005, 0, {200, 200, false}}), "either");
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.001, 0.2, {200, 200, false}}), "either");
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.02, 0, {200, 200, false}}), "photo");
+}
+
+TEST(PageKind, SqueezedPagesAreNamedAsSuch) {
+  const Seen fax{2480, 3297, 300, 282, 0, 0, {300, 300, false}};
+  EXPECT_EQ(KindOf(fax), "either");
+  EXPECT_THAT(WhyNoKind(SignsOf(fax)),
+              AllOf(HasSubstr("squeezed"), HasSubstr("--dpi 300 282"), Not(HasSubstr("photo"))));
+  // Aslant by 20 degrees as well, but seen so.
+  EXPECT_EQ(KindOf({4032, 3024, 400, 376, 0.1, 0, {}}), "photo");
+}
+
+TEST(PageKind, TheQuestionNamesWhatWasSeenAndHowToAnswer) {
+  EXPECT_THAT(WhyNoKind(SignsOf(Seen{4032, 3024, 396.5, 397, 0.001, 0, {}})),
+              AllOf(HasSubstr("cannot tell whether it is a scan or a photo"),
+                    HasSubstr("396 x 397 dpi, which the file does not state"),
+                    HasSubstr("cameras store"), HasSubstr("--photo"), HasSubstr("--dpi 397")));
+}
+
+}  // namespace
+}  // namespace trammel::tool_offset
