@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "pressure_advance/files/pattern_prints.h"
 #include "pressure_advance/photo/photo_test_support.h"
 #include "support/analyze_result.h"
 
@@ -26,6 +28,7 @@ using test::AnalyzeToJson;
 using test::ExpectRefused;
 using test::ExpectRefusedInWords;
 using test::ExpectRejected;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -135,6 +138,67 @@ TEST_F(AnalyzePhoto, ReadsThePatternForAPhotoAnyWayUp) {
   }
 }
 
+// A list that was printed, and is not that of the usual pattern: guessed, it would answer 0.0411 s.
+TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
+  fs::create_directories(folder() / "state");
+  ASSERT_EQ(setenv("XDG_STATE_HOME", (folder() / "state").c_str(), 1), 0);
+  ASSERT_EQ(
+      test::RunTrammel("pa pattern --material abs --photo --pa 0:0.05:0.0025", folder()).exit_code,
+      0);
+  const auto photo = test::RunTrammel(
+      "sim photo pattern.gcode --seed 4 --size 1080x1440 --pressure-advance 0.02 --out photo.jpg",
+      folder());
+  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  fs::create_directories(folder() / "downloads");
+  fs::rename(folder() / "photo.jpg", folder() / "downloads" / "photo.jpg");
+  // Neither beside a plan nor after a print that is noted.
+  for (const char* options : {"", " --photo", " --from bottom"}) {
+    ExpectRejected("downloads/photo.jpg" + std::string(options), folder(),
+                   {"cannot tell which values", "photo.jpg", "--plan", "--pa"});
+  }
+  // Beside its plan.
+  const auto beside = folder() / "downloads" / "pattern.plan.json";
+  fs::copy_file(folder() / "pattern.plan.json", beside);
+  for (const char* options : {"", " --photo"}) {
+    const json answer = AnalyzeToJson("downloads/photo.jpg" + std::string(options), folder());
+    ExpectAnswer(answer, 0.02);
+    EXPECT_THAT(answer.at("notices").dump(),
+                AllOf(HasSubstr("21 from 0 to 0.05 s"), HasSubstr("pattern.plan.json")));
+  }
+  // The same plan twice is one; two lists are none.
+  fs::copy_file(beside, folder() / "downloads" / "copy.plan.json");
+  ExpectAnswer(AnalyzeToJson("downloads/photo.jpg", folder()), 0.02);
+  ASSERT_EQ(
+      test::RunTrammel("pa pattern --material abs --photo --out downloads/other.gcode", folder())
+          .exit_code,
+      0);
+  ExpectRejected("downloads/photo.jpg", folder(),
+                 {"cannot tell which values", "copy.plan.json and other.plan.json", "--plan"});
+  fs::remove(folder() / "downloads" / "other.plan.json");
+  // A plan that no photo can be of says why.
+  fs::remove(beside);
+  test::WriteWhole(folder() / "downloads" / "copy.plan.json", "{}");
+  ExpectRejected("downloads/photo.jpg", folder(), {"copy.plan.json", "format is missing"});
+  fs::remove(folder() / "downloads" / "copy.plan.json");
+  // The last print that is noted, unless the photo is older.
+  const auto note = [&](const char* utc, const std::string& printer, const fs::path& run) {
+    const auto written =
+        files::NotePatternPrint(folder() / "state" / "trammel" / files::kPatternPrintsFile,
+                                {utc, printer, run.string(), "", true, {}});
+    ASSERT_TRUE(written) << written.error().message;
+  };
+  fs::create_directories(folder() / "state" / "trammel");
+  note("2026-01-02T00:00:00Z", "voron", folder());
+  const json printed = AnalyzeToJson("downloads/photo.jpg", folder());
+  ExpectAnswer(printed, 0.02);
+  EXPECT_THAT(printed.at("notices").dump(),
+              AllOf(HasSubstr("21 from 0 to 0.05 s"), HasSubstr("of the last print")));
+  note("2999-01-02T00:00:00Z", "voron", folder());
+  ExpectRejected("downloads/photo.jpg", folder(),
+                 {"cannot tell which values", "older than the pattern's last print"});
+  unsetenv("XDG_STATE_HOME");
+}
+
 TEST_F(AnalyzePhoto, RejectsPlansThatCannotBe) {
   Write(cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(90)));
   ExpectRejected("photo.jpg --plan none.plan.json", folder(), {"none.plan.json", "no such file"});
@@ -215,7 +279,6 @@ TEST_F(AnalyzePhoto, CountsLinesAgainstValues) {
   Write(ToMat(Draw(drawn_)));
   ExpectRefused("photo.jpg --pa 0,0.06", folder(), {"found 13 lines", "2 values"});
   ExpectRefused("photo.jpg --pa 0:0.065:0.005", folder(), {"found 13 lines", "14 values"});
-  ExpectRefused("photo.jpg", folder(), {"found 13 lines", "21 values"});
 }
 
 TEST_F(AnalyzePhoto, NamesTheLinesRoundAHoleByTheirPlaces) {
@@ -244,22 +307,25 @@ TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {
 TEST_F(AnalyzePhoto, RejectsFilesThatAreNoPicture) {
   const fs::path photo = folder() / "photo.jpg";
   test::WriteWhole(photo, "dear diary");
-  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "neither a JPEG nor a PNG"});
+  ExpectRejected("photo.jpg " + std::string(kPa), folder(),
+                 {"photo.jpg", "neither a JPEG nor a PNG"});
   test::WriteWhole(photo, "");
-  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "empty"});
+  ExpectRejected("photo.jpg " + std::string(kPa), folder(), {"photo.jpg", "empty"});
   ExpectRejected("missing.jpg", folder(), {"missing.jpg", "no such file"});
   Write(ToMat(Draw(drawn_)));
   const std::string whole = test::ReadWhole(photo);
   test::WriteWhole(photo, whole.substr(0, whole.size() / 2));
-  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "ends before the picture does"});
+  ExpectRejected("photo.jpg " + std::string(kPa), folder(),
+                 {"photo.jpg", "ends before the picture does"});
   test::WriteWhole(photo, whole.substr(0, 20));
-  ExpectRejected("photo.jpg", folder(), {"photo.jpg"});
+  ExpectRejected("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
   // A few bytes that ask for 30 GB.
   Write(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9)), "photo.png");
   std::string bomb = test::ReadWhole(folder() / "photo.png");
   bomb.replace(16, 8, std::string("\0\1\x86\xa0\0\1\x86\xa0", 8));
   test::WriteWhole(folder() / "photo.png", bomb);
-  ExpectRejected("photo.png", folder(), {"photo.png", "100000 x 100000", "shrink"});
+  ExpectRejected("photo.png " + std::string(kPa), folder(),
+                 {"photo.png", "100000 x 100000", "shrink"});
 }
 
 TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
@@ -281,10 +347,11 @@ TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
       {"--pa 0,,0.1", {"--pa", "not a number"}},
       {"--pa zero", {"--pa", "zero"}},
       {"--pa 0,0.01,0.01,0.02", {"--pa", "0.01", "twice"}},
-      {"--segments 0.1:10,0.6:100,0.2:10", {"--segments", "0.9", "sum to 1"}},
-      {"--segments nan:10,0.6:100,0.3:10", {"--segments", "nan:10"}},
-      {"--segments 0.1:-10,0.6:100,0.3:10", {"--segments", "0.1:-10"}},
-      {"--segments 0.1,0.6,0.3", {"--segments", "FRACTION:SPEED"}},
+      {"--pa 0:0.06:0.005 --segments 0.1:10,0.6:100,0.2:10", {"--segments", "0.9", "sum to 1"}},
+      {"--pa 0:0.06:0.005 --segments nan:10,0.6:100,0.3:10", {"--segments", "nan:10"}},
+      {"--pa 0:0.06:0.005 --segments 0.1:-10,0.6:100,0.3:10", {"--segments", "0.1:-10"}},
+      {"--pa 0:0.06:0.005 --segments 0.1,0.6,0.3", {"--segments", "FRACTION:SPEED"}},
+      {"--segments 0.1:10,0.6:100,0.3:10", {"--segments", "--pa"}},
       {"--from middle", {"--from", "middle", "bottom, top, left or right"}},
       {"--start 3", {"--start", "3", "bottom, top, left or right"}},
       {"--method magic", {"--method", "magic", "response or deviation"}},

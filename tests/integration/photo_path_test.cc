@@ -146,14 +146,27 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
 }
 
-TEST_F(PhotoPath, OfAPatternThatSomebodyPrintedByHandTheAnswerSaysSo) {
-  const ProcessEnd written = shop_.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"});
+// Nothing is noted, so that nobody knows its values: the plan is named, or lies beside the photo.
+TEST_F(PhotoPath, APatternThatSomebodyPrintedByHandIsMeasuredByItsPlanAlone) {
+  const ProcessEnd written =
+      shop_.Run({"pa", "pattern", "--photo", "--pa", "0:0.08:0.004", "--out", "pattern.gcode"});
   ASSERT_EQ(written.exit_code, 0) << written.standard_error;
   Upload("by hand.jpg", PhotoOf("."));
-  const ProcessEnd measured = Run({"pa", "photo", "--out", "recordings/by-hand"});
+  const ProcessEnd guessed = Run({"pa", "photo", "--out", "recordings/guessed"});
+  EXPECT_EQ(guessed.exit_code, 1);
+  EXPECT_THAT(guessed.standard_error,
+              AllOf(HasSubstr("cannot tell which values"), HasSubstr("--plan")));
+  const ProcessEnd named =
+      Run({"pa", "photo", "--plan", "pattern.plan.json", "--out", "recordings/by-hand"});
+  ASSERT_EQ(named.exit_code, 0) << named.standard_error;
+  const auto plan = files::ReadWholeFile(shop_.folder() / "pattern.plan.json", kMostBytes);
+  ASSERT_TRUE(plan);
+  Upload("pattern.plan.json", *plan);
+  const ProcessEnd measured =
+      Run({"pa", "photo", "--file", "by hand.jpg", "--out", "recordings/beside"});
   ASSERT_EQ(measured.exit_code, 0) << measured.standard_error;
-  EXPECT_THAT(measured.standard_output, HasSubstr("No print of this pattern is noted: look whether "
-                                                  "by hand.jpg is its photo"));
+  EXPECT_THAT(measured.standard_output,
+              AllOf(HasSubstr("from 0 to 0.08 s"), HasSubstr("pattern.plan.json, beside it")));
 }
 
 TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
@@ -187,8 +200,9 @@ TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
 
 TEST(PhotoPathByWebcam, APictureWithoutThePatternIsKeptAndRefused) {
   const MachineShop shop;
-  const ProcessEnd seen =
-      shop.Run({"pa", "photo", "--webcam", "--printer", shop.address(), "--out", "seen"});
+  ASSERT_EQ(shop.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"}).exit_code, 0);
+  const ProcessEnd seen = shop.Run({"pa", "photo", "--webcam", "--plan", "pattern.plan.json",
+                                    "--printer", shop.address(), "--out", "seen"});
   EXPECT_EQ(seen.exit_code, 2) << seen.standard_error;
   EXPECT_THAT(seen.standard_output, HasSubstr("refused"));
   EXPECT_TRUE(std::filesystem::exists(shop.folder() / "seen/photo.jpg"));

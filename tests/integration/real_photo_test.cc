@@ -35,6 +35,9 @@ using test::kHalfStep_s;
 using test::kLines;
 using test::kPhotos;
 using test::kStep_s;
+
+// What all four were printed with: kLines values, kStep_s apart.
+constexpr const char* kLabels = "--pa 0:0.1:0.005";
 using test::RealPhoto;
 
 class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
@@ -48,7 +51,7 @@ class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
     ASSERT_TRUE(fs::is_regular_file(file_)) << file_;
   }
   /// `trammel pa analyze` of the photo as it is.
-  [[nodiscard]] json Analyze(const std::string& options = "") const {
+  [[nodiscard]] json Analyze(const std::string& options = kLabels) const {
     return test::AnalyzeToJson("'" + file_.string() + "' " + options, folder_.path());
   }
   /// The same of another picture.
@@ -263,7 +266,8 @@ TEST_P(RealPhotos, AnswerStaysHoweverThePhotoIsStored) {
   const cv::Mat picture = Picture();
   const std::vector<Change> changes = Changes();
   for (std::size_t i = Place(); i < changes.size(); i += std::size(kPhotos)) {
-    const json answer = AnalyzePicture(changes[i].apply(picture), changes[i].options);
+    const json answer =
+        AnalyzePicture(changes[i].apply(picture), std::string(kLabels) + " " + changes[i].options);
     ASSERT_EQ(answer.at("verdict"), "good") << changes[i].name << answer.at("reason");
     EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(),
                 reference.at("pressure_advance_s").get<double>(),
@@ -280,13 +284,13 @@ TEST_P(RealPhotos, AnswerIsRightHoweverThePhotoWasTaken) {
   const cv::Mat picture = Picture();
   const std::vector<test::Distortion> distortions = test::CommonDistortions();
   for (std::size_t at = Place() + 1; at < distortions.size(); at += kEvery) {
-    const json answer = AnalyzePicture(distortions[at].apply(picture), "");
+    const json answer = AnalyzePicture(distortions[at].apply(picture), kLabels);
     if (answer.at("verdict") != "good") continue;
     EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s)
         << distortions[at].name;
   }
   for (const double degrees : {2.0, 180.0}) {
-    const json answer = AnalyzePicture(test::Turned(picture, degrees, false), "");
+    const json answer = AnalyzePicture(test::Turned(picture, degrees, false), kLabels);
     ASSERT_EQ(answer.at("verdict"), "good") << degrees << answer.at("reason");
     EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s) << degrees;
   }

@@ -16,6 +16,7 @@
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -27,8 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using pressure_advance::Method;
 using pressure_advance::PhotoSide;
-
-constexpr const char* kDefaultPhotoPa = "0:0.1:0.005";
 
 struct AnalyzeArguments {
   std::string path;
@@ -58,40 +57,64 @@ Result<void> CheckDuplicates(const std::string& source, std::vector<double> valu
                           source, *twice));
 }
 
-// Values and segments from --plan, or from --pa and --segments.
-Result<PhotoPlan> LinesOf(const AnalyzeArguments& arguments) {
-  if (!arguments.plan.empty()) return ReadPhotoPlan(arguments.plan);
-  PhotoPlan plan;
-  plan.corner_mark = arguments.photo;
-  auto values = ParsePressureAdvances(arguments.pa.empty() ? kDefaultPhotoPa : arguments.pa);
-  if (!values) return tl::unexpected(values.error());
-  plan.pressure_advance_s = std::move(*values);
-  if (!arguments.segments.empty()) {
-    auto segments = ParseSegments(arguments.segments);
-    if (!segments) return tl::unexpected(segments.error());
-    plan.segments = std::move(*segments);
-  }
-  return plan;
-}
+// The sides of the photo at which the first line lies, and the lines' starts.
+struct Sides {
+  std::optional<PhotoSide> from;
+  std::optional<PhotoSide> start;
+};
 
-Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
-  Result<PhotoPlan> plan = LinesOf(arguments);
-  if (!plan) return plan;
-  const bool from_file = !arguments.plan.empty();
-  if (auto distinct =
-          CheckDuplicates(from_file ? arguments.plan : "--pa", plan->pressure_advance_s);
-      !distinct) {
-    return tl::unexpected(distinct.error());
-  }
+Result<Sides> SidesOf(const AnalyzeArguments& arguments) {
+  Sides sides;
   if (!arguments.from.empty()) {
     const auto from = ParseSide("--from", arguments.from);
     if (!from) return tl::unexpected(from.error());
-    plan->from = *from;
+    sides.from = *from;
   }
   if (!arguments.start.empty()) {
     const auto start = ParseSide("--start", arguments.start);
     if (!start) return tl::unexpected(start.error());
-    plan->start = *start;
+    sides.start = *start;
+  }
+  return sides;
+}
+
+// Values and segments from --plan, or from --pa and --segments, else from the plan that is found.
+Result<FoundPlan> LinesOf(const AnalyzeArguments& arguments) {
+  if (arguments.plan.empty() && arguments.pa.empty()) return FindPlanOf(arguments.path);
+  if (!arguments.plan.empty()) {
+    auto plan = ReadPhotoPlan(arguments.plan);
+    if (!plan) return tl::unexpected(plan.error());
+    return FoundPlan{std::move(*plan), ""};
+  }
+  FoundPlan found;
+  found.plan.corner_mark = arguments.photo;
+  auto values = ParsePressureAdvances(arguments.pa);
+  if (!values) return tl::unexpected(values.error());
+  found.plan.pressure_advance_s = std::move(*values);
+  if (arguments.segments.empty()) {
+    found.notice = "no --segments were given: 0.1:10,0.6:100,0.3:10 was taken";
+    return found;
+  }
+  auto segments = ParseSegments(arguments.segments);
+  if (!segments) return tl::unexpected(segments.error());
+  found.plan.segments = std::move(*segments);
+  return found;
+}
+
+Result<FoundPlan> PlanOf(const AnalyzeArguments& arguments) {
+  const auto sides = SidesOf(arguments);
+  if (!sides) return tl::unexpected(sides.error());
+  Result<FoundPlan> found = LinesOf(arguments);
+  if (!found) return found;
+  PhotoPlan* const plan = &found->plan;
+  plan->from = sides->from;
+  plan->start = sides->start;
+  const std::string source = !arguments.plan.empty() ? arguments.plan
+                             : arguments.pa.empty()  ? std::string("the plan")
+                                                     : std::string();
+  if (auto distinct = CheckDuplicates(source.empty() ? "--pa" : source, plan->pressure_advance_s);
+      !distinct) {
+    return tl::unexpected(distinct.error());
   }
   pressure_advance::LineMotion motion;
   motion.segments = plan->segments;
@@ -99,9 +122,9 @@ Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
       pressure_advance::PlanTransitions(motion, pressure_advance::PositionUnit::kLineLength, 0);
   if (!windows) {
     return Fail(
-        fmt::format("{}: {}", from_file ? arguments.plan : "--segments", windows.error().message));
+        fmt::format("{}: {}", source.empty() ? "--segments" : source, windows.error().message));
   }
-  return plan;
+  return found;
 }
 
 Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
@@ -132,17 +155,10 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
     if (arguments.photo) return Fail(fmt::format("--photo: {} is a recording", path.string()));
     return AnalyseRecording(path, method);
   }
-  const Result<PhotoPlan> plan = PlanOf(arguments);
-  if (!plan) return tl::unexpected(plan.error());
-  Result<AnalysisRun> run = AnalysePhoto(path, *plan, method);
-  if (!run || !arguments.plan.empty() || arguments.photo) return run;
-  if (arguments.segments.empty()) {
-    run->analysis.notices.push_back("no --segments were given: 0.1:10,0.6:100,0.3:10 was taken");
-  }
-  if (arguments.pa.empty()) {
-    run->analysis.notices.push_back(
-        fmt::format("no --pa was given: {} was taken", kDefaultPhotoPa));
-  }
+  const Result<FoundPlan> found = PlanOf(arguments);
+  if (!found) return tl::unexpected(found.error());
+  Result<AnalysisRun> run = AnalysePhoto(path, found->plan, method);
+  if (run && !found->notice.empty()) run->analysis.notices.push_back(found->notice);
   return run;
 }
 
@@ -175,16 +191,16 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--force", arguments->output.files.force, "overwrite files");
   CLI::Option* plan = command->add_option(
       "--plan", arguments->plan,
-      "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments");
+      "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments. Without it "
+      "and --pa, the one beside the photo, else that of the last pa print --photo");
+  CLI::Option* pa = command
+                        ->add_option("--pa", arguments->pa,
+                                     "photo: PA of the lines in s, START:END:STEP or a,b,c")
+                        ->excludes(plan);
   command
-      ->add_option("--pa", arguments->pa,
-                   fmt::format("photo: PA of the lines in s, START:END:STEP or a,b,c (default {})",
-                               kDefaultPhotoPa))
-      ->excludes(plan);
-  command
-      ->add_flag(
-          "--photo", arguments->photo,
-          "photo: of the pattern that pa pattern --photo wrote; its values, segments and mark")
+      ->add_flag("--photo", arguments->photo,
+                 "photo: with --pa, of a pattern that was printed with --photo: its filled corner "
+                 "shows which way it lies")
       ->excludes(plan);
   command->add_option("--from", arguments->from,
                       "photo: side at which the first line lies; found where the slow ends differ");
@@ -193,8 +209,9 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
       "photo: side at which the lines were begun; found where the slow ends differ");
   command
       ->add_option("--segments", arguments->segments,
-                   "photo: FRACTION:SPEED,... (default 0.1:10,0.6:100,0.3:10)")
-      ->excludes(plan);
+                   "photo: FRACTION:SPEED,... (with --pa; default 0.1:10,0.6:100,0.3:10)")
+      ->excludes(plan)
+      ->needs(pa);
   command->callback([arguments, &exit_code] { exit_code = RunAnalyze(*arguments); });
 }
 

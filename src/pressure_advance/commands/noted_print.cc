@@ -1,18 +1,132 @@
 #include "pressure_advance/commands/noted_print.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 #include "app/provenance.h"
 #include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
+#include "session/uploads.h"
 
 namespace trammel::app {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kNameThePlan =
+    "Name the plan that pa pattern wrote with the G-code (--plan FILE), or give the values "
+    "(--pa START:END:STEP, --segments)";
+
+fs::path PlanFileOf(const files::PatternPrint& print) {
+  return fs::path(print.folder) / "pattern.plan.json";
+}
+
+std::string CannotTell(const std::string& photo) {
+  return fmt::format("cannot tell which values the lines of {} were printed with: ", photo);
+}
+
+struct NamedPlan {
+  std::string name;
+  Result<PhotoPlan> plan;
+};
+
+bool SameLines(const PhotoPlan& a, const PhotoPlan& b) {
+  const auto same = [](const pressure_advance::Segment& x, const pressure_advance::Segment& y) {
+    return x.fraction == y.fraction && x.speed_mm_s == y.speed_mm_s;
+  };
+  return a.pressure_advance_s == b.pressure_advance_s && a.corner_mark == b.corner_mark &&
+         std::equal(a.segments.begin(), a.segments.end(), b.segments.begin(), b.segments.end(),
+                    same);
+}
+
+/// The plan that all that can be read agree on; nothing where there is none at all.
+Result<std::optional<FoundPlan>> OnlyOne(const std::string& photo, const std::string& where,
+                                         std::vector<NamedPlan> plans) {
+  std::optional<Error> unreadable;
+  NamedPlan* first = nullptr;
+  for (NamedPlan& each : plans) {
+    if (!each.plan) {
+      if (!unreadable) unreadable = each.plan.error();
+    } else if (first == nullptr) {
+      first = &each;
+    } else if (!SameLines(*first->plan, *each.plan)) {
+      return Fail(fmt::format("{}{} and {}, {}, have different ones. {}", CannotTell(photo),
+                              first->name, each.name, where, kNameThePlan));
+    }
+  }
+  if (first == nullptr && unreadable) return tl::unexpected(*unreadable);
+  if (first == nullptr) return std::nullopt;
+  const auto& values = first->plan->pressure_advance_s;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  std::string notice =
+      fmt::format("the values of the lines ({} from {:g} to {:g} s) are those of {}, {}",
+                  values.size(), *least, *most, first->name, where);
+  return FoundPlan{std::move(*first->plan), std::move(notice)};
+}
+
+Result<std::optional<FoundPlan>> PlanBeside(const fs::path& photo) {
+  constexpr std::size_t kMostPlans = 100;
+  const fs::path folder = photo.has_parent_path() ? photo.parent_path() : fs::path(".");
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code ignored;
+    if (IsPlanName(at->path().filename().string()) && at->is_regular_file(ignored)) {
+      files.push_back(at->path());
+    }
+    if (files.size() > kMostPlans) {
+      return Fail(fmt::format("{}more than {} plans lie beside it. {}",
+                              CannotTell(photo.filename().string()), kMostPlans, kNameThePlan));
+    }
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<NamedPlan> plans;
+  for (const fs::path& file : files) {
+    plans.push_back({file.filename().string(), ReadPhotoPlan(file)});
+  }
+  return OnlyOne(photo.filename().string(), "beside the photo", std::move(plans));
+}
+
+/// When a file was stored, by this computer's clock.
+std::string StoredUtc(const fs::path& path) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 ? UtcOf(static_cast<double>(found.st_mtim.tv_sec)) : "";
+}
+
+Result<std::optional<FoundPlan>> PlanOfLastPrint(const fs::path& photo) {
+  const auto folder = files::StateFolder();
+  if (!folder) return tl::unexpected(folder.error());
+  const auto prints = files::LastPatternPrints(*folder / files::kPatternPrintsFile);
+  if (!prints) return tl::unexpected(prints.error());
+  const std::string name = photo.filename().string();
+  const std::string stored = StoredUtc(photo);
+  std::vector<NamedPlan> plans;
+  const files::PatternPrint* older = nullptr;
+  for (const auto& [printer, print] : *prints) {
+    if (stored < print.utc) {
+      older = &print;
+      continue;
+    }
+    plans.push_back({PlanFileOf(print).string(), PlanOfPrint(print)});
+  }
+  if (plans.empty() && older != nullptr) {
+    return Fail(fmt::format("{}it is of {}, older than the pattern's last print ({}, {}). {}",
+                            CannotTell(name), stored, older->utc, older->folder, kNameThePlan));
+  }
+  return OnlyOne(name, "of the last print that is noted: look whether the photo is of that print",
+                 std::move(plans));
+}
+
+}  // namespace
 
 Result<void> NotePrint(const procedure::Session& session, const std::string& address,
                        const fs::path& run, const std::string& filament, bool ended) {
@@ -47,15 +161,46 @@ Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& add
                                  procedure::PrinterName(address));
 }
 
-Result<PhotoPlan> PlanOfPrint(const std::optional<files::PatternPrint>& print) {
-  if (!print) return PlanOfPhotoPattern();
-  auto plan = ReadPhotoPlan(fs::path(print->folder) / "pattern.plan.json");
+Result<PhotoPlan> PlanOfPrint(const files::PatternPrint& print) {
+  auto plan = ReadPhotoPlan(PlanFileOf(print));
   if (plan) return plan;
   return Fail(fmt::format("the plan of the pattern that was printed {} cannot be read, and without "
                           "it nobody knows its values: {}; print the pattern anew, or name the "
                           "plan with --plan",
-                          print->utc, plan.error().message),
+                          print.utc, plan.error().message),
               plan.error().kind);
+}
+
+Result<FoundPlan> FindPlanOf(const fs::path& photo) {
+  auto beside = PlanBeside(photo);
+  if (!beside) return tl::unexpected(beside.error());
+  if (*beside) return std::move(**beside);
+  auto printed = PlanOfLastPrint(photo);
+  if (!printed) return tl::unexpected(printed.error());
+  if (*printed) return std::move(**printed);
+  return Fail(
+      fmt::format("{}no plan (*.plan.json) lies beside it, and no print of a pattern is "
+                  "noted. {}",
+                  CannotTell(photo.filename().string()), kNameThePlan));
+}
+
+Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {
+  const auto uploads = procedure::ListUploads(session, IsPlanName);
+  if (!uploads) return tl::unexpected(uploads.error());
+  std::vector<NamedPlan> plans;
+  for (const procedure::UploadedFile& upload : *uploads) {
+    const auto text = procedure::DownloadUpload(session, upload.name, kMostPhotoPlanBytes);
+    if (!text) return tl::unexpected(text.error());
+    plans.push_back({upload.name, ParsePhotoPlan(*text, upload.name)});
+  }
+  auto plan = OnlyOne("the photo", "beside it", std::move(plans));
+  if (!plan) return tl::unexpected(plan.error());
+  if (*plan) return std::move(**plan);
+  return Fail(
+      fmt::format("{}no print of a pattern is noted for this printer (pa print --photo, "
+                  "TRAMMEL_PA_PATTERN), and no plan lies beside it. Name the *.plan.json "
+                  "that pa pattern wrote with --plan, or upload it into the folder {}",
+                  CannotTell("the photo"), procedure::kUploadFolder));
 }
 
 Result<std::string> CheckPhotoIsOf(const procedure::PatternPhoto& photo,

@@ -27,9 +27,23 @@ inline constexpr const char* kNoPrintNoted = "No print of this pattern is noted"
 /// The last print of the pattern on a printer. Errors: kInput: the notes cannot be read.
 [[nodiscard]] Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& address);
 
-/// What the last print of the pattern was printed with; that of `pa pattern --photo` where none is
-/// noted. Errors: kInput: its plan is not there any more.
-[[nodiscard]] Result<PhotoPlan> PlanOfPrint(const std::optional<files::PatternPrint>& print);
+/// What the last print of the pattern was printed with. Errors: kInput: its plan is not there any
+/// more.
+[[nodiscard]] Result<PhotoPlan> PlanOfPrint(const files::PatternPrint& print);
+
+/// A plan that nobody named.
+struct FoundPlan {
+  PhotoPlan plan;
+  std::string notice;  ///< for the answer: which one it is
+};
+
+/// The plan that lies beside a photo; where none does, that of the last print that is noted. Errors
+/// (kInput): there is none, or there are several with different values; the photo is older than the
+/// print.
+[[nodiscard]] Result<FoundPlan> FindPlanOf(const std::filesystem::path& photo);
+
+/// The plan that was uploaded beside the printer's photos. Errors as those of FindPlanOf; kMachine.
+[[nodiscard]] Result<FoundPlan> FindUploadedPlan(const procedure::Session& session);
 
 /// Whether a photo that nobody named can be of the last print: it is not older by the clock of the
 /// printer's server, and not for another filament.

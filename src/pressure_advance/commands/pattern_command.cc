@@ -222,8 +222,9 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
-  command->add_flag("--photo", arguments->photo,
-                    "a pattern for pa analyze --photo: 21 lines from 0 to 0.1 s, with a mark");
+  command->add_flag(
+      "--photo", arguments->photo,
+      "a pattern for a photo: 21 lines from 0 to 0.1 s (--pa for others), with a mark");
   command->add_option("--segments", arguments->segments,
                       "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");

@@ -49,11 +49,19 @@ struct PhotoArguments {
   bool json = false;
 };
 
-/// A photo, and what the answer has to say of it; empty: nothing.
+/// A photo, and what the answer has to say of it.
 struct Fetched {
   PatternPhoto photo;
-  std::string notice = {};
+  std::vector<std::string> notices = {};  ///< an empty one is none
 };
+
+Result<FoundPlan> PlanFor(const PhotoArguments& arguments, const procedure::Session& session,
+                          const std::optional<files::PatternPrint>& print) {
+  if (arguments.plan.empty() && !print) return FindUploadedPlan(session);
+  auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
+  if (!plan) return tl::unexpected(plan.error());
+  return FoundPlan{std::move(*plan), ""};
+}
 
 Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
                            const files::Config& config,
@@ -76,7 +84,7 @@ Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Ses
   }
   auto notice = CheckPhotoIsOf(*photo, print, arguments.filament);
   if (!notice) return tl::unexpected(notice.error());
-  return Fetched{std::move(*photo), std::move(*notice)};
+  return Fetched{std::move(*photo), {std::move(*notice)}};
 }
 
 int Measure(const PhotoArguments& arguments, const procedure::Session& session,
@@ -92,7 +100,9 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   if (!run) {
     return PrintError({run.error().kind, fmt::format("{}: {}", photo.name, run.error().message)});
   }
-  if (!fetched.notice.empty()) run->analysis.notices.push_back(fetched.notice);
+  for (const std::string& notice : fetched.notices) {
+    if (!notice.empty()) run->analysis.notices.push_back(notice);
+  }
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, SpoolNow(session, arguments.filament.empty()));
@@ -128,26 +138,28 @@ int RunPhoto(PhotoArguments arguments) {
                                             : Result<std::optional<files::PatternPrint>>();
   if (!print) return PrintError(print.error());
   if (arguments.filament.empty() && *print) arguments.filament = (*print)->filament;
-  auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
-  if (!plan) return PrintError(plan.error());
-  if (!plan->printed_by) plan->printed_by = gcode::PrintedBy{};  // here, where Klipper is
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   const procedure::Session silent{**printer, interrupt.token(), {}};
   const auto taken = TakeStatedBy(silent, StatedFor::kPrinter, *config);
   if (!taken) return PrintError(taken.error());
-  if (plan->printed_by->dialect == gcode::Dialect::kKlipper) {
-    if (auto printable = CheckPrintable(session, *plan); !printable) {
+  const auto folder = NewFolder::Make(arguments.out);
+  if (!folder) return PrintError(folder.error());
+  auto photo =
+      FetchPhoto(arguments, session, *config, *print, fs::absolute(folder->path()).parent_path());
+  if (!photo) return PrintError(photo.error());
+  auto plan = PlanFor(arguments, session, *print);
+  if (!plan) return PrintError(plan.error());
+  auto& printed_by = plan->plan.printed_by;
+  if (!printed_by) printed_by = gcode::PrintedBy{};  // here, where Klipper is
+  if (printed_by->dialect == gcode::Dialect::kKlipper) {
+    if (auto printable = CheckPrintable(session, plan->plan); !printable) {
       return PrintError(printable.error());
     }
   }
-  const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return PrintError(folder.error());
-  const auto photo =
-      FetchPhoto(arguments, session, *config, *print, fs::absolute(folder->path()).parent_path());
-  if (!photo) return PrintError(photo.error());
-  return Measure(arguments, session, *config, folder->path(), *photo, *plan);
+  photo->notices.push_back(plan->notice);
+  return Measure(arguments, session, *config, folder->path(), *photo, plan->plan);
 }
 
 }  // namespace
@@ -164,8 +176,10 @@ void AddPhotoCommand(CLI::App& parent, int& exit_code) {
                           "its name in the folder trammel beside printer.cfg; left out: the newest "
                           "picture there");
   command->add_flag("--webcam", arguments->webcam, "take it through the camera")->excludes(file);
-  command->add_option("--plan", arguments->plan,
-                      "the *.plan.json of the printed pattern; left out: that of pa print --photo");
+  command->add_option(
+      "--plan", arguments->plan,
+      "the *.plan.json of the printed pattern; left out: that of the last pa print --photo, "
+      "else the one beside the photo");
   command->add_option("--filament", arguments->filament,
                       "which filament it is: trammel history lists the result under it; without "
                       "it, the one that the pattern was printed for, else that of Spoolman's "

@@ -19,9 +19,6 @@ namespace {
 using pressure_advance::PatternPlan;
 using pressure_advance::PlanLine;
 
-/// 100,000 lines, the most that a plan may have, stay below this.
-constexpr std::size_t kMaxBytes = std::size_t{32} << 20;
-
 /// Sine of the largest angle at which two lines still count as parallel: positions are written to
 /// 1 um, which turns a line of 1 mm by 0.002.
 constexpr double kParallel = 0.005;
@@ -101,32 +98,31 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
   return result;
 }
 
-PhotoPlan PlanOfPhotoPattern() {
-  constexpr int kLines = 21;
-  PhotoPlan plan;
-  for (int line = 0; line < kLines; ++line) plan.pressure_advance_s.push_back(0.005 * line);
-  plan.corner_mark = true;
-  return plan;
-}
-
 void SetForPhoto(pressure_advance::PatternConfig& pattern) {
-  const PhotoPlan read = PlanOfPhotoPattern();
+  constexpr int kLines = 21;
   ApplyPreset(pressure_advance::PatternPreset::kPaper, pattern);
-  pattern.pressure_advances_s = read.pressure_advance_s;
-  pattern.segments = read.segments;
+  pattern.pressure_advances_s.clear();
+  for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
+  pattern.segments = PhotoPlan().segments;
   pattern.line_spacing_mm = 1.5;
   pattern.frame_margin_mm = 3;
   pattern.frame_loops = std::max(pattern.frame_loops, 1);
-  pattern.corner_mark = read.corner_mark;
+  pattern.corner_mark = true;
   pattern.alternate_directions = false;
 }
 
-Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
-  const Result<std::string> text = files::ReadWholeFile(file, kMaxBytes);
-  if (!text) return tl::unexpected(text.error());
-  const Result<PatternPlan> plan = files::ParsePlan(*text, file.string());
+Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file) {
+  const Result<PatternPlan> plan = files::ParsePlan(text, file);
   if (!plan) return tl::unexpected(plan.error());
-  return PhotoPlanOf(*plan, file.string());
+  return PhotoPlanOf(*plan, file);
 }
+
+Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
+  const Result<std::string> text = files::ReadWholeFile(file, kMostPhotoPlanBytes);
+  if (!text) return tl::unexpected(text.error());
+  return ParsePhotoPlan(*text, file.string());
+}
+
+bool IsPlanName(const std::string& name) { return name.ends_with(".plan.json"); }
 
 }  // namespace trammel::app

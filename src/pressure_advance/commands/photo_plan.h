@@ -1,6 +1,7 @@
 // What a photo cannot tell of itself: from the plan that trammel pa pattern wrote.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -19,14 +20,20 @@ namespace trammel::app {
 [[nodiscard]] Result<PhotoPlan> PhotoPlanOf(const pressure_advance::PatternPlan& plan,
                                             const std::string& file);
 
-/// That of `pa pattern --photo`, by which `pa analyze --photo` reads.
-[[nodiscard]] PhotoPlan PlanOfPhotoPattern();
-
-/// Makes it that pattern: lines that end their fast part sooner than they begin it, two steps from
-/// the frame, and the mark.
+/// Makes it the pattern of `pa pattern --photo`: 21 lines that end their fast part sooner than they
+/// begin it, two steps from the frame, and the mark.
 void SetForPhoto(pressure_advance::PatternConfig& pattern);
 
 /// The same from a *.plan.json; also errors where there is none or it cannot be used.
 [[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
+
+/// A plan's largest file, bytes: 100,000 lines, the most that a plan may have, stay below this.
+inline constexpr std::size_t kMostPhotoPlanBytes = std::size_t{32} << 20;
+
+/// The same from its text.
+[[nodiscard]] Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file);
+
+/// Whether a file's name is that of a plan.
+[[nodiscard]] bool IsPlanName(const std::string& name);
 
 }  // namespace trammel::app

@@ -48,17 +48,24 @@ Result<void> NotePatternPrint(const std::filesystem::path& path, const PatternPr
   return AppendLine(path, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-Result<std::optional<PatternPrint>> LastPatternPrint(const std::filesystem::path& path,
-                                                     std::string_view printer) {
-  std::optional<PatternPrint> last;
+Result<std::map<std::string, PatternPrint>> LastPatternPrints(const std::filesystem::path& path) {
+  std::map<std::string, PatternPrint> last;
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) return last;
   const auto read = ForEachLine(path, [&](std::optional<std::string_view> line, std::size_t) {
     auto print = line ? ParseLine(*line) : std::nullopt;
-    if (print && print->printer == printer) last = std::move(print);
+    if (print) last[print->printer] = std::move(*print);
   });
   if (!read) return tl::unexpected(read.error());
   return last;
+}
+
+Result<std::optional<PatternPrint>> LastPatternPrint(const std::filesystem::path& path,
+                                                     std::string_view printer) {
+  const auto last = LastPatternPrints(path);
+  if (!last) return tl::unexpected(last.error());
+  const auto found = last->find(std::string(printer));
+  return found == last->end() ? std::nullopt : std::optional(found->second);
 }
 
 }  // namespace trammel::files

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,9 +30,12 @@ struct PatternPrint {
 [[nodiscard]] Result<void> NotePatternPrint(const std::filesystem::path& path,
                                             const PatternPrint& print);
 
-/// A printer's last one, by the order of lines; absent where none is noted, or the file is not
-/// there. Lines that are none are passed over. Errors: those of ForEachLine. Memory: a line of at
-/// most 1 MiB.
+/// Each printer's last one, by the order of lines; empty where the file is not there. Lines that
+/// are none are passed over. Errors: those of ForEachLine. Memory: a line of at most 1 MiB.
+[[nodiscard]] Result<std::map<std::string, PatternPrint>> LastPatternPrints(
+    const std::filesystem::path& path);
+
+/// One printer's; absent where none is noted.
 [[nodiscard]] Result<std::optional<PatternPrint>> LastPatternPrint(
     const std::filesystem::path& path, std::string_view printer);
 
