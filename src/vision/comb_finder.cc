@@ -63,26 +63,23 @@ std::vector<double> EdgeDirections(const cv::Mat& channel) {
 }
 
 // The picture turned so that a direction runs along the rows.
-struct TurnedPicture {
-  cv::Mat contrast;
+struct TurnedGrid {
+  cv::Size size;
   cv::Mat seen;
   cv::Matx23d from_turned;  // picture px of turned px
 };
 
-TurnedPicture Turn(const cv::Mat& contrast, double direction_rad) {
+TurnedGrid GridAlong(const cv::Size& picture, double direction_rad) {
   const double c = std::cos(direction_rad), s = std::sin(direction_rad);
-  const double w = contrast.cols, h = contrast.rows;
-  const int width = static_cast<int>(std::abs(w * c) + std::abs(h * s)) + 1;
-  const int height = static_cast<int>(std::abs(w * s) + std::abs(h * c)) + 1;
-  TurnedPicture turned;
-  const double x0 = (width - 1) / 2.0, y0 = (height - 1) / 2.0;
-  turned.from_turned = {c, -s, (w - 1) / 2 - c * x0 + s * y0, s, c, (h - 1) / 2 - s * x0 - c * y0};
-  const int flags = cv::INTER_LINEAR | cv::WARP_INVERSE_MAP;
-  cv::warpAffine(contrast, turned.contrast, turned.from_turned, {width, height}, flags);
-  const cv::Mat all(contrast.size(), CV_8U, cv::Scalar(255));
-  cv::warpAffine(all, turned.seen, turned.from_turned, {width, height},
+  const double w = picture.width, h = picture.height;
+  TurnedGrid grid;
+  grid.size = {static_cast<int>(std::abs(w * c) + std::abs(h * s)) + 1,
+               static_cast<int>(std::abs(w * s) + std::abs(h * c)) + 1};
+  const double x0 = (grid.size.width - 1) / 2.0, y0 = (grid.size.height - 1) / 2.0;
+  grid.from_turned = {c, -s, (w - 1) / 2 - c * x0 + s * y0, s, c, (h - 1) / 2 - s * x0 - c * y0};
+  cv::warpAffine(cv::Mat(picture, CV_8U, cv::Scalar(255)), grid.seen, grid.from_turned, grid.size,
                  cv::INTER_NEAREST | cv::WARP_INVERSE_MAP);
-  return turned;
+  return grid;
 }
 
 // Strokes on whole places of a pencil.
@@ -317,7 +314,7 @@ std::optional<PointPx> OnSide(const Family& family, double x_side, double place)
   return point;
 }
 
-std::optional<FoundComb> ToComb(const Family& family, const TurnedPicture& turned,
+std::optional<FoundComb> ToComb(const Family& family, const TurnedGrid& turned,
                                 const CombFinderOptions& options) {
   const int first = family.strength.begin()->first, last = family.strength.rbegin()->first;
   const double reach = options.beside * (family.right_px - family.left_px);
@@ -384,18 +381,23 @@ std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& 
   const int longest = std::max(small.width, small.height);
   std::vector<FoundComb> found;
   for (const cv::Mat& channel : ColourChannels(bgr)) {
-    const std::vector<double> directions = EdgeDirections(channel);
+    std::vector<TurnedGrid> grids;
+    for (const double direction : EdgeDirections(channel)) {
+      grids.push_back(GridAlong(channel.size(), direction));
+    }
     for (const Look& look : {Look{1.0, 0.12}, Look{1.0, 0.06}, Look{2.0, 0.25}}) {
       const int window = static_cast<int>(look.window * longest) | 1;
       const cv::Mat contrast = LocalContrast(channel, look.smooth_px, window);
-      for (const double direction : directions) {
-        TurnedPicture turned = Turn(contrast, direction);
+      for (const TurnedGrid& grid : grids) {
+        cv::Mat turned;
+        cv::warpAffine(contrast, turned, grid.from_turned, grid.size,
+                       cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+        const Strips strips = AverageStrips(turned, grid.seen);
         for (const bool lighter : {true, false}) {
-          if (!lighter) turned.contrast = -turned.contrast;
-          const std::vector<Stroke> strokes = TraceStrokes(turned.contrast, turned.seen);
-          const auto family = LargestFamily(strokes, turned.seen, options.fewest_strokes);
+          const std::vector<Stroke> strokes = TraceStrokes(strips, lighter);
+          const auto family = LargestFamily(strokes, grid.seen, options.fewest_strokes);
           if (!family) continue;
-          std::optional<FoundComb> comb = ToComb(*family, turned, options);
+          std::optional<FoundComb> comb = ToComb(*family, grid, options);
           if (!comb) continue;
           if (found.size() == options.most_found && comb->weight < found.back().weight) continue;
           KeepBest(found, *comb, options.most_found);

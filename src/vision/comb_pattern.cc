@@ -301,14 +301,18 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
       const Rung& outer = at_top ? rungs.front() : rungs.back();
       const Rung& next = at_top ? rungs[1] : rungs[rungs.size() - 2];
       const double away = at_top ? -1 : 1;
+      // Beyond a bar of the frame, two beads thick at most; rails may end soon beyond the last
+      // line.
+      const double from_px = std::min(0.45 * pitch_px, 1.5 * bead_px);
+      const double to_px = std::min(0.7 * pitch_px, 2.5 * bead_px);
       bool goes_on = false, shown = false;
       for (const int direction : {-1, 1}) {
         const std::optional<Curve>& rail = direction < 0 ? left : right;
         if (!rail) continue;
         const double y = outer.track((*rail)(outer.track(contrast.width / 2.0)));
         const double half = PlateBetween(contrast, outer, next, pitch_px, direction) + height / 2;
-        const auto on = RailGoesOn(contrast, seen, *rail, direction, y + away * 0.45 * pitch_px,
-                                   y + away * 0.7 * pitch_px, bead_px, half);
+        const auto on = RailGoesOn(contrast, seen, *rail, direction, y + away * from_px,
+                                   y + away * to_px, bead_px, half);
         shown |= on.has_value();
         goes_on |= on.value_or(false);
       }

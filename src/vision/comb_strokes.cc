@@ -19,27 +19,6 @@ struct Peak {
   double height = 0;
 };
 
-// Mean over the columns x_begin … x_end of each row; NaN where less than most of them were seen.
-std::vector<float> StripMeans(const cv::Mat& contrast, const cv::Mat& seen, int x_begin,
-                              int x_end) {
-  std::vector<float> means(static_cast<std::size_t>(contrast.rows));
-  for (int y = 0; y < contrast.rows; ++y) {
-    const float* value = contrast.ptr<float>(y);
-    const std::uint8_t* is_seen = seen.ptr<std::uint8_t>(y);
-    float sum = 0;
-    int count = 0;
-    for (int x = x_begin; x < x_end; ++x) {
-      if (is_seen[x] == 0) continue;
-      sum += value[x];
-      ++count;
-    }
-    means[static_cast<std::size_t>(y)] = 10 * count >= 7 * (x_end - x_begin)
-                                             ? sum / static_cast<float>(count)
-                                             : std::numeric_limits<float>::quiet_NaN();
-  }
-  return means;
-}
-
 std::vector<Peak> Peaks(const std::vector<float>& means) {
   constexpr float kBegin = 0.1F, kPeak = 0.35F;  // spreads above the surroundings
   constexpr double kNarrowest_px = 1.5;
@@ -113,14 +92,40 @@ void Link(const std::vector<Peak>& peaks, int strip, double x, std::vector<Growi
 
 }  // namespace
 
-std::vector<Stroke> TraceStrokes(const cv::Mat& contrast, const cv::Mat& seen) {
+Strips AverageStrips(const cv::Mat& contrast, const cv::Mat& seen) {
   constexpr int kStrips = 90;
+  Strips strips;
+  const int width = strips.width_px = std::max(2, contrast.cols / kStrips);
+  strips.means.create(contrast.rows, contrast.cols / width, CV_32F);
+  for (int y = 0; y < contrast.rows; ++y) {
+    const float* value = contrast.ptr<float>(y);
+    const std::uint8_t* is_seen = seen.ptr<std::uint8_t>(y);
+    float* mean = strips.means.ptr<float>(y);
+    for (int strip = 0; strip < strips.means.cols; ++strip, value += width, is_seen += width) {
+      float sum = 0;
+      int count = 0;
+      for (int x = 0; x < width; ++x) {
+        sum += is_seen[x] != 0 ? value[x] : 0.0F;
+        count += is_seen[x] != 0 ? 1 : 0;
+      }
+      mean[strip] = 10 * count >= 7 * width ? sum / static_cast<float>(count)
+                                            : std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+  return strips;
+}
+
+std::vector<Stroke> TraceStrokes(const Strips& strips, bool lighter) {
   constexpr std::size_t kFewestPoints = 6;
-  const int width = std::max(2, contrast.cols / kStrips);
   std::vector<Growing> growing;
-  int strip = 0;
-  for (int x = 0; x + width <= contrast.cols; x += width, ++strip) {
-    Link(Peaks(StripMeans(contrast, seen, x, x + width)), strip, x + (width - 1) / 2.0, growing);
+  std::vector<float> means(static_cast<std::size_t>(strips.means.rows));
+  for (int strip = 0; strip < strips.means.cols; ++strip) {
+    for (int y = 0; y < strips.means.rows; ++y) {
+      const float mean = strips.means.at<float>(y, strip);
+      means[static_cast<std::size_t>(y)] = lighter ? mean : -mean;
+    }
+    const double x = strip * strips.width_px + (strips.width_px - 1) / 2.0;
+    Link(Peaks(means), strip, x, growing);
   }
   std::vector<Stroke> strokes;
   for (Growing& grown : growing) {

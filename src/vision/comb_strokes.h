@@ -17,10 +17,18 @@ struct Stroke {
   [[nodiscard]] double length_px() const { return points.back().x - points.front().x; }
 };
 
-/// Averages a picture over narrow strips of columns, and links what stands out of each strip from
-/// strip to strip.
-/// @param contrast  float, filament above 0.
+/// A picture averaged over narrow strips of columns.
+struct Strips {
+  cv::Mat means;     ///< float, a column for each strip; NaN where less than most of it was seen
+  int width_px = 0;  ///< of a strip
+};
+
+/// @param contrast  float
 /// @param seen      8-bit of the same size: 0 where the picture was not seen.
-[[nodiscard]] std::vector<Stroke> TraceStrokes(const cv::Mat& contrast, const cv::Mat& seen);
+[[nodiscard]] Strips AverageStrips(const cv::Mat& contrast, const cv::Mat& seen);
+
+/// Links what stands out of each strip from strip to strip: lighter than its surroundings, or
+/// darker.
+[[nodiscard]] std::vector<Stroke> TraceStrokes(const Strips& strips, bool lighter);
 
 }  // namespace trammel::vision

@@ -49,13 +49,14 @@ vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::Co
 
 }  // namespace
 
-std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb& comb) {
+std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb& comb,
+                                   double longest_px) {
   using vision::Distance_px;
   const vision::Quad& corners = comb.corners;
   double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
   double height =
       std::max(Distance_px(corners[1], corners[2]), Distance_px(corners[0], corners[3]));
-  const double shrink = std::min(1.0, kLongestRectified_px / std::max(width, height));
+  const double shrink = std::min(1.0, longest_px / std::max(width, height));
   width *= shrink;
   height *= shrink;
   constexpr double kSmallest_px = 60;

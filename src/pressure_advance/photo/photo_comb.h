@@ -23,8 +23,9 @@ struct CombView {
 };
 
 /// Looks at a comb straight from above and traces its lines.
+/// @param longest_px  to which its longer side is shrunk
 /// @returns nothing where it is too small, or filament and plate look alike.
 [[nodiscard]] std::optional<CombView> LookAtComb(const BgrView& photo,
-                                                 const vision::FoundComb& comb);
+                                                 const vision::FoundComb& comb, double longest_px);
 
 }  // namespace trammel::pressure_advance

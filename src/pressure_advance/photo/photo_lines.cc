@@ -36,14 +36,14 @@ struct View {
   vision::GrayImage contrast;
 };
 
-// The frame seen straight from above, as large as it is in the photo.
+// The frame seen straight from above, as large as it is in the photo, or shrunk.
 std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
-                           const vision::Quad& corners, std::size_t wanted) {
+                           const vision::Quad& corners, std::size_t wanted, double longest_px) {
   using vision::Distance_px;
   double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
   double height =
       std::max(Distance_px(corners[1], corners[2]), Distance_px(corners[0], corners[3]));
-  const double shrink = std::min(1.0, kLongestRectified_px / std::max(width, height));
+  const double shrink = std::min(1.0, longest_px / std::max(width, height));
   width *= shrink;
   height *= shrink;
   constexpr double kSmallest_px = 60;
@@ -111,39 +111,80 @@ double Rank(const Candidate& candidate, std::size_t wanted) {
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
 }
 
-// The view of a frame with the rungs along the rows.
-std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& frame,
+// Enough of a view to choose by, in px of its longer side: wide enough for each of the lines.
+double ChoosingSize_px(std::size_t wanted) {
+  constexpr double kLeast_px = 1000, kPerLine_px = 24;
+  return std::clamp(kPerLine_px * static_cast<double>(wanted), kLeast_px, kLongestRectified_px);
+}
+
+// A frame as it is chosen by.
+struct Glance {
+  const vision::FoundFrame* frame = nullptr;
+  vision::Quad corners;  // turned so that the rungs lie along the rows
+  Candidate candidate;
+};
+
+std::optional<Glance> GlanceAt(const Frame& photo, const vision::FoundFrame& frame,
                                std::size_t wanted) {
-  std::optional<Candidate> best;
+  std::optional<Glance> best;
   for (const std::size_t turns : {0, 1}) {
-    std::optional<View> view = LookAt(photo, frame, Turned(frame.outer, turns), wanted);
+    const vision::Quad corners = Turned(frame.outer, turns);
+    std::optional<View> view = LookAt(photo, frame, corners, wanted, ChoosingSize_px(wanted));
     if (!view) continue;
     const double strength = vision::RowsOverColumns(view->contrast, view->margin);
-    if (best && best->strength >= strength) continue;
-    best = Candidate{std::move(*view), {}, strength};
+    if (best && best->candidate.strength >= strength) continue;
+    best = Glance{&frame, corners, {std::move(*view), {}, strength}};
   }
-  if (best)
-    best->line_pattern = vision::FindLinePattern(best->view.contrast, best->view.margin, wanted);
+  if (best) {
+    Candidate& candidate = best->candidate;
+    candidate.line_pattern =
+        vision::FindLinePattern(candidate.view.contrast, candidate.view.margin, wanted);
+  }
   return best;
 }
 
+// The same frame with all of its pixels.
+std::optional<Candidate> LookClosely(const Frame& photo, const Glance& glance, std::size_t wanted) {
+  std::optional<View> view =
+      LookAt(photo, *glance.frame, glance.corners, wanted, kLongestRectified_px);
+  if (!view) return std::nullopt;
+  const double strength = vision::RowsOverColumns(view->contrast, view->margin);
+  Candidate candidate{std::move(*view), {}, strength};
+  candidate.line_pattern =
+      vision::FindLinePattern(candidate.view.contrast, candidate.view.margin, wanted);
+  return candidate;
+}
+
 PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
+  constexpr std::size_t kMostClosely = 4;
   const std::vector<vision::FoundFrame> frames = vision::FindPrintedFrames(measured.view());
-  std::optional<Candidate> best;
+  std::vector<Glance> glances;
   for (const vision::FoundFrame& frame : frames) {
-    std::optional<Candidate> candidate = Judge(measured, frame, wanted);
-    if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
-      best = std::move(candidate);
-    }
+    std::optional<Glance> glance = GlanceAt(measured, frame, wanted);
+    if (!glance) continue;
+    glances.push_back(std::move(*glance));
     // Frames come best first; a clear line pattern with the right number of rungs is not there
     // twice.
-    if (best && Rank(*best, wanted) > kRightCount + kClear) break;
+    if (Rank(glances.back().candidate, wanted) > kRightCount + kClear) break;
   }
+  std::stable_sort(glances.begin(), glances.end(), [&](const Glance& a, const Glance& b) {
+    return Rank(a.candidate, wanted) > Rank(b.candidate, wanted);
+  });
   PhotoLines result;
-  if (!best) {
+  if (glances.empty()) {
     result.problem = fmt::format("no printed frame is seen in the photo. {}", kAdvice);
     return result;
   }
+  std::optional<Candidate> best;
+  for (std::size_t i = 0; i < std::min(kMostClosely, glances.size()); ++i) {
+    if (!glances[i].candidate.line_pattern.problem.empty()) break;
+    std::optional<Candidate> candidate = LookClosely(measured, glances[i], wanted);
+    if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
+      best = std::move(candidate);
+    }
+    if (best && Rank(*best, wanted) > kRightCount + kClear) break;
+  }
+  if (!best) best = std::move(glances.front().candidate);
   if (!best->line_pattern.problem.empty()) {
     result.problem =
         fmt::format("{} outline(s) were found, but none holds the pattern; of the best: {}. {}",
@@ -185,17 +226,19 @@ void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
 // Of several views of the lines, some of which miss an outer line or take a shadow for one, those
 // count that agree on how many places there are; the list does not, or it would choose its own
 // error.
-PhotoLines LinesOfComb(const Frame& measured) {
+PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   struct Seen {
     double sum = 0;  // of strength, over all views with this number of places
     std::optional<CombView> clearest;
+    const vision::FoundComb* comb = nullptr;  // which shows it
     double strength = 0;  // rows over columns of the clearest, of those that show both rails first
     bool both_rails = false;
   };
   std::map<std::size_t, Seen> by_places;
   std::string problem;
-  for (const vision::FoundComb& comb : vision::FindCombs(measured.view())) {
-    std::optional<CombView> view = LookAtComb(measured.view(), comb);
+  const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
+  for (const vision::FoundComb& comb : combs) {
+    std::optional<CombView> view = LookAtComb(measured.view(), comb, ChoosingSize_px(wanted));
     if (!view) continue;
     if (!view->line_pattern.problem.empty()) {
       if (problem.empty()) problem = view->line_pattern.problem;
@@ -210,6 +253,7 @@ PhotoLines LinesOfComb(const Frame& measured) {
     seen.strength = strength;
     seen.both_rails = both_rails;
     seen.clearest = std::move(view);
+    seen.comb = &comb;
   }
   const auto most =
       std::max_element(by_places.begin(), by_places.end(),
@@ -221,6 +265,12 @@ PhotoLines LinesOfComb(const Frame& measured) {
     return result;
   }
   CombView& best = *most->second.clearest;
+  std::optional<CombView> whole =
+      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px);
+  if (whole && whole->line_pattern.problem.empty() &&
+      PlacesOf(whole->line_pattern) == most->first) {
+    best = std::move(*whole);
+  }
   result.corners = best.corners;
   result.picture = std::move(best.picture);
   result.contrast = std::move(best.contrast);
@@ -243,7 +293,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
   if (grey) measured = vision::WithTexture(measured.view());
   result = LinesInFrame(measured, wanted);
   if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
-    PhotoLines comb = LinesOfComb(measured);
+    PhotoLines comb = LinesOfComb(measured, wanted);
     if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
     // A frame with another number of lines is one that the picture's border closes, or a part.
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >=
