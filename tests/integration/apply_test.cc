@@ -187,7 +187,7 @@ TEST_F(ApplyToSpool, KeepsTheValueOnSpoolAndFilamentBesideWhatOthersWrote) {
   EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
   EXPECT_EQ(spoolman_->Extra("filament", spool, "note"), "\"mine\"");
   EXPECT_EQ(spoolman_->Extra("spool", spool, "pressure_advance_matrix"),
-            R"("{\"0.4_standard\":0.0472,\"0.6_high_flow\":0.02}")");
+            R"("{\"0.6_high_flow\":0.02,\"0.4_standard\":0.0472}")");  // others' stay first
   EXPECT_NEAR(InForceThere(), 0.0472, 1e-6);
   const ProcessEnd again = RunThere({"0.05"});
   EXPECT_THAT(again.standard_output, HasSubstr("pressure_advance 0.0472 -> 0.0500"));

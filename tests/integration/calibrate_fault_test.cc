@@ -180,7 +180,8 @@ std::vector<Case> BeforeItBegins() {
   cases.push_back(
       {{"KlipperInError", [](ShopOptions& options) { options.faults.error_at_start = true; }},
        kMachine,
-       {"not ready", "error", sim::kConfigError}});
+       {"not ready", "error",
+        std::string(sim::kConfigError).substr(0, std::string(sim::kConfigError).find('\n'))}});
   cases.push_back({{"KlipperShutDown",
                     {},
                     [](MachineShop& shop) {
@@ -327,7 +328,7 @@ std::vector<Case> InTheMiddle() {
       sweeping("HeaterFails", weak_bed, kMachine, {"heater_bed", "not heating"}),
       sweeping("MacroVanishes",
                Klipper([](VirtualKlipper& klipper) { klipper.macros().erase("_LASER_ON"); }),
-               kMachine, {"_LASER_ON", "Unknown command"}),
+               kMachine, {"the printer does not know '_LASER_ON'", "add the macro"}),
       sweeping("LaserOffVanishes",
                [](MachineShop& shop, TrammelProcess& process) {
                  shop.With([](VirtualKlipper& klipper) { klipper.macros().erase("LASER_OFF"); });

@@ -140,7 +140,7 @@ TEST_F(LeftSafe, ARunAfterAKilledOneLeavesWhatTheOwnerSetSince) {
   killed->Send(SIGKILL);
   static_cast<void>(killed->Wait(kEnough_s));
   shop_->Script(std::string(procedure::kRelease) +
-                "\nSET_GCODE_OFFSET Z=0.2\nSET_VELOCITY_LIMIT ACCEL=4321\nM140 S33\n"
+                "\nSET_GCODE_OFFSET Z=0.2\nSET_VELOCITY_LIMIT ACCEL=4321\nM140 S33\nM104 S0\n"
                 "SET_PRESSURE_ADVANCE ADVANCE=0.044\nM220 S80");
   PrinterLook wanted = shop_->Look();
   wanted.nozzle_target_c = 0;

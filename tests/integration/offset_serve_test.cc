@@ -226,7 +226,8 @@ TEST_F(OffsetServe, WhatIsNoScanOfThisPrintIsRefusedByItsCause) {
   // Beside the right one it is left out.
   Store("right.png", scan);
   Ask("TRAMMEL_OFFSET_SCAN", "TRAMMEL_ASK BUTTONS=use MSG=\"tool offsets T1");
-  shop_->With([](VirtualKlipper& klipper) { EXPECT_GE(TimesRead(klipper, "left out: scan "), 1); });
+  shop_->With(
+      [](VirtualKlipper& klipper) { EXPECT_GE(TimesRead(klipper, "left out: picture "), 1); });
   Ask("TRAMMEL_DISMISS", "nothing applied");
   ExpectOffsetsUnchanged();
 }

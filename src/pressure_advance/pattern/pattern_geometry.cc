@@ -79,12 +79,17 @@ PatternGeometry Geometry(const PatternConfig& config) {
     // At this pitch two rectangles of a bead's area and height lie edge to edge.
     geometry.loop_pitch_mm = config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
     geometry.end_to_loop_mm = config.line_width_mm - config.frame_overlap_mm;
-    geometry.side_to_loop_mm = config.frame_margin_mm.value_or(config.line_spacing_mm);
+    // Half of the room to the first line stays plate, and the mark is longer than the tenth of a
+    // line that a photo's reader looks at.
+    constexpr double kShareOfMargin = 0.45, kShareOfLine = 0.12;
+    const double room_mm =
+        config.corner_mark
+            ? std::ceil(10 * kFewestMarkBeads * geometry.loop_pitch_mm / kShareOfMargin) / 10
+            : 0;
+    geometry.side_to_loop_mm =
+        config.frame_margin_mm.value_or(std::max(config.line_spacing_mm, room_mm));
     const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
     if (config.corner_mark) {
-      // Half of the room to the first line stays plate, and the mark is longer than the tenth of a
-      // line that a photo's reader looks at.
-      constexpr double kShareOfMargin = 0.45, kShareOfLine = 0.12;
       geometry.mark_beads = static_cast<int>(std::clamp(
           kShareOfMargin * geometry.side_to_loop_mm / geometry.loop_pitch_mm, 0.0, 1000.0));
       geometry.mark_length_mm = geometry.end_to_loop_mm + kShareOfLine * config.line_length_mm;

@@ -5,6 +5,8 @@
 
 namespace trammel::pressure_advance {
 
+inline constexpr int kFewestMarkBeads = 3;  ///< of the corner mark: a blob is thinner
+
 /// Distances within one pattern, between beads' centre lines unless said otherwise.
 struct PatternGeometry {
   double loop_pitch_mm = 0;    ///< from one loop of the frame to the next, so that they fuse
