@@ -40,7 +40,7 @@ class Settings(NamedTuple):
     pullback_speed: Optional[float]  # None: 1 um per sample, MOST_USUAL_SPEED at most
     retries: int
     latency: float  # NaN: from each tap's approach
-    latency_uncertainty: Optional[float]  # None: half a sample
+    latency_uncertainty: Optional[float]  # None: within half a sample to either side
     scrub: Any  # template; None without one
 
     @classmethod
@@ -64,7 +64,9 @@ class Settings(NamedTuple):
         usual = min(MOST_USUAL_SPEED, max(.02, .001 * sample_rate))
         latency_uncertainty = self.latency_uncertainty
         if latency_uncertainty is None:
-            latency_uncertainty = 0. if math.isnan(self.latency) else .5 / sample_rate
+            # All of the sample alike: of that the deviation is a sample over the root of 12.
+            latency_uncertainty = (0. if math.isnan(self.latency)
+                                   else 1. / (math.sqrt(12.) * sample_rate))
         chosen = self._replace(
             pullback_distance=gcmd.get_float('PULLBACK_DISTANCE', self.pullback_distance,
                                              minval=.05, maxval=1.),

@@ -96,7 +96,7 @@ class TappingTest(unittest.TestCase):
         self.run_tap()
         context = self.library.taps[0][1]
         self.assertEqual(context.latency, -.003)
-        self.assertAlmostEqual(context.latency_uncertainty, .5 / 320.)
+        self.assertAlmostEqual(context.latency_uncertainty, 1. / (math.sqrt(12.) * 320.))
 
     def test_a_refused_tap_is_lifted_and_repeated(self):
         self.make(refused('no_break'), GOOD)

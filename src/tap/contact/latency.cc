@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 namespace trammel::tap {
@@ -12,8 +13,9 @@ constexpr double kMostPeriods = 2;  // of samples: what a converter's filter tak
 constexpr double kTransport_s = 0.005;
 constexpr double kOffset_mm = 0.006;
 constexpr double kScale = 0.1;
-// Play and bending that differ between the two ways in other forms than these: 1.5 um, seen at both
-// speeds.
+// Play and bending that differ between the two ways in other forms than these, seen at both speeds:
+// 1.5 um of drives whose offset is the prior's, and less in proportion where the approach shows
+// less.
 constexpr double kPlay_mm = 0.0015;
 constexpr double kRest_mm = 0.002;       // of a press that is flat at its deepest end
 constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
@@ -259,9 +261,10 @@ bool Eliminate(Normal& m) {
 
 LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
                                 const SeenPress& press) {
-  // Half of the range, and as much for its standard deviation: 0 and all of it lie within one.
+  // Half of the range. In the fit it is the standard deviation, too, as some latencies are longer;
+  // where nothing is seen, that is the range's own, of which all parts are alike.
   const double prior_s = 0.5 * (kMostPeriods * clean.period_s + kTransport_s);
-  const LatencyEstimate unknown = {prior_s, prior_s};
+  const LatencyEstimate unknown = {prior_s, prior_s / std::numbers::sqrt3};
   if (!motion.has_approach) {
     return unknown;
   }
@@ -270,10 +273,12 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
     return unknown;
   }
   const double play_mm = PlayAtRest(clean, motion, press);
+  const double depth_mm = press.z0_mm + press.shape.t * press.span_mm - motion.halt_z_mm;
   const Fit fit(clean, motion, press, range, prior_s, play_mm);
   State state{1, prior_s, play_mm};
   double variance = press.noise_g * press.noise_g;
   double deviation_s = prior_s;
+  double apart_mm = kOffset_mm;
   const double samples = static_cast<double>(range.end - range.first);
   for (int step = 0; step < kMostSteps; ++step) {
     Normal m = fit.Sum(state, variance);
@@ -287,10 +292,13 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
     const double by_rest = m[2][3] * m[3][4] - m[2][4];
     deviation_s =
         std::sqrt(1 / m[2][2] + m[2][3] * m[2][3] / m[3][3] + by_rest * by_rest / m[4][4]);
+    const double offset_variance = 1 / m[3][3] + m[3][4] * m[3][4] / m[4][4];
     state.rest_g += rest;
     state.scale = std::clamp(state.scale + scale, 0.3, 3.0);
     state.latency_s += std::clamp(latency, -prior_s, prior_s);
     state.offset_mm += std::clamp(offset, -kOffset_mm, kOffset_mm);
+    apart_mm =
+        std::hypot(state.offset_mm, std::sqrt(offset_variance), (state.scale - 1) * depth_mm);
     // What the fit leaves is its noise, where it is more than the pull-back's.
     const double left = m[kUnknowns][kUnknowns] * variance / std::max(1.0, samples - 1);
     variance = std::max(press.noise_g * press.noise_g, left);
@@ -298,8 +306,10 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
       break;
     }
   }
-  const double play_s = kPlay_mm / (motion.approach_speed_mm_s + motion.pull_back_speed_mm_s);
-  return {state.latency_s, std::hypot(deviation_s * std::sqrt(fit.Inflation(state)), play_s)};
+  const double play_s = kPlay_mm * std::min(1.0, apart_mm / kOffset_mm) /
+                        (motion.approach_speed_mm_s + motion.pull_back_speed_mm_s);
+  const double uncertainty_s = std::hypot(deviation_s * std::sqrt(fit.Inflation(state)), play_s);
+  return {state.latency_s, std::min(uncertainty_s, unknown.uncertainty_s)};
 }
 
 }  // namespace trammel::tap

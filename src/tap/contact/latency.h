@@ -33,7 +33,8 @@ struct LatencyEstimate {
 ///
 /// What a user could have is the prior: latencies of 0 to two samples and 5 ms (filters of common
 /// converters; transport), offsets of 6 um, scales of 10 %. Where the approach tells nothing, the
-/// prior is the answer; where it tells much, 1.5 um of play at both speeds remain.
+/// latency is anywhere in its range alike; where it tells much, a quarter of what it shows the two
+/// ways to be apart, 1.5 um at most, remains at both speeds.
 [[nodiscard]] LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
                                               const SeenPress& press);
 
