@@ -38,10 +38,10 @@ std::vector<double> EdgeDirections(const cv::Mat& channel) {
   std::array<double, kBins> bins{};
   for (int y = 0; y < dx.rows; ++y) {
     for (int x = 0; x < dx.cols; ++x) {
-      const double gx = dx.at<float>(y, x), gy = dy.at<float>(y, x);
+      const float gx = dx.at<float>(y, x), gy = dy.at<float>(y, x);
       const double along = std::atan2(gx, -gy) / std::numbers::pi;  // across the gradient
       const int bin = static_cast<int>(std::floor((along - std::floor(along)) * kBins)) % kBins;
-      bins[static_cast<std::size_t>(bin)] += std::hypot(gx, gy);
+      bins[static_cast<std::size_t>(bin)] += std::sqrt(gx * gx + gy * gy);
     }
   }
   std::array<double, kBins> sums{};

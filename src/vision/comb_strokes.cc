@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -62,18 +63,36 @@ struct Growing {
   }
 };
 
-void Link(const std::vector<Peak>& peaks, int strip, double x, std::vector<Growing>& growing) {
+// Those that may go on, and those that have ended.
+struct Tracing {
+  std::vector<Growing> growing;
+  std::vector<Growing> ended;
+};
+
+// Moves strokes that were not seen for long to the ended ones.
+void EndOld(int strip, Tracing& tracing) {
   constexpr int kLongestBreak = 4;  // strips
-  constexpr double kReach = 0.4;    // of a stroke's width
+  const auto old = std::stable_partition(
+      tracing.growing.begin(), tracing.growing.end(),
+      [&](const Growing& stroke) { return strip - stroke.last_strip <= kLongestBreak; });
+  std::move(old, tracing.growing.end(), std::back_inserter(tracing.ended));
+  tracing.growing.erase(old, tracing.growing.end());
+}
+
+void Link(const std::vector<Peak>& peaks, int strip, double x, Tracing& tracing) {
+  constexpr double kReach = 0.4;  // of a stroke's width
+  EndOld(strip, tracing);
+  std::vector<Growing>& growing = tracing.growing;
+  std::vector<double> expected;
+  for (const Growing& stroke : growing) expected.push_back(stroke.Expected(x));
   std::vector<bool> taken(growing.size(), false);
   std::vector<Growing> fresh;
   for (const Peak& peak : peaks) {
     std::size_t nearest = growing.size();
     double least = std::max(1.5, kReach * peak.width);
     for (std::size_t i = 0; i < growing.size(); ++i) {
-      if (taken[i] || strip - growing[i].last_strip > kLongestBreak) continue;
-      const double away = std::abs(growing[i].Expected(x) - peak.middle);
-      if (away >= least) continue;
+      const double away = std::abs(expected[i] - peak.middle);
+      if (away >= least || taken[i]) continue;
       least = away;
       nearest = i;
     }
@@ -87,7 +106,7 @@ void Link(const std::vector<Peak>& peaks, int strip, double x, std::vector<Growi
     growing[nearest].heights.push_back(peak.height);
     growing[nearest].last_strip = strip;
   }
-  for (Growing& stroke : fresh) growing.push_back(std::move(stroke));
+  std::move(fresh.begin(), fresh.end(), std::back_inserter(growing));
 }
 
 }  // namespace
@@ -117,7 +136,7 @@ Strips AverageStrips(const cv::Mat& contrast, const cv::Mat& seen) {
 
 std::vector<Stroke> TraceStrokes(const Strips& strips, bool lighter) {
   constexpr std::size_t kFewestPoints = 6;
-  std::vector<Growing> growing;
+  Tracing tracing;
   std::vector<float> means(static_cast<std::size_t>(strips.means.rows));
   for (int strip = 0; strip < strips.means.cols; ++strip) {
     for (int y = 0; y < strips.means.rows; ++y) {
@@ -125,10 +144,12 @@ std::vector<Stroke> TraceStrokes(const Strips& strips, bool lighter) {
       means[static_cast<std::size_t>(y)] = lighter ? mean : -mean;
     }
     const double x = strip * strips.width_px + (strips.width_px - 1) / 2.0;
-    Link(Peaks(means), strip, x, growing);
+    Link(Peaks(means), strip, x, tracing);
   }
+  std::vector<Growing>& all = tracing.ended;
+  std::move(tracing.growing.begin(), tracing.growing.end(), std::back_inserter(all));
   std::vector<Stroke> strokes;
-  for (Growing& grown : growing) {
+  for (Growing& grown : all) {
     if (grown.stroke.points.size() < kFewestPoints) continue;
     grown.stroke.width_px = Median(grown.widths);
     grown.stroke.height = Median(grown.heights);
