@@ -70,6 +70,27 @@ TEST_F(PrinterFacts, AnOwnersAccelerationIsNeverRaised) {
   }
 }
 
+class PhoneOwner : public PrinterFacts {
+ protected:
+  static ShopOptions Options() {
+    ShopOptions options = WithoutCamera();
+    options.klipper.macros.erase("_LASER_ON");
+    options.klipper.macros.erase("LASER_OFF");
+    return options;
+  }
+  PhoneOwner() : PrinterFacts(Options()) {}
+};
+
+TEST_F(PhoneOwner, NeedsNeitherLaserNorCamera) {
+  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
+  EXPECT_EQ(doctor.exit_code, 0) << doctor.standard_output << doctor.standard_error;
+  EXPECT_THAT(doctor.standard_output,
+              AllOf(HasSubstr("tip  camera"), HasSubstr("tip  [scan] laser_on_gcode"),
+                    HasSubstr("trammel pa print --photo")));
+  const ProcessEnd asked = Run({"doctor", "--material", "pla", "--set", "camera.url=/dev/video9"});
+  EXPECT_THAT(asked.standard_output, HasSubstr("FIX  camera"));
+}
+
 class ThickFilament : public PrinterFacts {
  protected:
   static ShopOptions Options() {

@@ -109,6 +109,26 @@ std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::S
       FilesWithSecrets(text->file, in_file->scan, used.api_key_file, options.camera));
 }
 
+// A printer with neither laser nor camera is calibrated from a phone's photo: what a scan needs is
+// advice then, unless a setting or an option asks for it.
+void AdviseOnScan(const files::Config& config, const DoctorOptions& options,
+                  std::vector<Check>& checks) {
+  const auto of_a_scan = [](const Check& check) {
+    return check.name == "camera" || check.name.starts_with("[scan] laser_");
+  };
+  const bool asked = options.laser || !options.printer.camera.empty() ||
+                     config.IsSet("camera.url") || config.IsSet("scan.laser_on_gcode");
+  const bool some = std::ranges::any_of(checks, [&](const Check& check) {
+    return of_a_scan(check) && (check.passed || check.stopped);
+  });
+  if (asked || some) return;
+  for (Check& check : checks) {
+    if (!of_a_scan(check)) continue;
+    check.advice = true;
+    check.detail += "; a phone's photo needs none (trammel pa print --photo)";
+  }
+}
+
 int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
   auto config = LoadSettings(options.printer);
@@ -129,6 +149,7 @@ int RunDoctor(const DoctorOptions& options) {
   add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
   add(CheckSecrets(options.printer, config->scan));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
+  AdviseOnScan(*config, options, checks);
   bool all = true;
   bool stopped = false;
   for (const Check& check : checks) {
