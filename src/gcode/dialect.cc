@@ -150,8 +150,9 @@ std::string DescribeAfterwards(Dialect dialect, const std::vector<ChangedSetting
   if (dialect != Dialect::kKlipper) {
     return values + "; speed and flow factors stay at 100 %";
   }
-  return fmt::format("{} come back as they were where Klipper has klipper/trammel.cfg; else {}",
-                     all, values);
+  return fmt::format(
+      "{} where Klipper has klipper/trammel.cfg; else {}",
+      all + (changed.size() == 1 ? " comes back as it was" : " come back as they were"), values);
 }
 
 std::string WaitForMovesCommand() { return "M400"; }

@@ -46,7 +46,7 @@ ShopOptions Changer() {
 /// How often this was said in the console, or asked in a dialog. What is said is shown on the
 /// display and in the dialog, too, a moment later.
 int TimesRead(const VirtualKlipper& klipper, const std::string& text) {
-  const bool dialog = text.starts_with("TRAMMEL_ASK");
+  const bool dialog = text.starts_with("TRAMMEL_ASK") || text.starts_with(" MSG=");
   int times = 0;
   for (const sim::ReadLine& line : klipper.history().lines) {
     times += line.text.starts_with(dialog ? "TRAMMEL_ASK" : "RESPOND TYPE=echo") &&
