@@ -14,7 +14,9 @@
 namespace trammel::app {
 namespace {
 
-std::string Upper(std::string name) {
+// An option as it is typed, an argument in capitals, as in the usage line.
+std::string NameOf(std::string name) {
+  if (name.starts_with("-")) return name;
   std::ranges::transform(name, name.begin(),
                          [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return name;
@@ -103,7 +105,7 @@ std::string PlainError(const CLI::App& program, const CLI::ParseError& error,
   std::string plain = text;
   if (const auto required = match("([^ ]+) is required"); !required.empty()) {
     plain =
-        fmt::format("{} needs {}{}", path, Upper(required[0]), DescriptionOf(*app, required[0]));
+        fmt::format("{} needs {}{}", path, NameOf(required[0]), DescriptionOf(*app, required[0]));
   } else if (const auto value = match("(.+): [0-9]+ required .+ missing"); !value.empty()) {
     plain = fmt::format("{} needs a value{}", value[0], DescriptionOf(*app, value[0]));
   } else if (const auto two = match("(.+) excludes (.+)"); !two.empty()) {

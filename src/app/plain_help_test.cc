@@ -25,6 +25,8 @@ class PlainHelpTest : public testing::Test {
     auto* count = print_->add_option("--count", count_, "patterns")->check(CLI::Range(2, 9));
     auto* speed = print_->add_option("--speed", speed_, "mm/s")->excludes(count);
     print_->add_option("--flow", speed_, "mm^3/s")->needs(speed);
+    CLI::App* send = program_.add_subcommand("send", "sends");
+    send->add_option("--plan", path_, "of the pattern")->required();
     print_->add_option("--form", path_, "of progress")
         ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}));
   }
@@ -49,6 +51,7 @@ class PlainHelpTest : public testing::Test {
 TEST_F(PlainHelpTest, ErrorsNameTheCommandTheThingAndTheRemedy) {
   EXPECT_THAT(Of({"print"}), AllOf(HasSubstr("trammel print needs PATH: recording's folder"),
                                    HasSubstr("trammel print --help")));
+  EXPECT_THAT(Of({"send"}), HasSubstr("trammel send needs --plan: of the pattern"));
   EXPECT_THAT(Of({"print", "x", "--count"}), HasSubstr("--count needs a value"));
   EXPECT_THAT(Of({"print", "x", "--count", "12"}), HasSubstr("--count 12: it must be 2 … 9"));
   EXPECT_THAT(Of({"print", "x", "--speed", "fast"}),

@@ -364,7 +364,7 @@ TEST_F(AnalyzeRecording, RejectsACropBeyondTheFrames) {
 TEST_F(AnalyzeRecording, RejectsWhatIsNoRecording) {
   ExpectRejected("rec", folder(), {"rec", "no scan.json"});
   ExpectRejected("nowhere", folder(), {"nowhere", "no such file or folder"});
-  ExpectRejected("", folder(), {"path"});
+  ExpectRejected("", folder(), {"needs PATH"});
   ExpectRejected("rec --method guess", folder(), {"--method", "guess", "response or deviation"});
   ExpectRejected("rec --colour", folder(), {"--colour"});
   for (const char* option : {"--pa 0:0.1:0.005", "--segments 1:5", "--start left", "--from bottom",
