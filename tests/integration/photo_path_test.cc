@@ -171,7 +171,11 @@ TEST_F(PhotoPath, APatternThatSomebodyPrintedByHandIsMeasuredByItsPlanAlone) {
 
 TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
   Upload("broken.jpg", "\xFF\xD8\xFF no more");
-  const ProcessEnd broken = Run({"pa", "photo"});
+  const ProcessEnd unplanned = Run({"pa", "photo"});
+  EXPECT_EQ(unplanned.exit_code, 1);
+  EXPECT_THAT(unplanned.standard_error, HasSubstr("cannot tell which values the lines"));
+  ASSERT_EQ(shop_.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"}).exit_code, 0);
+  const ProcessEnd broken = Run({"pa", "photo", "--plan", "pattern.plan.json"});
   EXPECT_EQ(broken.exit_code, 1) << broken.standard_output;
   EXPECT_THAT(broken.standard_error, HasSubstr("photo.jpg"));
   for (const char* name : {"../printer.cfg", "printer.cfg", "away.jpg", "a/b.jpg"}) {
