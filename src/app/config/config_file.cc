@@ -11,6 +11,7 @@
 #include "base/url_secrets.h"
 #include "files/suggest.h"
 #include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_presets.h"
 #include "settings/scan_fields.h"
 
@@ -129,6 +130,9 @@ void FollowNozzle(Config& config) {
   if (!config.IsSet("pressure_advance_pattern.layer_height")) {
     pattern.layer_height_mm =
         std::min(usual.layer_height_mm, kHighest * pattern.nozzle_diameter_mm);
+  }
+  if (pattern.corner_mark && !config.IsSet("pressure_advance_pattern.frame_margin")) {
+    pattern.frame_margin_mm = MarginForMark_mm(pattern);
   }
 }
 

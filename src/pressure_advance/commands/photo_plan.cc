@@ -11,6 +11,7 @@
 
 #include "files/whole_file.h"
 #include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_presets.h"
 
 namespace trammel::app {
@@ -105,7 +106,7 @@ void SetForPhoto(pressure_advance::PatternConfig& pattern) {
   for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
   pattern.segments = PhotoPlan().segments;
   pattern.line_spacing_mm = 1.5;
-  pattern.frame_margin_mm = 3;
+  pattern.frame_margin_mm = MarginForMark_mm(pattern);
   pattern.frame_loops = std::max(pattern.frame_loops, 1);
   pattern.corner_mark = true;
   pattern.alternate_directions = false;

@@ -15,6 +15,14 @@ double AsWritten(double pressure_advance_s) {
   return std::round(pressure_advance_s * scale) / scale;
 }
 
+// At this pitch two rectangles of a bead's area and height lie edge to edge.
+double LoopPitch_mm(const PatternConfig& config) {
+  return config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
+}
+
+// Half of the room from the frame to the first line stays plate.
+constexpr double kShareOfMargin = 0.45;
+
 }  // namespace
 
 std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
@@ -67,6 +75,10 @@ double FilamentPerMm(const PatternConfig& config) {
                               config.filament_diameter_mm);
 }
 
+double MarginForMark_mm(const PatternConfig& config) {
+  return std::ceil(10 * kFewestMarkBeads * LoopPitch_mm(config) / kShareOfMargin) / 10;
+}
+
 PatternGeometry Geometry(const PatternConfig& config) {
   PatternGeometry geometry;
   const double half_bead_mm = config.line_width_mm / 2;
@@ -76,20 +88,13 @@ PatternGeometry Geometry(const PatternConfig& config) {
   geometry.inset_x_mm = half_bead_mm;
   geometry.inset_y_mm = half_bead_mm;
   if (config.frame_loops > 0) {
-    // At this pitch two rectangles of a bead's area and height lie edge to edge.
-    geometry.loop_pitch_mm = config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
+    geometry.loop_pitch_mm = LoopPitch_mm(config);
     geometry.end_to_loop_mm = config.line_width_mm - config.frame_overlap_mm;
-    // Half of the room to the first line stays plate, and the mark is longer than the tenth of a
-    // line that a photo's reader looks at.
-    constexpr double kShareOfMargin = 0.45, kShareOfLine = 0.12;
-    const double room_mm =
-        config.corner_mark
-            ? std::ceil(10 * kFewestMarkBeads * geometry.loop_pitch_mm / kShareOfMargin) / 10
-            : 0;
-    geometry.side_to_loop_mm =
-        config.frame_margin_mm.value_or(std::max(config.line_spacing_mm, room_mm));
+    geometry.side_to_loop_mm = config.frame_margin_mm.value_or(config.line_spacing_mm);
     const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
     if (config.corner_mark) {
+      // Longer than the tenth of a line that a photo's reader looks at.
+      constexpr double kShareOfLine = 0.12;
       geometry.mark_beads = static_cast<int>(std::clamp(
           kShareOfMargin * geometry.side_to_loop_mm / geometry.loop_pitch_mm, 0.0, 1000.0));
       geometry.mark_length_mm = geometry.end_to_loop_mm + kShareOfLine * config.line_length_mm;

@@ -23,6 +23,10 @@ struct PatternGeometry {
 /// Pure arithmetic: finite for finite settings, also for ones that cannot be printed.
 [[nodiscard]] PatternGeometry Geometry(const PatternConfig& config);
 
+/// The frame_margin that leaves room for a corner mark of the fewest beads that a photo shows, up
+/// to the next tenth of a millimetre.
+[[nodiscard]] double MarginForMark_mm(const PatternConfig& config);
+
 /// Outer edge of all patterns together, wherever it lies. Finite like Geometry().
 [[nodiscard]] BoundsMm OuterBounds(const PatternConfig& config);
 

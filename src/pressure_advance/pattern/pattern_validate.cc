@@ -186,12 +186,11 @@ Problem CheckMark(const PatternConfig& config) {
   if (config.frame_loops < 1) return InPattern("corner_mark", "needs a frame: frame_loops >= 1");
   const PatternGeometry geometry = Geometry(config);
   if (geometry.mark_beads >= kFewestMarkBeads) return std::nullopt;
-  return InPattern(
-      "corner_mark",
-      fmt::format("finds room for {} bead(s) between frame and first line, {} are "
-                  "needed: set frame_margin (now {} mm) to {:.1f} or more",
-                  geometry.mark_beads, kFewestMarkBeads, geometry.side_to_loop_mm,
-                  std::ceil(10 * geometry.loop_pitch_mm * kFewestMarkBeads / 0.45) / 10));
+  return InPattern("corner_mark",
+                   fmt::format("finds room for {} bead(s) between frame and first line, {} are "
+                               "needed: set frame_margin (now {} mm) to {:.1f} or more",
+                               geometry.mark_beads, kFewestMarkBeads, geometry.side_to_loop_mm,
+                               MarginForMark_mm(config)));
 }
 
 /// Which setting moves an edge: the position where it is given, else what makes the print wide.
