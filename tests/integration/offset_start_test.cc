@@ -164,7 +164,11 @@ TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
   EXPECT_TRUE(fs::exists(shop_->folder() / "history.jsonl"));
   const std::string page = ReadWhole(shop_->folder() / "rec" / "report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("Where each tool lands"), HasSubstr("old to new")));
-  // It outlived the restart of SAVE_CONFIG, and goes back.
+  // It outlived the restart of SAVE_CONFIG, and goes back: until the next one, and beyond.
+  const ProcessEnd loose =
+      shop_->Run({"offset", "apply", "--undo", "--printer", shop_->address()}, kEnough_s);
+  ASSERT_EQ(loose.exit_code, 0) << loose.standard_error;
+  EXPECT_THAT(loose.standard_output, HasSubstr("unless offset apply --undo --save keeps this"));
   const ProcessEnd undone =
       shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}, kEnough_s);
   ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;

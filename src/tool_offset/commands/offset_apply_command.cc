@@ -169,8 +169,8 @@ Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Sessio
   NoteLastUndone(measurement::Instrument::kToolOffset, address);
   if (undo->was_kept && !arguments.save) {
     fmt::print(
-        "notice    the printer's configuration still has what was undone: --undo --save "
-        "would have kept this, and the next restart brings the other back\n");
+        "notice    the printer's configuration still has what was undone: the next "
+        "restart brings that back, unless offset apply --undo --save keeps this\n");
   }
   SayHowLong(arguments);
   return {};

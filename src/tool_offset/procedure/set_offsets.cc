@@ -162,14 +162,15 @@ Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& opt
   undo.source = last->begin()->second.source;
   std::string undone;  // when
   for (const auto& [tool, change] : *last) {
-    if (change.stage == OffsetStage::kUndone) {
-      undone = change.time;
-      continue;
-    }
+    // What was taken back until the next restart may be kept beyond it.
+    const bool taken_back = change.stage == OffsetStage::kUndone;
+    if (taken_back) undone = change.time;
+    if (taken_back && !options.save) continue;
     const auto now = ReadToolOffset(session, tool);
     if (!now) return tl::unexpected(now.error());
-    if (SameOffset(*now, change.old_offset)) continue;  // never set, or lost by a restart
-    if (!SameOffset(*now, change.new_offset) && !options.force) {
+    const bool as_before = SameOffset(*now, change.old_offset);
+    if (as_before && !taken_back) continue;  // never set, or lost by a restart
+    if (!as_before && !SameOffset(*now, change.new_offset) && !options.force) {
       return Fail(
           fmt::format("tool {} has an offset of {:.3f}, {:.3f} mm, and not the {:.3f}, "
                       "{:.3f} mm that were set at {}: somebody set another since; --force "
