@@ -114,7 +114,8 @@ std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::S
 void AdviseOnScan(const files::Config& config, const DoctorOptions& options,
                   std::vector<Check>& checks) {
   const auto of_a_scan = [](const Check& check) {
-    return check.name == "camera" || check.name.starts_with("[scan] laser_");
+    return check.name == "camera" || check.name == "[scan] laser_on_gcode" ||
+           check.name == "[scan] laser_off_gcode";
   };
   const bool asked = options.laser || !options.printer.camera.empty() ||
                      config.IsSet("camera.url") || config.IsSet("scan.laser_on_gcode");
