@@ -58,7 +58,12 @@ HeaderFields ParseHeaderFields(std::string_view lines) {
     std::string& field = fields[name];
     // A server that offers several ways to sign in may send a line for each.
     const bool joins = name == "www-authenticate" && !field.empty();
-    field = joins ? field + ", " + std::string(value) : std::string(value);
+    if (joins) {
+      field += ", ";
+      field += value;
+    } else {
+      field = value;
+    }
   }
   return fields;
 }

@@ -168,18 +168,18 @@ Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& opt
     if (taken_back && !options.save) continue;
     const auto now = ReadToolOffset(session, tool);
     if (!now) return tl::unexpected(now.error());
-    const bool as_before = SameOffset(*now, change.old_offset);
-    if (as_before && !taken_back) continue;  // never set, or lost by a restart
-    if (!as_before && !SameOffset(*now, change.new_offset) && !options.force) {
-      return Fail(
-          fmt::format("tool {} has an offset of {:.3f}, {:.3f} mm, and not the {:.3f}, "
-                      "{:.3f} mm that were set at {}: somebody set another since; --force "
-                      "sets {:.3f}, {:.3f} mm all the same",
-                      tool, now->x_mm, now->y_mm, change.new_offset.x_mm, change.new_offset.y_mm,
-                      change.time, change.old_offset.x_mm, change.old_offset.y_mm),
-          ErrorKind::kSafety);
+    const KeptOffset& before = taken_back ? change.new_offset : change.old_offset;
+    const KeptOffset& set = taken_back ? change.old_offset : change.new_offset;
+    if (SameOffset(*now, before) && !taken_back) continue;  // never set, or lost by a restart
+    if (!SameOffset(*now, before) && !SameOffset(*now, set) && !options.force) {
+      return Fail(fmt::format("tool {} has an offset of {:.3f}, {:.3f} mm, and not the {:.3f}, "
+                              "{:.3f} mm that were set at {}: somebody set another since; --force "
+                              "sets {:.3f}, {:.3f} mm all the same",
+                              tool, now->x_mm, now->y_mm, set.x_mm, set.y_mm, change.time,
+                              before.x_mm, before.y_mm),
+                  ErrorKind::kSafety);
     }
-    OffsetCorrection back{tool, {}, *now, change.old_offset};
+    OffsetCorrection back{tool, {}, *now, before};
     back.measured.tool = tool;
     back.measured.dx_mm = change.dx_mm;
     back.measured.dy_mm = change.dy_mm;
