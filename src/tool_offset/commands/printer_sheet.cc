@@ -42,7 +42,8 @@ Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config
   const auto facts = TakeStatedBy(session, StatedFor::kPrinter, config.config);
   if (!facts) return tl::unexpected(facts.error());
   tool_offset::SheetSettings& sheet = config.sheet;
-  sheet.printer = config.config.pattern;
+  const settings::PrinterSettings& stated = config.config.pattern;  // its part of the pattern's
+  sheet.printer = stated;
   sheet.filament.filament_diameter_mm = config.config.pattern.filament_diameter_mm;
   constexpr double kLeast_mm_s2 = 100;  // of the setting
   const bool named =
