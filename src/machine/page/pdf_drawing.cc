@@ -18,9 +18,9 @@ std::string NameAt(QPDFObjectHandle dictionary, const char* key) {
 /// Follows the operators that place pictures, into forms as well.
 class Drawing final : public QPDFObjectHandle::ParserCallbacks {
  public:
-  Drawing(QPDFPageObjectHelper holder, QPDFMatrix matrix, int depth,
+  Drawing(const QPDFPageObjectHelper& holder, QPDFMatrix matrix, int depth,
           std::vector<DrawnPicture>& drawn)
-      : holder_(std::move(holder)), matrix_(matrix), depth_(depth), drawn_(drawn) {}
+      : holder_(holder), matrix_(matrix), depth_(depth), drawn_(drawn) {}
 
   void Follow() { holder_.parseContents(this); }
 

@@ -1,6 +1,9 @@
 // What a PDF's page draws: its pictures, and where on the sheet they come to lie.
 #pragma once
 
+#ifndef POINTERHOLDER_TRANSITION
+#define POINTERHOLDER_TRANSITION 4  // std::shared_ptr, as newer releases have it
+#endif
 #include <qpdf/QPDFMatrix.hh>
 #include <qpdf/QPDFObjectHandle.hh>
 #include <qpdf/QPDFPageObjectHelper.hh>

@@ -5,7 +5,9 @@
 #include <exception>
 #include <new>
 #include <optional>
+#ifndef POINTERHOLDER_TRANSITION
 #define POINTERHOLDER_TRANSITION 4  // std::shared_ptr, as newer releases have it
+#endif
 #include <qpdf/Pipeline.hh>
 #include <qpdf/QPDF.hh>
 #include <qpdf/QPDFObjectHandle.hh>
