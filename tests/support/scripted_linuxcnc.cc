@@ -254,6 +254,7 @@ void ScriptedLinuxCnc::Mdi(const std::string& text) {
 }
 
 void ScriptedLinuxCnc::Move(const std::string& block) {
+  if (const auto turned = Word(block, 'C')) answers_["C"] = Six(*turned);  // at once
   std::array<double, 3> to = PositionNow();
   const std::array<char, 3> letters{'X', 'Y', 'Z'};
   for (std::size_t i = 0; i < 3; ++i) to[i] = Word(block, letters[i]).value_or(to[i]);

@@ -22,9 +22,10 @@ using Eigen::Vector4d;
 
 constexpr double kPoll_s = 0.02;
 constexpr double kLeash_s = 0.5;
-constexpr double kShortestPiece_mm = 0.01;
-constexpr double kArrived_mm = 1e-3;
+constexpr double kShortestPiece = 0.01;  // mm or degrees
+constexpr double kArrived = 1e-3;        // mm or degrees
 constexpr double kHeld_deg = 0.01;
+constexpr double kFarthest_deg = 3600;  // of C from 0: cables end somewhere
 // LinuxCNC shows six decimals.
 constexpr double kShown = 1.1e-6;
 constexpr int kFirstParameter = 5221;  // X of G54; C of abs_act_pos is its sixth number
@@ -200,32 +201,37 @@ std::string LinuxCnc::Halt() {
   return "the move was aborted, but the machine was not seen to stand: look at it";
 }
 
-Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, double time_limit_s,
-                                const std::stop_token& stop) {
-  const auto move = fmt::format("G21 G90 G94 G53 G1 X{:.6f} Y{:.6f} Z{:.6f} F{:.3f}",
-                                machine_mm.x(), machine_mm.y(), machine_mm.z(), feed_mm_min);
+Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_min,
+                                double time_limit_s, const std::stop_token& stop) {
+  const bool turns = driven == Driven::kC;
+  const auto off_by = [&](const Vector4d& at) {
+    return turns ? std::abs(at[3] - to[3]) : (at - to).head<3>().cwiseAbs().maxCoeff();
+  };
+  const std::string goal = turns ? fmt::format("C {:.3f}", to[3]) : At(to);
+  const std::string words = turns ? fmt::format("C{:.6f}", to[3])
+                                  : fmt::format("X{:.6f} Y{:.6f} Z{:.6f}", to.x(), to.y(), to.z());
+  const auto move = fmt::format("G21 G90 G94 G53 G1 {} F{:.3f}", words, feed_min);
   if (auto set = link_->Move(move, stop); !set) return set;
   // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
   constexpr double kPatience = 20;  // limits, for the whole move
   const double end_s = HostNow() + kPatience * time_limit_s;
   double deadline_s = HostNow() + time_limit_s;
-  double closest_mm = std::numeric_limits<double>::infinity();
+  double closest = std::numeric_limits<double>::infinity();
   while (HostNow() < std::min(deadline_s, end_s)) {
     const auto now = Motion(stop);
     if (!now) return tl::unexpected(now.error());
-    const double off_mm = (now->position.head<3>() - machine_mm).cwiseAbs().maxCoeff();
+    const double off = off_by(now->position);
     // Where the link tells, a piece has ended before the next is sent.
-    if (off_mm < kArrived_mm && (now->ended || !now->commanded)) return {};
+    if (off < kArrived && (now->ended || !now->commanded)) return {};
     // One that ended where it was to go may settle a little later.
-    if (now->ended && now->commanded &&
-        (now->commanded->head<3>() - machine_mm).cwiseAbs().maxCoeff() >= kArrived_mm) {
+    if (now->ended && now->commanded && off_by(*now->commanded) >= kArrived) {
       return Broken(
           fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
                       "refuses it; its own screen says why",
-                      At({machine_mm.x(), machine_mm.y(), machine_mm.z(), 0}), At(now->position)));
+                      goal, At(now->position)));
     }
-    if (off_mm < closest_mm - kArrived_mm) {
-      closest_mm = off_mm;
+    if (off < closest - kArrived) {
+      closest = off;
       deadline_s = HostNow() + time_limit_s;
     }
     if (now->complaint) {
@@ -234,38 +240,66 @@ Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, 
     if (!now->spindle_stopped) return Unsafe("the spindle was started during the move");
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
-  return Broken(fmt::format("the move to {} did not arrive within {:.1f} s",
-                            At({machine_mm.x(), machine_mm.y(), machine_mm.z(), 0}), time_limit_s));
+  return Broken(
+      fmt::format("the move to {} did not arrive within {:.1f} s", goal, time_limit_s));
+}
+
+Result<LinuxCncTravel> LinuxCnc::Travel(const std::stop_token& stop) {
+  if (auto prepared = Prepare(true, stop); !prepared) return tl::unexpected(prepared.error());
+  if (auto learned = LearnTravel(stop); !learned) return tl::unexpected(learned.error());
+  return travel_;
 }
 
 Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
                               const std::stop_token& stop) {
-  TRAMMEL_CHECK(feed_mm_min >= 10 && feed_mm_min <= 1e5, "feed = {} mm/min", feed_mm_min);
+  const auto travel = Travel(stop);
+  if (!travel) return tl::unexpected(travel.error());
+  if (auto checked = CheckTarget(machine_mm, *travel); !checked) return checked;
+  return Drive(Driven::kXyz, {machine_mm.x(), machine_mm.y(), machine_mm.z(), 0}, feed_mm_min,
+               stop);
+}
+
+Result<void> LinuxCnc::TurnTo(double c_deg, double speed_deg_min, const std::stop_token& stop) {
+  constexpr double kMostTurned_deg = 720;
+  TRAMMEL_CHECK(options_.c_holds_spindle && std::abs(c_deg) <= kMostTurned_deg, "C = {} deg",
+                c_deg);
   if (auto prepared = Prepare(true, stop); !prepared) return prepared;
-  if (auto learned = LearnTravel(stop); !learned) return learned;
-  if (auto checked = CheckTarget(machine_mm, travel_); !checked) return checked;
+  return Drive(Driven::kC, {0, 0, 0, c_deg}, speed_deg_min, stop);
+}
+
+Result<void> LinuxCnc::Drive(Driven driven, const Vector4d& to, double feed_min,
+                             const std::stop_token& stop) {
+  TRAMMEL_CHECK(feed_min >= 10 && feed_min <= 1e5, "feed = {} mm/min or deg/min", feed_min);
   if (auto drained = link_->ForgetComplaints(stop); !drained) return drained;
   const auto state = State(stop);
   if (!state) return tl::unexpected(state.error());
   if (auto ours = CheckMode(state->mode); !ours) return ours;
-  const double true_feed_mm_min =
-      std::min(feed_mm_min * state->feed_override, 60 * state->fastest_mm_s);
-  const double piece_mm = std::max(kShortestPiece_mm, true_feed_mm_min / 60 * kLeash_s);
-  auto moved = MoveInPieces(state->position_mm, machine_mm, feed_mm_min, piece_mm, stop);
-  if (moved) moved = AwaitRest(state->c_deg, stop);
+  // What limits the trajectory holds for moves in mm.
+  const double fastest_min = driven == Driven::kXyz ? 60 * state->fastest_mm_s : feed_min;
+  const double true_feed_min = std::min(feed_min * state->feed_override, fastest_min);
+  const double piece = std::max(kShortestPiece, true_feed_min / 60 * kLeash_s);
+  const Vector3d& at = state->position_mm;
+  const Vector4d from(at.x(), at.y(), at.z(), state->c_deg);
+  if (driven == Driven::kC && !(std::abs(state->c_deg) <= kFarthest_deg)) {
+    return Broken(fmt::format("LinuxCNC says that C stands at {:g} degrees: turn it to 0, or look "
+                              "at the controller's scales",
+                              state->c_deg));
+  }
+  auto moved = MoveInPieces(driven, from, to, feed_min, piece, stop);
+  if (moved) moved = AwaitRest(driven == Driven::kC ? to[3] : state->c_deg, stop);
   if (moved || taken_) return moved;
   return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
 }
 
-Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& end_mm,
-                                    double feed_mm_min, double piece_mm,
-                                    const std::stop_token& stop) {
+Result<void> LinuxCnc::MoveInPieces(Driven driven, const Vector4d& from, const Vector4d& to,
+                                    double feed_min, double piece, const std::stop_token& stop) {
   // A feed override may slow a machine down to a tenth.
   constexpr double kSlowest = 10;
-  const Vector3d way_mm = end_mm - start_mm;
-  const int pieces = PiecesOf(way_mm.norm(), piece_mm);
+  const Vector4d way = to - from;
+  const double length = driven == Driven::kC ? std::abs(way[3]) : way.head<3>().norm();
+  const int pieces = PiecesOf(length, piece);
   const double piece_limit_s = options_.address.time_limit_s + kSlowest * kLeash_s;
-  const double limit_s = piece_limit_s + kSlowest * 60 * way_mm.norm() / feed_mm_min;
+  const double limit_s = piece_limit_s + kSlowest * 60 * length / feed_min;
   const double deadline_s = HostNow() + limit_s;
   for (int i = 1; i <= pieces; ++i) {
     if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
@@ -276,7 +310,7 @@ Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& en
                       limit_s));
     }
     const double left = 1 - static_cast<double>(i) / pieces;
-    auto moved = MoveOnce(end_mm - left * way_mm, feed_mm_min, piece_limit_s, stop);
+    auto moved = MoveOnce(driven, to - left * way, feed_min, piece_limit_s, stop);
     if (!moved) return moved;
   }
   return {};

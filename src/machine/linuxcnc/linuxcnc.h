@@ -72,6 +72,16 @@ class LinuxCnc {
   [[nodiscard]] Result<void> MoveTo(const Eigen::Vector3d& machine_mm, double feed_mm_min,
                                     const std::stop_token& stop);
 
+  /// Turns the spindle by its axis C; X, Y and Z stay. Ends as MoveTo does. Prepares before it.
+  /// REQUIRES c_holds_spindle.
+  /// @param speed_deg_min  10 … 100000
+  [[nodiscard]] Result<void> TurnTo(double c_deg, double speed_deg_min,
+                                    const std::stop_token& stop);
+
+  /// The limits of X, Y and Z in LinuxCNC's INI file; ±kFarthest_mm where it has none. Prepares
+  /// before it.
+  [[nodiscard]] Result<LinuxCncTravel> Travel(const std::stop_token& stop);
+
   /// @param slot  1 (G54) … 9 (G59.3)
   [[nodiscard]] Result<LinuxCncOffsets> ReadOffsets(int slot, const std::stop_token& stop);
 
@@ -88,12 +98,16 @@ class LinuxCnc {
   [[nodiscard]] Result<void> CheckMode(const std::string& mode);
   /// Asks for the limits of the axes, once.
   [[nodiscard]] Result<void> LearnTravel(const std::stop_token& stop);
-  [[nodiscard]] Result<void> MoveInPieces(const Eigen::Vector3d& start_mm,
-                                          const Eigen::Vector3d& end_mm, double feed_mm_min,
-                                          double piece_mm, const std::stop_token& stop);
-  [[nodiscard]] Result<void> MoveOnce(const Eigen::Vector3d& machine_mm, double feed_mm_min,
+  /// Which axes a move drives: X, Y and Z in mm, or C in degrees.
+  enum class Driven { kXyz, kC };
+  [[nodiscard]] Result<void> Drive(Driven driven, const Eigen::Vector4d& to, double feed_min,
+                                   const std::stop_token& stop);
+  [[nodiscard]] Result<void> MoveInPieces(Driven driven, const Eigen::Vector4d& from,
+                                          const Eigen::Vector4d& to, double feed_min, double piece,
+                                          const std::stop_token& stop);
+  [[nodiscard]] Result<void> MoveOnce(Driven driven, const Eigen::Vector4d& to, double feed_min,
                                       double time_limit_s, const std::stop_token& stop);
-  /// Until the controller is idle; C must be where it was.
+  /// Until the controller is idle; C must be at `c_deg`.
   [[nodiscard]] Result<void> AwaitRest(double c_deg, const std::stop_token& stop);
   /// Ends all motion of ours; says where the machine stands, or that nobody knows.
   [[nodiscard]] std::string Halt();

@@ -106,6 +106,41 @@ TEST(LinuxCnc, MovesInPiecesAndArrives) {
   EXPECT_EQ(pieces, 2);
 }
 
+TEST(LinuxCnc, TurnsTheSpindleByItsAxisInPiecesAndNothingElse) {
+  ScriptedLinuxCnc server;
+  LinuxCncOptions options = Options(server);
+  options.spindle_locked_by_hand = false;
+  options.c_holds_spindle = true;
+  const auto machine = Connected(options);
+  ASSERT_TRUE(machine);
+  const auto turned = machine->TurnTo(180, 7200, {});  // 60 degrees a piece
+  ASSERT_TRUE(turned) << turned.error().message;
+  const auto state = machine->State({});
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->c_deg, 180);
+  std::vector<std::string> moves;
+  for (const std::string& request : server.requests()) {
+    if (request.find("G53 G1") != std::string::npos) moves.push_back(request);
+  }
+  EXPECT_EQ(moves.size(), 3);
+  EXPECT_THAT(moves, Each(AllOf(HasSubstr(" C"), Not(HasSubstr("X")), Not(HasSubstr("Z")))));
+  server.Answer("spindle 0", "0 FORWARD");
+  const auto turning = machine->TurnTo(0, 7200, {});
+  ASSERT_FALSE(turning);
+  EXPECT_EQ(turning.error().kind, ErrorKind::kSafety);
+}
+
+TEST(LinuxCnc, TellsTheTravelOfItsAxes) {
+  ScriptedLinuxCnc server;
+  server.SetIni("[AXIS_X]MIN_LIMIT", "-10.5");
+  server.SetIni("[AXIS_Z]MAX_LIMIT", "4");
+  const auto travel = Connected(Options(server))->Travel({});
+  ASSERT_TRUE(travel) << travel.error().message;
+  EXPECT_EQ(travel->low_mm.x(), -10.5);
+  EXPECT_EQ(travel->high_mm.z(), 4);
+  EXPECT_EQ(travel->high_mm.x(), kFarthest_mm);
+}
+
 TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
   struct Case {
     const char* name;
