@@ -295,6 +295,41 @@ TEST_F(LinuxCncRoundTrip, MovesArriveStopAndAreRefusedBeyondItsLimits) {
   EXPECT_THAT(beyond.error().message, HasSubstr("Z 3001 lies outside the travel"));
 }
 
+TEST_F(LinuxCncRoundTrip, ItsAxisCTurnsByHalfATurnAndBackAndNothingElseMoves) {
+  const auto machine = Machine();
+  ASSERT_TRUE(machine);
+  ASSERT_TRUE(machine->MoveTo({30, -20, 5}, 20'000, {}));
+  for (const double c_deg : {180.0, 0.0}) {
+    const auto turned = machine->TurnTo(c_deg, 7200, {});
+    ASSERT_TRUE(turned) << turned.error().message;
+    const auto state = machine->State({});
+    ASSERT_TRUE(state);
+    EXPECT_NEAR(state->c_deg, c_deg, 1e-3);
+    EXPECT_LT((state->position_mm - Vector3d(30, -20, 5)).norm(), kMicron_mm);
+  }
+  const auto travel = machine->Travel({});
+  ASSERT_TRUE(travel) << travel.error().message;
+  EXPECT_EQ(travel->low_mm, Vector3d::Constant(-3000));
+}
+
+TEST_F(LinuxCncRoundTrip, AnEmergencyStopInAMoveEndsItAndIsNamed) {
+  const auto machine = Machine();
+  ASSERT_TRUE(machine);
+  std::thread presser([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    auto shell = LinuxCncShell::Connect(Options().address, {});
+    EXPECT_TRUE(shell && shell->Set("estop on", {}));
+  });
+  const auto moved = machine->MoveTo({2500, 0, 0}, 6000, {});
+  presser.join();
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(moved.error().message, HasSubstr("emergency stop"));
+  const Vector3d at = Position();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_EQ(Position(), at);
+}
+
 TEST_F(LinuxCncRoundTrip, RefusesWhileTheSpindleTurnsAndWhileG92IsActive) {
   Mdi("M3 S100");
   WaitFor([this] { return shell_->Get("spindle 0", {}) == "0 FORWARD"; });

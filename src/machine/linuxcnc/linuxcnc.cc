@@ -237,11 +237,13 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
     if (now->complaint) {
       return Broken(fmt::format("LinuxCNC refuses the move: {}", Clipped(*now->complaint)));
     }
+    if (!now->on) {
+      return Unsafe("the emergency stop was pressed, or the machine switched off, during the move");
+    }
     if (!now->spindle_stopped) return Unsafe("the spindle was started during the move");
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
-  return Broken(
-      fmt::format("the move to {} did not arrive within {:.1f} s", goal, time_limit_s));
+  return Broken(fmt::format("the move to {} did not arrive within {:.1f} s", goal, time_limit_s));
 }
 
 Result<LinuxCncTravel> LinuxCnc::Travel(const std::stop_token& stop) {
@@ -281,9 +283,10 @@ Result<void> LinuxCnc::Drive(Driven driven, const Vector4d& to, double feed_min,
   const Vector3d& at = state->position_mm;
   const Vector4d from(at.x(), at.y(), at.z(), state->c_deg);
   if (driven == Driven::kC && !(std::abs(state->c_deg) <= kFarthest_deg)) {
-    return Broken(fmt::format("LinuxCNC says that C stands at {:g} degrees: turn it to 0, or look "
-                              "at the controller's scales",
-                              state->c_deg));
+    return Broken(
+        fmt::format("LinuxCNC says that C stands at {:g} degrees: turn it to 0, or look "
+                    "at the controller's scales",
+                    state->c_deg));
   }
   auto moved = MoveInPieces(driven, from, to, feed_min, piece, stop);
   if (moved) moved = AwaitRest(driven == Driven::kC ? to[3] : state->c_deg, stop);

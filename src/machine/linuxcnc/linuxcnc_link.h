@@ -53,6 +53,7 @@ struct LinuxCncMotion {
   /// Where the controller wants it to be; absent where the link does not tell.
   std::optional<Eigen::Vector4d> commanded;
   std::string mode;
+  bool on = true;  ///< its power, which an emergency stop takes away
   bool idle = false;
   bool ended = false;  ///< the last block has surely been taken up and ended; false where the link
                        ///< cannot know

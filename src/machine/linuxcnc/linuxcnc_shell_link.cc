@@ -117,6 +117,7 @@ Result<LinuxCncMotion> LinuxCncShellLink::Motion(const std::stop_token& stop) {
   motion.complaint = std::move(*complaint);
   Asked get(shell_, stop);
   motion.mode = get("mode");
+  motion.on = get("machine") == "ON";
   motion.spindle_stopped = get("spindle 0") == kSpindleOff;
   motion.idle = get("program_status") == kIdle;
   if (get.error) return tl::unexpected(*get.error);

@@ -260,6 +260,22 @@ TEST(LinuxCnc, AMoveBeyondTheTravelIsRefusedWithTheControllersWords) {
   EXPECT_FALSE(server.moving());
 }
 
+TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
+  ScriptedLinuxCnc* shop = nullptr;
+  ScriptedLinuxCnc server([&shop](const std::string& request) {
+    if (request.find("G53 G1") != std::string::npos) shop->Answer("machine", "OFF");
+    return Fault::kNone;
+  });
+  shop = &server;
+  const double begin_s = HostNow();
+  const auto moved = Connected(Options(server))->MoveTo({100, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_LT(HostNow() - begin_s, 2);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(moved.error().message, HasSubstr("emergency stop"));
+  EXPECT_FALSE(server.moving());
+}
+
 TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
   ScriptedLinuxCnc* shop = nullptr;
   ScriptedLinuxCnc server([&shop](const std::string& request) {
