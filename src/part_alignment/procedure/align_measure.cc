@@ -24,9 +24,6 @@ using part_alignment::RejectedTarget;
 using part_alignment::RejectReason;
 using part_alignment::View;
 
-// What an axis at rest may wander; ten times what it has to arrive within.
-constexpr double kStands_mm = 0.01;
-
 std::string IdOf(int number, const MeasureOptions& options) {
   return options.id_prefix + std::to_string(number);
 }
@@ -154,16 +151,11 @@ class Measuring {
     outcome_.discs.resize(plan_.views.size());
     const auto way = Way();
     if (!way) return tl::unexpected(way.error());
-    for (const Waypoint& point : *way) {
-      if (shop_.move_to) {
-        if (auto moved = shop_.move_to(point.spindle_mm); !moved) {
-          return tl::unexpected(At(next_, moved.error()));
-        }
-      }
-      if (point.view < 0) continue;
-      const auto number = static_cast<std::size_t>(point.view);
-      if (auto taken = Take(number); !taken) return tl::unexpected(At(number, taken.error()));
-      next_ = number + 1;
+    const auto taken = [this](std::size_t number, const machine::CapturedFrame& picture) {
+      return Look(number, picture);
+    };
+    if (auto driven = DriveThroughViews(*way, plan_.views, shop_, taken); !driven) {
+      return tl::unexpected(driven.error());
     }
     const auto& views = outcome_.measurement.views;
     if (std::all_of(views.begin(), views.end(),
@@ -177,12 +169,6 @@ class Measuring {
   }
 
  private:
-  [[nodiscard]] Error At(std::size_t number, const Error& error) const {
-    const bool back = number >= plan_.views.size();
-    return {error.kind, back ? "behind the last view: " + error.message
-                             : fmt::format("view {}: {}", number + 1, error.message)};
-  }
-
   Result<std::vector<Waypoint>> Way() {
     if (shop_.move_to) {
       const auto start_mm = shop_.stands_at();
@@ -196,12 +182,8 @@ class Measuring {
     return way;
   }
 
-  Result<void> Take(std::size_t number) {
-    const auto picture = shop_.take_picture();
-    if (!picture) return tl::unexpected(picture.error());
-    if (auto kept = shop_.keep_picture(number, *picture); !kept) return kept;
-    if (auto stood = CheckStood(plan_.views[number]); !stood) return stood;
-    auto found = Read(*picture, plan_, options_, workspaces_);
+  Result<void> Look(std::size_t number, const machine::CapturedFrame& picture) {
+    auto found = Read(picture, plan_, options_, workspaces_);
     if (!found) return tl::unexpected(found.error());
     AddObservations(*found, ids_, options_, number, outcome_);
     outcome_.found.push_back(std::move(*found));
@@ -213,26 +195,12 @@ class Measuring {
     return {};
   }
 
-  // Only now is it known where the spindle was while the light came in.
-  Result<void> CheckStood(const View& view) {
-    if (!shop_.move_to) return {};
-    const auto at_mm = shop_.stands_at();
-    if (!at_mm) return tl::unexpected(at_mm.error());
-    const double off_mm = (*at_mm - view.spindle_mm).norm();
-    if (off_mm <= kStands_mm) return {};
-    return Fail(fmt::format("the spindle moved by {:.3f} mm while the picture was taken; does "
-                            "somebody else drive the machine?",
-                            off_mm),
-                ErrorKind::kMachine);
-  }
-
   const Measurement& plan_;
   const MeasureOptions& options_;
   const MeasurementHooks& shop_;
   std::set<std::string> ids_;
   Workspaces workspaces_;
   MeasureOutcome outcome_;
-  std::size_t next_ = 0;  ///< view, that is driven to
 };
 
 }  // namespace

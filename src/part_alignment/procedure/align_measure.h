@@ -8,27 +8,18 @@
 #include <vector>
 
 #include "base/result.h"
-#include "machine/camera/camera.h"
 #include "part_alignment/pose/disc_centres.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/procedure/align_route.h"
+#include "part_alignment/procedure/view_drive.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/square_finder.h"
 
 namespace trammel::procedure {
 
-/// The outside: each may fail, which ends the measurement. `move_to` must leave no motion running
-/// when it fails (machine/linuxcnc/linuxcnc.h does).
-struct MeasurementHooks {
-  /// Empty: the pictures were taken before, one for each view in the order of the plan.
-  std::function<Result<void>(const Eigen::Vector3d& spindle_mm)> move_to;
-  /// Where the spindle stands; an error unless it is stopped and oriented. With `move_to`.
-  std::function<Result<Eigen::Vector3d>()> stands_at;
-  /// A picture that was begun after this call.
-  std::function<Result<machine::CapturedFrame>()> take_picture;
-  /// Keeps a picture as it came, before anybody looks into it.
-  std::function<Result<void>(std::size_t view, const machine::CapturedFrame& picture)> keep_picture;
+/// The outside of a measurement.
+struct MeasurementHooks : ViewHooks {
   /// Keeps the views that were taken so far, with what was seen in them.
   std::function<Result<void>(const part_alignment::Measurement& so_far)> keep_observations;
   std::function<void(const std::string& line)> tell;  ///< progress

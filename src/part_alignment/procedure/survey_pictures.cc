@@ -79,13 +79,36 @@ Result<Page> ReadPicture(const std::filesystem::path& path) {
 
 }  // namespace
 
+Result<SurveyPicture> ReadSurveyPicture(const std::string& name, const PageView& grey,
+                                        const SurveyReadOptions& options,
+                                        part_alignment::FinderWorkspace& workspace,
+                                        std::vector<std::string>& notices) {
+  part_alignment::FinderOptions finder = options.finder;
+  finder.plain_discs = options.plain;
+  const auto found = part_alignment::FindTargets(grey, options.book, finder, workspace);
+  if (!found) return tl::unexpected(found.error());
+  SurveyPicture picture;
+  picture.name = name;
+  picture.width_px = grey.width;
+  picture.height_px = grey.height;
+  for (const FoundTarget& target : found->targets) {
+    if (!target.number) continue;
+    const double sigma_px =
+        std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
+    picture.observations.push_back(
+        {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
+    picture.discs.push_back(target.disc);
+  }
+  if (options.plain) AddPlain(*found, options.extra_sigma_px, picture);
+  NoteRejected(*found, name, notices);
+  return picture;
+}
+
 Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path>& paths,
                                          const SurveyReadOptions& options,
                                          const std::function<void(const std::string&)>& tell) {
   SurveyReading reading;
   part_alignment::FinderWorkspace workspace;
-  part_alignment::FinderOptions finder = options.finder;
-  finder.plain_discs = options.plain;
   std::set<std::string> names;
   for (const std::filesystem::path& path : paths) {
     const std::string name = path.filename().string();
@@ -97,26 +120,14 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
     }
     const auto grey = ReadPicture(path);
     if (!grey) return tl::unexpected(grey.error());
-    const auto found = part_alignment::FindTargets(grey->view(), options.book, finder, workspace);
-    if (!found) {
-      return Fail(fmt::format("{}: {}", path.string(), found.error().message), found.error().kind);
+    auto picture = ReadSurveyPicture(name, grey->view(), options, workspace, reading.notices);
+    if (!picture) {
+      return Fail(fmt::format("{}: {}", path.string(), picture.error().message),
+                  picture.error().kind);
     }
-    SurveyPicture& picture = reading.pictures.emplace_back();
-    picture.name = name;
-    picture.width_px = grey->width;
-    picture.height_px = grey->height;
-    for (const FoundTarget& target : found->targets) {
-      if (!target.number) continue;
-      const double sigma_px =
-          std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
-      picture.observations.push_back(
-          {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
-      picture.discs.push_back(target.disc);
-    }
-    if (options.plain) AddPlain(*found, options.extra_sigma_px, picture);
-    NoteRejected(*found, name, reading.notices);
-    tell(fmt::format("{}: {} coded targets{}", name, picture.observations.size(),
-                     options.plain ? fmt::format(", {} plain discs", picture.plain.size()) : ""));
+    tell(fmt::format("{}: {} coded targets{}", name, picture->observations.size(),
+                     options.plain ? fmt::format(", {} plain discs", picture->plain.size()) : ""));
+    reading.pictures.push_back(std::move(*picture));
   }
   return reading;
 }

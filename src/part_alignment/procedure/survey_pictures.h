@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/page.h"
 #include "base/result.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/targets/code_book.h"
@@ -26,6 +27,13 @@ struct SurveyReading {
   std::vector<part_alignment::SurveyPicture> pictures;  ///< named by their files
   std::vector<std::string> notices;
 };
+
+/// Finds the targets in one picture.
+/// @param grey  one channel
+/// Errors: FindTargets'.
+[[nodiscard]] Result<part_alignment::SurveyPicture> ReadSurveyPicture(
+    const std::string& name, const PageView& grey, const SurveyReadOptions& options,
+    part_alignment::FinderWorkspace& workspace, std::vector<std::string>& notices);
 
 /// Reads each picture as it is stored (EXIF turns nothing) and finds the targets in it.
 /// @param tell  progress, a line for each picture.
