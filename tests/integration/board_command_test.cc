@@ -68,34 +68,23 @@ class BoardCommand : public testing::Test {
   }
 
   void TakePictures(const sim::BoardWorld& world, const json& layout) const {
+    sim::SpindlePicture like;
+    like.light.white = 30;  // black prints on white paper
+    like.light.dark = 205;
+    like.light.surface = 190;
+    like.light.vignetting = 0.2;
+    std::vector<sim::RingPattern> patterns;
+    for (const json& target : layout.at("targets")) {
+      sim::RingPattern& pattern = patterns.emplace_back();
+      pattern.bits = layout.at("bits").get<int>();
+      pattern.word = target.at("word").get<std::uint32_t>();
+      pattern.dot_radius_mm = kRadius_mm;
+      pattern.ring_inner_mm = 2 * kRadius_mm;
+      pattern.ring_outer_mm = 3 * kRadius_mm;
+      pattern.ground_radius_mm = 3.7 * kRadius_mm;
+    }
     for (std::size_t stop = 0; stop < world.setup.stops.size(); ++stop) {
-      sim::SpindlePicture picture;
-      picture.lens = sim::LensAt(world, stop);
-      picture.light.white = 30;  // black prints on white paper
-      picture.light.dark = 205;
-      picture.light.surface = 190;
-      picture.light.vignetting = 0.2;
-      const sim::Place camera_from_machine = sim::Back(sim::MachineFromCamera(world, stop));
-      for (std::size_t mark = 0; mark < world.marks_mm.size(); ++mark) {
-        const json& target = layout.at("targets").at(mark);
-        sim::PlacedTarget placed;
-        const sim::Triple z = world.normals[mark];
-        const sim::Triple x_axis = {world.machine_from_sheet.turn[0][0],
-                                    world.machine_from_sheet.turn[1][0],
-                                    world.machine_from_sheet.turn[2][0]};
-        const sim::Triple x =
-            sim::UnitOf(sim::operator-(x_axis, sim::operator*(sim::Dot(x_axis, z), z)));
-        const sim::Place machine_from_target = {world.marks_mm[mark],
-                                                sim::Back(sim::Turn{x, sim::Cross(z, x), z})};
-        placed.camera_from_target = sim::operator*(camera_from_machine, machine_from_target);
-        placed.pattern.bits = layout.at("bits").get<int>();
-        placed.pattern.word = target.at("word").get<std::uint32_t>();
-        placed.pattern.dot_radius_mm = kRadius_mm;
-        placed.pattern.ring_inner_mm = 2 * kRadius_mm;
-        placed.pattern.ring_outer_mm = 3 * kRadius_mm;
-        placed.pattern.ground_radius_mm = 3.7 * kRadius_mm;
-        picture.targets.push_back(placed);
-      }
+      const auto picture = sim::BoardPictureAt(world, stop, patterns, like);
       const auto page = sim::TakePicture(picture, world.noise.Fork(stop));
       ASSERT_TRUE(page) << page.error().message;
       Write(NameOf(stop), "P5 " + std::to_string(page->width) + " " + std::to_string(page->height) +

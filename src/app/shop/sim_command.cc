@@ -211,6 +211,7 @@ void AddSimCommands(CLI::App& sim, int& exit_code) {
   AddSimSheet(sim, exit_code);
 #endif
 #ifdef TRAMMEL_PART_ALIGNMENT
+  AddSimMill(sim, exit_code);
   AddSimSpindle(sim, exit_code);
 #endif
 }

@@ -13,6 +13,7 @@ void AddSimCommands(CLI::App& sim, int& exit_code);
 /// Each hangs its command below `parent`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);
 void AddSimCamera(CLI::App& parent, int& exit_code);
+void AddSimMill(CLI::App& parent, int& exit_code);
 void AddSimSheet(CLI::App& parent, int& exit_code);
 void AddSimSpindle(CLI::App& parent, int& exit_code);
 

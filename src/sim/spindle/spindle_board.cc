@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "base/check.h"
 
 namespace trammel::sim {
 namespace {
@@ -25,6 +28,18 @@ Triple Noise(double sigma, Random& random) {
   return drawn;
 }
 
+std::vector<std::array<double, 2>> PlacesOf(const BoardSheet& sheet) {
+  if (!sheet.places_mm.empty()) return sheet.places_mm;
+  std::vector<std::array<double, 2>> places_mm;
+  for (int row = 0; row < sheet.rows; ++row) {
+    for (int column = 0; column < sheet.columns; ++column) {
+      places_mm.push_back({sheet.pitch_mm * column - (sheet.columns - 1) * sheet.pitch_mm / 2,
+                           (sheet.rows - 1) * sheet.pitch_mm / 2 - row * sheet.pitch_mm});
+    }
+  }
+  return places_mm;
+}
+
 void DrawSheet(const BoardSetup& setup, Random random, BoardWorld& world) {
   const BoardSheet& sheet = setup.sheet;
   const double stretch_x = 1 + random.Uniform(-sheet.print_scale, sheet.print_scale);
@@ -38,22 +53,20 @@ void DrawSheet(const BoardSetup& setup, Random random, BoardWorld& world) {
   world.machine_from_sheet.origin_mm =
       sheet.middle_mm + Triple{random.Uniform(-sheet.off_mm, sheet.off_mm),
                                random.Uniform(-sheet.off_mm, sheet.off_mm), 0};
-  const double width_mm = (sheet.columns - 1) * sheet.pitch_mm;
-  const double height_mm = (sheet.rows - 1) * sheet.pitch_mm;
-  const double half_mm = std::hypot(width_mm, height_mm) / 2;
-  for (int row = 0; row < sheet.rows; ++row) {
-    for (int column = 0; column < sheet.columns; ++column) {
-      const double x = stretch_x * (column * sheet.pitch_mm - width_mm / 2);
-      const double y = stretch_y * (height_mm / 2 - row * sheet.pitch_mm);
-      const double across = (x * std::cos(along_rad) + y * std::sin(along_rad)) / half_mm;
-      const double slope = -2 * side * sheet.bend_mm * across / half_mm;
-      Triple at = {x, y, side * sheet.bend_mm * (0.5 - across * across)};
-      at[0] += random.Normal(0, sheet.print_error_mm);
-      at[1] += random.Normal(0, sheet.print_error_mm);
-      world.marks_mm.push_back(world.machine_from_sheet.Out(at));
-      const Triple normal = UnitOf({-slope * std::cos(along_rad), -slope * std::sin(along_rad), 1});
-      world.normals.push_back(world.machine_from_sheet.turn * normal);
-    }
+  const auto places_mm = PlacesOf(sheet);
+  double half_mm = 0;
+  for (const auto& place : places_mm) half_mm = std::max(half_mm, std::hypot(place[0], place[1]));
+  for (const auto& place : places_mm) {
+    const double x = stretch_x * place[0];
+    const double y = stretch_y * place[1];
+    const double across = (x * std::cos(along_rad) + y * std::sin(along_rad)) / half_mm;
+    const double slope = -2 * side * sheet.bend_mm * across / half_mm;
+    Triple at = {x, y, side * sheet.bend_mm * (0.5 - across * across)};
+    at[0] += random.Normal(0, sheet.print_error_mm);
+    at[1] += random.Normal(0, sheet.print_error_mm);
+    world.marks_mm.push_back(world.machine_from_sheet.Out(at));
+    const Triple normal = UnitOf({-slope * std::cos(along_rad), -slope * std::sin(along_rad), 1});
+    world.normals.push_back(world.machine_from_sheet.turn * normal);
   }
 }
 
@@ -64,8 +77,7 @@ void DrawApproaches(const BoardSetup& setup, Random random, BoardWorld& world) {
       index_rad = random.Normal(0, setup.machine.index_rad);
     }
     world.index_rad.push_back(index_rad);
-    Triple actual = Bent(world.machine, setup.stops[i].stated_mm) +
-                    Noise(setup.machine.repeatability_mm, random);
+    Triple actual = ActualFor(world, setup.stops[i].stated_mm, random);
     const auto steps = static_cast<double>(std::max<std::size_t>(1, setup.stops.size() - 1));
     const double part = static_cast<double>(i) / steps;
     actual[2] -= setup.machine.warms_by_mm * part;
@@ -86,6 +98,10 @@ void DrawTouches(const BoardSetup& setup, Random random, BoardWorld& world) {
 }
 
 }  // namespace
+
+Triple ActualFor(const BoardWorld& world, const Triple& stated_mm, Random& random) {
+  return Bent(world.machine, stated_mm) + Noise(world.setup.machine.repeatability_mm, random);
+}
 
 Triple StatedFor(const SpindleMachine& machine, const Triple& actual_mm) {
   Triple stated;
@@ -181,6 +197,29 @@ std::vector<SpindleObservation> Look(const BoardWorld& world, std::size_t stop, 
     seen.push_back({mark, *pixel, {(*pixel)[0] + column_noise, (*pixel)[1] + row_noise}});
   }
   return seen;
+}
+
+SpindlePicture BoardPictureAt(const BoardWorld& world, std::size_t stop,
+                              const std::vector<RingPattern>& patterns,
+                              const SpindlePicture& like) {
+  TRAMMEL_CHECK(patterns.size() == world.marks_mm.size(), "{} marks, {} patterns",
+                world.marks_mm.size(), patterns.size());
+  SpindlePicture picture = like;
+  picture.lens = LensAt(world, stop);
+  picture.targets.clear();
+  const Place camera_from_machine = Back(MachineFromCamera(world, stop));
+  const Turn& sheet = world.machine_from_sheet.turn;
+  const Triple right = {sheet[0][0], sheet[1][0], sheet[2][0]};
+  for (std::size_t mark = 0; mark < world.marks_mm.size(); ++mark) {
+    const Triple& z = world.normals[mark];
+    const Triple x = UnitOf(right - Dot(right, z) * z);
+    const Place machine_from_target = {MarkAt(world, stop, mark), Back(Turn{x, Cross(z, x), z})};
+    PlacedTarget placed;
+    placed.camera_from_target = camera_from_machine * machine_from_target;
+    placed.pattern = patterns[mark];
+    picture.targets.push_back(std::move(placed));
+  }
+  return picture;
 }
 
 Place TaperFromCameraAsHeld(const BoardWorld& world) {

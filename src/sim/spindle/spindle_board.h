@@ -1,12 +1,14 @@
 // A printed board on the machine's table, under the virtual spindle's camera.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "base/random.h"
 #include "base/result.h"
+#include "sim/spindle/spindle_camera.h"
 #include "sim/spindle/spindle_frame.h"
 #include "sim/spindle/spindle_lens.h"
 #include "sim/spindle/spindle_world.h"
@@ -19,6 +21,8 @@ struct BoardSheet {
   int columns = 11;      ///< 2 … 100
   int rows = 8;          ///< 2 … 100
   double pitch_mm = 24;  ///< between neighbours, 1 … 500
+  /// Other marks than columns and rows: right and up from the sheet's middle, mm.
+  std::vector<std::array<double, 2>> places_mm = {};
   /// Each way of the paper is printed longer or shorter by up to this part of itself.
   double print_scale = 2e-3;
   double print_error_mm = 0.03;  ///< of each mark, 1 sigma per axis
@@ -107,6 +111,15 @@ struct BoardWorld {
 /// from 0. Two normal numbers are drawn for every mark, seen or not.
 [[nodiscard]] std::vector<SpindleObservation> Look(const BoardWorld& world, std::size_t stop,
                                                    double margin_px, Random& random);
+
+/// The marks as a picture shows them. Its lens is the camera's; light, clutter and eye those of
+/// `like`. REQUIRES one pattern for each mark.
+[[nodiscard]] SpindlePicture BoardPictureAt(const BoardWorld& world, std::size_t stop,
+                                            const std::vector<RingPattern>& patterns,
+                                            const SpindlePicture& like);
+
+/// Where the spindle really comes to when it is sent somewhere; draws an error of the approach.
+[[nodiscard]] Triple ActualFor(const BoardWorld& world, const Triple& stated_mm, Random& random);
 
 /// Where the spindle has to be sent (stated) so that its actual place is this.
 [[nodiscard]] Triple StatedFor(const SpindleMachine& machine, const Triple& actual_mm);

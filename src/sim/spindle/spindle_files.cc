@@ -21,7 +21,26 @@ Place FrameOf(const Triple& origin_mm, const SpindleTarget& target) {
   return {origin_mm, Back(columns) * TurnZ(target.turn_rad)};
 }
 
-Json CameraJson(const SpindleLens& lens) {
+Json Stated(const SpindleWorld& world) {
+  Json targets = Json::array();
+  for (const SpindleTarget& target : world.setup.part.targets) {
+    targets.push_back({{"id", target.id}, {"ideal_mm", target.ideal_mm}});
+  }
+  return {{"format", 1},
+          {"camera", SpindleCameraJson(world.setup.stated_lens)},
+          {"targets", targets},
+          {"views", Json::array()}};
+}
+
+Json ViewJson(const SpindleWorld& world, std::size_t stop) {
+  const SpindleStop& at = world.setup.stops[stop];
+  return {{"spindle_mm", at.stated_mm},
+          {"spindle_rotation", SpindleTurn(world.setup.machine, at.c_rad)}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json SpindleCameraJson(const SpindleLens& lens) {
   return {
       {"model", "brown_measured_to_ideal"},
       {"image_px", {lens.width_px, lens.height_px}},
@@ -35,25 +54,6 @@ Json CameraJson(const SpindleLens& lens) {
       {"taper_from_camera", {{"translation_mm", lens.offset_mm}, {"angles_rad", lens.angles_rad}}},
       {"looks_along", lens.along_plus_z ? "+z" : "-z"}};
 }
-
-Json Stated(const SpindleWorld& world) {
-  Json targets = Json::array();
-  for (const SpindleTarget& target : world.setup.part.targets) {
-    targets.push_back({{"id", target.id}, {"ideal_mm", target.ideal_mm}});
-  }
-  return {{"format", 1},
-          {"camera", CameraJson(world.setup.stated_lens)},
-          {"targets", targets},
-          {"views", Json::array()}};
-}
-
-Json ViewJson(const SpindleWorld& world, std::size_t stop) {
-  const SpindleStop& at = world.setup.stops[stop];
-  return {{"spindle_mm", at.stated_mm},
-          {"spindle_rotation", SpindleTurn(world.setup.machine, at.c_rad)}};
-}
-
-}  // namespace
 
 SpindlePicture PictureAt(const SpindleWorld& world, std::size_t stop,
                          const std::vector<RingPattern>& patterns,
@@ -139,7 +139,7 @@ std::string SpindleTruthJson(const SpindleWorld& world, const SpindleName& name,
                      {"clamp_eccentricity_mm", world.clamping.eccentricity_mm},
                      {"clamp_tilt_rad", world.clamping.tilt_rad},
                      {"temperature_c", world.setup.part.temperature_c},
-                     {"camera", CameraJson(world.setup.lens)},
+                     {"camera", SpindleCameraJson(world.setup.lens)},
                      {"targets", targets},
                      {"views", views}};
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

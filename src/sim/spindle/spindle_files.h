@@ -1,6 +1,7 @@
 // What `trammel sim spindle` leaves behind: pictures, what is stated of them, and the truth.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace trammel::sim {
                                        const std::vector<RingPattern>& patterns,
                                        const std::vector<std::vector<HiddenWedge>>& hidden,
                                        const SpindlePicture& like);
+
+/// The camera object of a camera file.
+[[nodiscard]] nlohmann::ordered_json SpindleCameraJson(const SpindleLens& lens);
 
 /// "view-01.png" for the first stop.
 [[nodiscard]] std::string PictureName(std::size_t stop);

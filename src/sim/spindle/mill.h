@@ -1,0 +1,93 @@
+// A virtual milling machine in the host's time, as its controller's shell server tells of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "base/result.h"
+#include "sim/spindle/spindle_frame.h"
+
+namespace trammel::sim {
+
+/// What goes wrong. Counts are of moves that were begun; 0: never.
+struct MillFaults {
+  bool not_homed = false;
+  bool spindle_turns = false;
+  int estop_at_move = 0;    ///< the emergency stop is pressed in that one
+  int silent_at_move = 0;   ///< from that one on its server closes every connection
+  int refused_at_move = 0;  ///< that one is refused, as by a controller of its own limits
+};
+
+struct MillOptions {
+  Triple travel_low_mm = {0, 0, 0};
+  Triple travel_high_mm = {1200, 800, 1000};
+  Triple start_mm = {600, 400, 520};
+  double hurry = 1;  ///< times the speed that is asked for, 0.01 … 1000
+  MillFaults faults;
+};
+
+/// Where the axes are, as the controller states it.
+struct MillPlace {
+  Triple stated_mm = {};
+  double c_deg = 0;
+  bool moving = false;
+  std::uint64_t approach = 0;  ///< counts moves of X, Y, Z that were begun
+  std::uint64_t turn = 0;      ///< counts moves of C that changed it
+};
+
+/// Three axes and C that go at the speed that is asked for and stop at once, behind LinuxCNC's
+/// shell (linuxcncrsh) as its manual has it, as far as a client needs it to move the machine. No
+/// control is held: whoever asks is served. Safe to use from several threads.
+class VirtualMill {
+ public:
+  explicit VirtualMill(const MillOptions& options);
+
+  /// The answer to a line of a client, with its line end; empty: there is none.
+  [[nodiscard]] std::string Answer(const std::string& line, double now_s);
+  [[nodiscard]] MillPlace At(double now_s) const;
+  /// False from a fault on: its server is gone.
+  [[nodiscard]] bool serves() const;
+
+ private:
+  [[nodiscard]] std::string Get(const std::string& name, double now_s);
+  [[nodiscard]] std::string Set(const std::string& what, double now_s);
+  void Mdi(const std::string& block, double now_s);
+  void Move(const std::string& block, double now_s);
+  void Stop(double now_s);
+  [[nodiscard]] double Progress(double now_s) const;
+  [[nodiscard]] std::array<double, 4> Now(double now_s) const;
+  [[nodiscard]] std::string Shown(const std::string& text) const;
+
+  MillOptions options_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> answers_;
+  std::string error_ = "OK";
+  std::string display_ = "OK";
+  std::array<double, 4> from_ = {};  ///< X, Y, Z, C
+  std::array<double, 4> to_ = {};
+  double begin_s_ = 0;
+  double duration_s_ = 0;
+  double estop_s_ = std::numeric_limits<double>::infinity();  ///< when it is pressed
+  int moves_ = 0;
+  std::uint64_t approach_ = 0;
+  std::uint64_t turn_ = 0;
+  bool serves_ = true;
+};
+
+/// Serves the machine's shell on a port of 127.0.0.1 from a thread of its own.
+class MillServer {
+ public:
+  /// @param port  0 takes a free one
+  /// Error (kMachine): the port cannot be listened on.
+  [[nodiscard]] static Result<std::unique_ptr<MillServer>> Start(int port,
+                                                                 std::shared_ptr<VirtualMill> mill);
+  virtual ~MillServer() = default;
+  [[nodiscard]] virtual int port() const = 0;
+};
+
+}  // namespace trammel::sim
