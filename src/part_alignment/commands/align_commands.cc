@@ -7,6 +7,7 @@ namespace trammel::app {
 void AddAlignCommands(CLI::App& align, int& exit_code) {
   align.require_subcommand(1);
   AddAlignInitCommand(align, exit_code);
+  AddAlignBoardCommand(align, exit_code);
   AddAlignBudgetCommand(align, exit_code);
   AddAlignCalibrateCommand(align, exit_code);
   AddAlignCameraCommand(align, exit_code);

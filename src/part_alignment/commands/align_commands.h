@@ -11,6 +11,7 @@ namespace trammel::app {
 void AddAlignCommands(CLI::App& align, int& exit_code);
 
 /// Each hangs its command below `parent`.
+void AddAlignBoardCommand(CLI::App& parent, int& exit_code);
 void AddAlignBudgetCommand(CLI::App& parent, int& exit_code);
 void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);
 void AddAlignCameraCommand(CLI::App& parent, int& exit_code);

@@ -97,24 +97,6 @@ int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
-// Where the spindle stands, which has to be still and turned as the plan says.
-Result<Eigen::Vector3d> StandsAt(machine::LinuxCnc& linuxcnc, bool c_axis,
-                                 const std::stop_token& stop) {
-  const auto state = linuxcnc.State(stop);
-  if (!state) return tl::unexpected(state.error());
-  if (!state->spindle_stopped) {
-    return Fail("the spindle turns; stop it: a camera is to sit in it", ErrorKind::kSafety);
-  }
-  constexpr double kOriented_deg = 0.01;
-  if (c_axis && std::abs(state->c_deg) > kOriented_deg) {
-    return Fail(fmt::format("the spindle's axis C stands at {:.4f} degrees, and the plan has it at "
-                            "0: turn it there",
-                            state->c_deg),
-                ErrorKind::kSafety);
-  }
-  return state->position_mm;
-}
-
 Result<void> CheckNormal(const std::vector<double>& normal) {
   const double norm = std::hypot(normal[0], normal[1], normal[2]);
   constexpr double kLeast = 1e-6;
@@ -131,17 +113,6 @@ Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& a
   route.camera_radius_mm = arguments.boxes.camera_radius_mm;
   route.camera_below_mm = part_alignment::ToolLength(camera, arguments.boxes.camera_below_mm);
   return {};
-}
-
-Result<std::unique_ptr<machine::LinuxCnc>> ConnectMachine(const MeasureArguments& arguments,
-                                                          const std::stop_token& stop) {
-  const auto address = ParseLinuxCnc(arguments.linuxcnc);
-  if (!address) return tl::unexpected(address.error());
-  auto linuxcnc = machine::LinuxCnc::Connect(*address, stop);
-  if (!linuxcnc) return linuxcnc;
-  // Before the camera is waited for: what forbids a motion is said at once.
-  if (auto ready = (*linuxcnc)->Prepare(true, stop); !ready) return tl::unexpected(ready.error());
-  return linuxcnc;
 }
 
 // What the targets may carry.
@@ -194,14 +165,15 @@ int RunMeasure(MeasureArguments arguments) {
   shop.tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   std::unique_ptr<machine::LinuxCnc> linuxcnc;
   if (!arguments.linuxcnc.address.empty()) {
-    auto connected = ConnectMachine(arguments, stop);
+    auto connected = ConnectLinuxCnc(arguments.linuxcnc, stop);
     if (!connected) return PrintError(procedure::NameStop(stop, connected.error()));
     linuxcnc = std::move(*connected);
     shop.move_to = [&](const Eigen::Vector3d& mm) {
       return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
     };
     shop.stands_at = [&] {
-      return StandsAt(*linuxcnc, arguments.linuxcnc.options.c_holds_spindle, stop);
+      const bool c_axis = arguments.linuxcnc.options.c_holds_spindle;
+      return StandsAt(*linuxcnc, c_axis ? std::optional(0.0) : std::nullopt, stop);
     };
   }
   auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);

@@ -51,17 +51,25 @@ Result<void> AlignmentRecord::MakeFolder() {
                           error ? error.message() : "too many are there"));
 }
 
-Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::CapturedFrame& picture) {
-  if (auto made = MakeFolder(); !made) return made;
+Result<std::string> WritePicture(const fs::path& folder, std::size_t view,
+                                 const machine::CapturedFrame& picture) {
   constexpr std::uint8_t kPngBegins = 0x89;
   const bool png = !picture.image.empty() && picture.image.front() == kPngBegins;
-  const std::string name = fmt::format("view-{:02}.{}", view + 1, png ? "png" : "jpg");
+  std::string name = fmt::format("view-{:02}.{}", view + 1, png ? "png" : "jpg");
   const std::string_view bytes(reinterpret_cast<const char*>(picture.image.data()),
                                picture.image.size());
-  if (auto done = files::WriteWholeFile(folder_ / name, bytes, files::IfThere::kReplace); !done)
-    return done;
+  if (auto done = files::WriteWholeFile(folder / name, bytes, files::IfThere::kReplace); !done) {
+    return tl::unexpected(done.error());
+  }
+  return name;
+}
+
+Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::CapturedFrame& picture) {
+  if (auto made = MakeFolder(); !made) return made;
+  auto name = WritePicture(folder_, view, picture);
+  if (!name) return tl::unexpected(name.error());
   input_.pictures.resize(std::max(input_.pictures.size(), view + 1));
-  input_.pictures[view] = name;
+  input_.pictures[view] = std::move(*name);
   return {};
 }
 

@@ -11,6 +11,12 @@
 
 namespace trammel::app {
 
+/// Writes a picture as it came: view-01.png (or .jpg) for view 0. @returns its name.
+/// Errors name the file.
+[[nodiscard]] Result<std::string> WritePicture(const std::filesystem::path& folder,
+                                               std::size_t view,
+                                               const machine::CapturedFrame& picture);
+
 /// Made with the first picture: DIR/part_alignment-20261122T030405Z, with a -2 behind it where
 /// there is one already. Holds view-01.png (or .jpg) … and observations.json, both readable at any
 /// moment.

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 #include <utility>
 
+#include "base/json_text.h"
 #include "files/json_object.h"
 #include "geometry/euler.h"
 #include "part_alignment/files/camera_file.h"
@@ -183,6 +185,61 @@ Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
     return tl::unexpected(read.error());
   }
   return file;
+}
+
+Result<BoardFile> ReadBoardSheet(const std::filesystem::path& path) {
+  BoardFile file;
+  if (auto read = ReadSheet(path, file); !read) return tl::unexpected(read.error());
+  return file;
+}
+
+std::string BoardFileText(const BoardFile& board, const std::string& sheet) {
+  using Json = nlohmann::ordered_json;
+  const auto three = [](const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); };
+  const BoardMeasurement& measurement = board.measurement;
+  const Json whole = CameraJson(measurement.camera);
+  Json camera = Json::object();
+  for (const char* key : {"model", "image_px", "pixel_pitch_mm", "looks_along"}) {
+    camera[key] = whole.at(key);
+  }
+  camera["lens_focal_length_mm"] = measurement.lens_focal_length_mm;
+  Json json = {{"format", 1}, {"date", board.date}, {"camera", camera}};
+  if (!sheet.empty()) json["sheet"] = sheet;
+  json["views"] = Json::array();
+  for (const BoardView& view : measurement.views) {
+    Json rows = Json::array();
+    for (int i = 0; i < 3; ++i) rows.push_back(three(view.spindle_rotation.row(i)));
+    json["views"].push_back({{"picture", view.picture},
+                             {"spindle_mm", three(view.spindle_mm)},
+                             {"spindle_rotation", rows}});
+  }
+  json["touches"] = Json::array();
+  for (const BoardTouch& touch : measurement.touches) {
+    std::string axes;
+    double sigma_mm = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(touch.sigma_mm[axis])) continue;
+      axes += "xyz"[axis];
+      sigma_mm = touch.sigma_mm[axis];
+    }
+    json["touches"].push_back({{"mark", touch.mark},
+                               {"spindle_mm", three(touch.spindle_mm)},
+                               {"tool_length_mm", touch.tool_length_mm},
+                               {"axes", axes},
+                               {"sigma_mm", sigma_mm}});
+  }
+  json["tool_length_sigma_mm"] = measurement.tool_length_sigma_mm;
+  if (measurement.place) {
+    json["place"] = {{"at_mm", three(measurement.place->at_mm)},
+                     {"sigma_mm", three(measurement.place->sigma_mm)}};
+  }
+  const part_alignment::BoardMachineErrors& machine = measurement.machine;
+  json["machine"] = {{"scale", machine.scale},
+                     {"squareness_rad", machine.squareness_rad},
+                     {"lean_rad", machine.lean_rad},
+                     {"index_rad", machine.index_rad},
+                     {"repeatability_mm", machine.repeatability_mm}};
+  return JsonText(json);
 }
 
 std::string CalibratedCameraText(const part_alignment::BoardCalibration& calibration,

@@ -22,6 +22,14 @@ struct BoardFile {
 /// range, a picture twice; a sheet of square markers.
 [[nodiscard]] Result<BoardFile> ReadBoardFile(const std::filesystem::path& path);
 
+/// A sheet alone, as BOARD.json names one: bits, layout and disc_radius_mm of the result.
+/// Errors (kInput): as of ReadBoardFile.
+[[nodiscard]] Result<BoardFile> ReadBoardSheet(const std::filesystem::path& path);
+
+/// The same as text, ended by a newline; ReadBoardFile gives every number back to the last bit.
+/// @param sheet  path of the sheet's layout from the file's folder; empty: none
+[[nodiscard]] std::string BoardFileText(const BoardFile& board, const std::string& sheet);
+
 /// The camera file of a good calibration: readable as any other, with the covariance beside.
 [[nodiscard]] std::string CalibratedCameraText(const part_alignment::BoardCalibration& calibration,
                                                const std::string& date);

@@ -45,6 +45,32 @@ class BoardFileTest : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(BoardFileTest, WhatIsWrittenIsReadBackToTheLastBit) {
+  const auto first = Read(std::string(kHead) + kTouches +
+                          R"("place": {"at_mm": [-2, 0, -320.1], "sigma_mm": [1, 1, 0.5]},
+                             "machine": {"index_rad": 0.03},)" +
+                          kViews);
+  ASSERT_TRUE(first) << first.error().message;
+  const auto again = Read(BoardFileText(*first, "sheet.json"));
+  ASSERT_TRUE(again) << again.error().message;
+  const auto& a = first->measurement;
+  const auto& b = again->measurement;
+  EXPECT_EQ(again->date, first->date);
+  EXPECT_EQ(b.camera.width_px, 2592);
+  EXPECT_EQ(b.camera.pixel_pitch_mm, a.camera.pixel_pitch_mm);
+  EXPECT_EQ(b.layout.size(), a.layout.size());
+  EXPECT_EQ(b.views[1].picture, "b.png");
+  EXPECT_EQ(b.views[1].spindle_mm, a.views[1].spindle_mm);
+  EXPECT_EQ(b.views[1].spindle_rotation, a.views[1].spindle_rotation);
+  EXPECT_EQ(b.touches[0].mark, "7");
+  EXPECT_EQ(b.touches[0].sigma_mm.z(), 0.003);
+  EXPECT_TRUE(std::isinf(b.touches[0].sigma_mm.y()));
+  EXPECT_EQ(b.place->at_mm, a.place->at_mm);
+  EXPECT_EQ(b.place->sigma_mm, a.place->sigma_mm);
+  EXPECT_EQ(b.machine.index_rad, 0.03);
+  EXPECT_EQ(BoardFileText(*again, "sheet.json"), BoardFileText(*first, "sheet.json"));
+}
+
 TEST_F(BoardFileTest, ReadsPlacesTouchesAndTheSheet) {
   const auto read = Read(std::string(kHead) + kTouches + kViews);
   ASSERT_TRUE(read) << read.error().message;

@@ -1,0 +1,252 @@
+// From a printed board under a virtual mill to a camera file, by one command of a user.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <thread>
+
+#include "base/chi_square.h"
+#include "geometry/linear_systems.h"
+#include "machine/linuxcnc/linuxcnc.h"
+#include "part_alignment/files/camera_file.h"
+#include "support/background_trammel.h"
+#include "support/run_trammel.h"
+
+namespace trammel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class BoardMachine : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto sheet = test::RunTrammel(
+        "align targets --count 40 --radius 3 --out sheet.pdf --layout sheet.json", folder_.path());
+    ASSERT_EQ(sheet.exit_code, 0) << sheet.output;
+  }
+  // The mill with its camera, small pictures and quick axes.
+  void Start(const std::string& more = "") {
+    mill_.emplace(
+        "sim mill --sheet sheet.json --seed 1001 --frame 972x729 --hurry 20 --truth "
+        "truth.json " +
+            more,
+        folder_.path());
+    machine_ = mill_->WaitForLine("machine ");
+    camera_ = mill_->WaitForLine("camera ");
+    ASSERT_FALSE(camera_.empty()) << mill_->standard_error();
+  }
+  [[nodiscard]] std::string Arguments(const std::string& more) const {
+    return fmt::format(
+        "align board run --machine {} --source {} --sheet sheet.json --settle 0.1 --feed 100000 "
+        "--turn-speed 30000 --yes move {}",
+        machine_, camera_, more);
+  }
+  [[nodiscard]] test::CommandResult Board(const std::string& more) const {
+    return test::RunTrammel(Arguments(more), folder_.path());
+  }
+  [[nodiscard]] json ReadJson(const std::string& name) const {
+    return json::parse(test::ReadWhole(folder_.path() / name));
+  }
+  // What somebody wrote down who touched four marks with a tool.
+  [[nodiscard]] std::string Touches() const {
+    const json truth = ReadJson("truth.json");
+    std::string options;
+    for (const json& touch : truth["touches"]) {
+      const json& at = touch["spindle_mm"];
+      options += fmt::format(" --touch {},{},{},{},{}", int(touch["mark"]), double(at[0]),
+                             double(at[1]), double(at[2]), double(truth["tool_length_mm"]));
+    }
+    return options;
+  }
+  // Where the machine stands, looked at twice.
+  [[nodiscard]] Eigen::Vector3d Stands() const {
+    machine::LinuxCncOptions options;
+    options.address.port = static_cast<std::uint16_t>(std::stoi(machine_.substr(10)));
+    auto linuxcnc = machine::LinuxCnc::Connect(options, {});
+    if (!linuxcnc) return Eigen::Vector3d::Constant(NAN);
+    const auto first = (*linuxcnc)->State({});
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const auto second = (*linuxcnc)->State({});
+    if (!first || !second || first->position_mm != second->position_mm) {
+      return Eigen::Vector3d::Constant(NAN);
+    }
+    return second->position_mm;
+  }
+
+  static inline const Eigen::Vector3d kStart_mm{600, 400, 520};
+  test::TemporaryFolder folder_;
+  std::optional<test::BackgroundTrammel> mill_;
+  std::string machine_;
+  std::string camera_;
+};
+
+constexpr const char* kByC = "--c-axis --joints 4 --half-turn --pictures 20";
+constexpr const char* kLocked = "--spindle-locked --pictures 16";
+constexpr const char* kPlaced = " --place -2,0,-320 --place-sigma 1,1,0.5";
+
+TEST_F(BoardMachine, WithoutACameraFileTheMachineCalibratesItsCamera) {
+  Start();
+  const double pitch_mm = ReadJson("truth.json")["camera"]["pixel_pitch_mm"];
+  const auto run = Board(kByC + Touches() + fmt::format(" --pixel-pitch-mm {}", pitch_mm));
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const auto found = files::ReadCameraFile(folder_.path() / "run/camera.json");
+  ASSERT_TRUE(found) << found.error().message;
+  test::WriteWhole(folder_.path() / "true.json",
+                   json{{"format", 1}, {"camera", ReadJson("truth.json")["camera"]}}.dump());
+  const auto truth = files::ReadCameraFile(folder_.path() / "true.json");
+  ASSERT_TRUE(truth) << truth.error().message;
+  part_alignment::CameraVector error =
+      part_alignment::ParametersOf(found->camera) - part_alignment::ParametersOf(truth->camera);
+  for (int i = 10; i < part_alignment::kCameraParameters; ++i) {
+    error[i] = std::remainder(error[i], 2 * std::numbers::pi);
+  }
+  const double nees = geometry::SquaredMahalanobisDistance(*found->calibration->covariance, error);
+  EXPECT_LT(nees, ChiSquareQuantile(0.999, part_alignment::kCameraParameters));
+  EXPECT_LT(std::abs(error[0]) / found->camera.pixel_pitch_mm, 0.5);  // px of 1055
+  EXPECT_LT(error.segment<3>(7).norm(), 0.05);                        // mm
+  EXPECT_EQ(Stands(), kStart_mm);
+  // The folder is what is taken by hand, too.
+  const auto again = test::RunTrammel(
+      "align calibrate --board run/board.json --observations run/seen.json --json", folder_.path());
+  ASSERT_EQ(again.exit_code, 0) << again.output;
+  EXPECT_EQ(json::parse(again.standard_output)["parameters"]["focal_length_mm"]["value"],
+            found->camera.focal_length_mm);
+  const auto pictures =
+      test::RunTrammel("align calibrate --board run/board.json --json", folder_.path());
+  EXPECT_EQ(pictures.exit_code, 0) << pictures.output;
+  // It is what the next commands take.
+  const auto next = test::RunTrammel(
+      "align camera run/camera.json --model "
+      "brown_ideal_to_distorted --most-error-px 1",
+      folder_.path());
+  EXPECT_EQ(next.exit_code, 0) << next.output;
+}
+
+TEST_F(BoardMachine, WithoutTouchesItKeepsThePicturesAndSaysWhatIsMissing) {
+  Start();
+  const auto run = Board(kLocked);
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  EXPECT_THAT(
+      run.standard_error,
+      AllOf(HasSubstr("without --touch"), HasSubstr("without --half-turn"),
+            HasSubstr("next      mend board.json, then: trammel align calibrate --board ")));
+  EXPECT_FALSE(fs::exists(folder_.path() / "run/camera.json"));
+  json board = ReadJson("run/board.json");
+  board["place"] = {{"at_mm", {-2, 0, -320}}, {"sigma_mm", {1, 1, 0.5}}};
+  test::WriteWhole(folder_.path() / "run/board.json", board.dump());
+  const auto later = test::RunTrammel(
+      "align calibrate --board run/board.json --observations run/seen.json --out camera.json",
+      folder_.path());
+  EXPECT_EQ(later.exit_code, 0) << later.output;
+}
+
+TEST_F(BoardMachine, ASoftLimitInTheWayIsPlannedAround) {
+  Start("--travel 0,0,0,640,800,1000");
+  const auto run = Board(std::string(kLocked) + kPlaced);
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.standard_error, HasSubstr("the upper limit of X, 640.0 mm,"));
+  for (const json& view : ReadJson("run/board.json")["views"]) {
+    EXPECT_LE(double(view["spindle_mm"][0]), 640);
+  }
+  EXPECT_EQ(Stands(), kStart_mm);
+}
+
+TEST_F(BoardMachine, ABoardInTheDarkFromSomePlacesIsCalibratedByTheOthers) {
+  Start("--fault dark-beyond-x=660");
+  const auto run = Board(std::string(kLocked) + kPlaced);
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.standard_error, HasSubstr("0 marks; fewer than 4, it is left out"));
+}
+
+TEST_F(BoardMachine, CtrlCInTheMiddleLeavesTheMachineStandingAndThePicturesKept) {
+  Start();
+  test::BackgroundTrammel run(Arguments(std::string(kLocked) + kPlaced), folder_.path());
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!fs::exists(folder_.path() / "run/view-08.jpg") &&
+         std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  run.Signal(SIGINT);
+  EXPECT_EQ(run.WaitForEnd(), 130) << run.standard_error();
+  EXPECT_THAT(run.standard_error(), HasSubstr("are kept in"));
+  EXPECT_TRUE(Stands().allFinite());
+  EXPECT_GE(ReadJson("run/board.json")["views"].size(), 7U);
+  EXPECT_GE(ReadJson("run/seen.json")["pictures"].size(), 7U);
+  EXPECT_FALSE(fs::exists(folder_.path() / "run/camera.json"));
+}
+
+TEST_F(BoardMachine, NothingMovesOnAMachineThatIsNotReady) {
+  for (const auto& [fault, words] :
+       {std::pair{"not-homed", "are homed"}, std::pair{"spindle-turns", "the spindle turns"}}) {
+    fs::remove(folder_.path() / "truth.json");
+    Start(fmt::format("--fault {}=1", fault));
+    const auto run = Board(std::string(kLocked) + kPlaced);
+    EXPECT_EQ(run.exit_code, 4) << run.output;
+    EXPECT_THAT(run.standard_error, HasSubstr(words));
+    EXPECT_EQ(Stands(), kStart_mm) << fault;
+    EXPECT_FALSE(fs::exists(folder_.path() / "run")) << "a refusal leaves nothing behind";
+  }
+}
+
+TEST_F(BoardMachine, NothingMovesWithoutAYesALimitOrAHeldSpindle) {
+  Start();
+  std::string unasked = Arguments(std::string(kLocked) + kPlaced);
+  unasked.erase(unasked.find("--yes move"), 10);
+  const auto nobody = test::RunTrammel(unasked, folder_.path());
+  EXPECT_EQ(nobody.exit_code, 1) << nobody.output;
+  EXPECT_THAT(nobody.standard_error, HasSubstr("say --yes move"));
+  const auto held = Board("--pictures 16");
+  EXPECT_EQ(held.exit_code, 4) << held.output;
+  EXPECT_THAT(held.standard_error, HasSubstr("nothing says that the spindle is held"));
+  const auto by_hand = Board("--spindle-locked --half-turn");
+  EXPECT_EQ(by_hand.exit_code, 1) << by_hand.output;
+  EXPECT_THAT(by_hand.standard_error, HasSubstr("run it in a terminal"));
+  const auto low = Board(std::string(kLocked) + " --safe-z 500");
+  EXPECT_EQ(low.exit_code, 4) << low.output;
+  EXPECT_THAT(low.standard_error, HasSubstr("above the safe height"));
+  const auto mark = Board(std::string(kLocked) + " --touch 41,1,2,3,120");
+  EXPECT_EQ(mark.exit_code, 1) << mark.output;
+  EXPECT_THAT(mark.standard_error, HasSubstr("has no mark 41"));
+  EXPECT_EQ(Stands(), kStart_mm);
+}
+
+TEST_F(BoardMachine, AnEmergencyStopEndsItAndIsNamed) {
+  Start("--fault estop-at-move=40");
+  const auto run = Board(std::string(kLocked) + kPlaced);
+  EXPECT_EQ(run.exit_code, 4) << run.output;
+  EXPECT_THAT(run.standard_error, AllOf(HasSubstr("emergency stop"), HasSubstr("are kept in")));
+  EXPECT_TRUE(Stands().allFinite());
+}
+
+TEST_F(BoardMachine, ALinkThatDiesEndsItAndKeepsThePictures) {
+  Start("--fault silent-at-move=40");
+  const auto run = Board(std::string(kLocked) + kPlaced);
+  EXPECT_EQ(run.exit_code, 3) << run.output;
+  EXPECT_THAT(run.standard_error,
+              AllOf(HasSubstr("it ends by itself with the piece that was sent"),
+                    HasSubstr("are kept in"), Not(HasSubstr("back where it stood"))));
+  EXPECT_GE(ReadJson("run/board.json")["views"].size(), 5U);
+}
+
+TEST_F(BoardMachine, AMoveThatTheControllerRefusesEndsIt) {
+  Start("--fault refused-at-move=40");
+  const auto run = Board(std::string(kLocked) + kPlaced);
+  EXPECT_EQ(run.exit_code, 3) << run.output;
+  EXPECT_THAT(run.standard_error, AllOf(HasSubstr("would exceed joint 0's positive limit"),
+                                        HasSubstr("the machine stands at")));
+  EXPECT_TRUE(Stands().allFinite());
+}
+
+}  // namespace
+}  // namespace trammel
