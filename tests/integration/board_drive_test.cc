@@ -166,15 +166,14 @@ TEST(BoardDrive, GoesUpAcrossAndDownAndComesBackToWhereItStood) {
 TEST(BoardDrive, HalfATurnAndBackIsTakenWithPicturesAtEach) {
   Stand stand;
   stand.options.half_turn = true;
-  stand.options.pictures = 16;
   const auto board = stand.Drive();
   ASSERT_TRUE(board) << board.error().message;
   EXPECT_THAT(stand.turns, testing::ElementsAre(180, 0));
-  EXPECT_EQ(board->views.size(), 5U + 16U + 8U + 4U);
+  EXPECT_EQ(board->views.size(), 5U + 12U + 6U + 5U);
   const auto turned = std::count_if(board->views.begin(), board->views.end(), [](const auto& view) {
     return view.spindle_rotation(0, 0) < 0;
   });
-  EXPECT_EQ(turned, 8);
+  EXPECT_EQ(turned, 6);
   EXPECT_TRUE(stand.back());
 }
 

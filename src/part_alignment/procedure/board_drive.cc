@@ -28,6 +28,7 @@ using part_alignment::View;
 constexpr std::size_t kLeastMarks = part_alignment::kLeastMarksInView;
 constexpr std::size_t kLeastFirstMarks = 8;  // of the picture that all others are planned from
 constexpr double kHalfTurn_deg = 180;
+constexpr int kLeastTurnedBack = 5;  // pictures: one at each height
 // Around the places that were told: what a camera beside the spindle's axis may need after a turn.
 constexpr double kAroundTold_mm = 20;
 
@@ -124,7 +125,7 @@ class Driving {
     std::vector<int> rounds = {options_.pictures};
     if (options_.half_turn) {
       rounds.push_back(options_.pictures / 2);
-      rounds.push_back(options_.pictures / 4);
+      rounds.push_back(std::max(options_.pictures / 4, kLeastTurnedBack));
     }
     return rounds;
   }
