@@ -130,6 +130,21 @@ TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
   EXPECT_EQ(Screen("look")["mode"], kManual);
 }
 
+TEST_F(LinuxCncSessionTest, TurnsItsAxisCAndTellsItsLimits) {
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  for (const double c_deg : {90.0, 0.0}) {
+    const auto turned = machine->TurnTo(c_deg, 7200, {});
+    ASSERT_TRUE(turned) << turned.error().message;
+    const auto state = machine->State({});
+    ASSERT_TRUE(state);
+    EXPECT_NEAR(state->c_deg, c_deg, 1e-3);
+  }
+  const auto travel = machine->Travel({});
+  ASSERT_TRUE(travel) << travel.error().message;
+  EXPECT_EQ(travel->high_mm, Vector3d::Constant(3000));
+}
+
 TEST_F(LinuxCncSessionTest, WritesAndReadsAHundredOffsetsWhileTheScreenTakesEveryMessage) {
   const auto machine = Joined();
   ASSERT_TRUE(machine);
