@@ -9,7 +9,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "base/chi_square.h"
@@ -131,6 +134,40 @@ TEST_F(BoardMachine, WithoutACameraFileTheMachineCalibratesItsCamera) {
       "brown_ideal_to_distorted --most-error-px 1",
       folder_.path());
   EXPECT_EQ(next.exit_code, 0) << next.output;
+}
+
+void Replace(const std::string& what, const std::string& by, std::string& text) {
+  const std::size_t at = text.find(what);
+  if (at != std::string::npos) text.replace(at, what.size(), by);
+}
+
+// As a reader types them, but for free ports, smaller pictures, fewer of them, and quick axes.
+TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
+  std::istringstream lines(test::ReadWhole(fs::path(TRAMMEL_SOURCE) / "docs/spindle-camera.md"));
+  constexpr std::string_view kPrompt = "    trammel ";
+  int count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(kPrompt)) continue;
+    std::string command = line.substr(kPrompt.size());
+    ++count;
+    if (command.starts_with("sim mill ")) {
+      Replace("--port 5107 --camera-port 5108", "--frame 972x729 --hurry 20", command);
+      mill_.emplace(command, folder_.path());
+      machine_ = mill_->WaitForLine("machine ");
+      camera_ = mill_->WaitForLine("camera ");
+      continue;
+    }
+    if (command.starts_with("align targets ")) command += " --force";  // of SetUp
+    if (command.starts_with("align board ")) {
+      Replace("127.0.0.1:5107", machine_, command);
+      Replace("http://127.0.0.1:5108/stream", camera_, command);
+      command += " --pictures 16 --settle 0.1 --feed 100000 --turn-speed 30000 --yes move";
+    }
+    const auto run = test::RunTrammel(command, folder_.path());
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
+  }
+  EXPECT_EQ(count, 4) << "the page has lost its commands";
+  EXPECT_TRUE(files::ReadCameraFile(folder_.path() / "camera.json"));
 }
 
 TEST_F(BoardMachine, WithoutTouchesItKeepsThePicturesAndSaysWhatIsMissing) {
