@@ -12,7 +12,8 @@ namespace trammel::vision {
 struct CombFinderOptions {
   int longest_side_px = 1000;  ///< the search runs on a picture shrunk to this, [200, 4000]
   int fewest_strokes = 5;      ///< [4, 1000]
-  double around = 2.5;         ///< places of plane beyond the outer strokes, [0.5, 10]
+  double around = 3;           ///< places of plane beyond the outer strokes, [0.5, 10]: the two in
+                               ///< which TraceComb looks for a line, and the plate beside it
   double beside = 0.15;        ///< of the strokes' length beyond their ends, [0, 1]
   std::size_t most_found = 8;  ///< best candidates returned
 };

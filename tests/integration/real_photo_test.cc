@@ -306,5 +306,23 @@ INSTANTIATE_TEST_SUITE_P(Photos, RealPhotos, ::testing::ValuesIn(kPhotos), Name)
 INSTANTIATE_TEST_SUITE_P(Photos, RealPhotosWithFewerLines,
                          ::testing::Values(kPhotos[0], kPhotos[1], kPhotos[2]), Name);
 
+// Marlin's lines by another generator: anchors in place of the frame, 20 values 0.005 s apart. The
+// first line has a gap of 5 mm and lies 0.6 of a pitch above the anchors' ends. Its author chose
+// "about 0.055" (AndrewEllis93/Print-Tuning-Guide).
+TEST(RealPhotoOfMarlinsLines, HasAllTwentyLinesAndTheAuthorsChoice) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder of recordings";
+  const fs::path file =
+      fs::path(data) / "pressure_advance_photos" / "others" / "ellis-KFactor-Print.jpg";
+  if (!fs::is_regular_file(file)) GTEST_SKIP() << file << " is not there";
+  const test::TemporaryFolder folder;
+  const json answer = test::AnalyzeToJson(
+      "'" + file.string() + "' --pa 0:0.095:0.005 --segments 0.25:5,0.5:100,0.25:5",
+      folder.path());
+  ASSERT_EQ(answer["verdict"], "good") << answer["reason"];
+  EXPECT_EQ(answer["lines"].size(), 20U);
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.055, 0.0025);
+}
+
 }  // namespace
 }  // namespace trammel
