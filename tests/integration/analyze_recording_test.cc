@@ -103,7 +103,7 @@ TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
                   (1 - weight) * law.at("crossings").at("pressure_advance_s").get<double>(),
               answer.at("pressure_advance_s").get<double>(), 1e-9);
   const std::string words = test::RunTrammel("pa analyze rec", folder()).standard_output;
-  EXPECT_THAT(words, HasSubstr(fmt::format("  shape of lines  {:.5f}",
+  EXPECT_THAT(words, HasSubstr(fmt::format("  shape of lines  {:.4f} s",
                                            law.at("pressure_advance_s").get<double>())));
   EXPECT_THAT(words, HasSubstr(fmt::format("counts {:.0f} %\n", 100 * weight)));
   EXPECT_THAT(words, HasSubstr("at 150 mm/s; "));

@@ -53,36 +53,39 @@ std::vector<double> TestedValues() {
   return values;
 }
 
+// Where melt, filament or drive remember longer than a line takes, no one value is right for long
+// and for short stretches: the two ends of what is.
 struct Truth {
   double steady_s = 0;  // between long steady printing at both speeds
   double line_s = 0;    // where the surplus of a line of finite length vanishes
+
+  [[nodiscard]] double Error_s(double value_s) const {
+    return value_s - std::clamp(value_s, std::min(steady_s, line_s), std::max(steady_s, line_s));
+  }
 };
 
 struct Tally {
-  int runs = 0, steady = 0, line = 0;
+  int runs = 0, held = 0, steady = 0;
   std::vector<double> error_ms, half_ms;
 
   void Add(const Quantity& q, const Truth& truth) {
-    const auto holds = [&q](double value) {
-      return q.interval95.lo <= value && value <= q.interval95.hi;
-    };
     ++runs;
-    steady += holds(truth.steady_s);
-    line += holds(truth.line_s);
-    error_ms.push_back(1e3 * (q.value - truth.steady_s));
+    held += truth.Error_s(q.interval95.lo) <= 0 && truth.Error_s(q.interval95.hi) >= 0;
+    steady += q.interval95.lo <= truth.steady_s && truth.steady_s <= q.interval95.hi;
+    error_ms.push_back(1e3 * truth.Error_s(q.value));
     half_ms.push_back(1e3 * (q.interval95.hi - q.interval95.lo) / 2);
   }
   void Add(const Measured& measured, const Truth& truth) {
     if (measured.good()) Add(measured.quantity(), truth);
   }
   void Add(const Tally& other) {
-    runs += other.runs, steady += other.steady, line += other.line;
+    runs += other.runs, held += other.held, steady += other.steady;
     error_ms.insert(error_ms.end(), other.error_ms.begin(), other.error_ms.end());
     half_ms.insert(half_ms.end(), other.half_ms.begin(), other.half_ms.end());
   }
   [[nodiscard]] std::string Held() const {
     if (runs == 0) return fmt::format("{:>7}", "-");
-    return fmt::format("{:>3.0f}/{:<3.0f}", 100.0 * steady / runs, 100.0 * line / runs);
+    return fmt::format("{:>3.0f}/{:<3.0f}", 100.0 * held / runs, 100.0 * steady / runs);
   }
   [[nodiscard]] std::string Errors() const {
     if (runs == 0) return fmt::format("{:>17}", "-");
@@ -118,8 +121,8 @@ struct RowTally {
 void PrintHead() {
   fmt::print(
       "\nmean truth in ms: of long steady printing, of the finite line; share of 95 % intervals "
-      "that hold the one/the other, %;\nmean error, rms error, mean half width in ms, against the "
-      "first truth\n{:<34} {:>9} {:>11} |",
+      "that hold a value between the two/the first, %;\nmean and rms error beyond the two, mean "
+      "half width in ms\n{:<34} {:>9} {:>11} |",
       "", "good/runs", "truth");
   for (const char* column : {"both", "acc", "dec", "cross", "law", "no law"}) {
     fmt::print(" {:<7}", column);
@@ -152,6 +155,7 @@ void PrintAndFit(MeltWorld world, Random random, RowTally& tally) {
 TEST(MeltStudy, HoldsTheTruthInWorldsOfAnotherHand) {
   constexpr int kFirstReportedSeed = 1000;  // CONVENTIONS.md: below it is development
   constexpr double kShown_ms = 2;  // beyond it a line is too short to show the steady truth
+  constexpr double kHeld = 0.92, kHeldInEachWorld = 0.5;
   const int patterns = FromEnvironment("TRAMMEL_STUDY_SEEDS", 10);
   const int first_seed = FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", kFirstReportedSeed);
   const std::string only = TextFromEnvironment("TRAMMEL_STUDY_ROW");
@@ -164,13 +168,15 @@ TEST(MeltStudy, HoldsTheTruthInWorldsOfAnotherHand) {
       PrintAndFit(row.world, Random(static_cast<std::uint64_t>(first_seed + i)), tally);
     }
     tally.Print(row.name);
+    EXPECT_GE(tally.columns[kCombined].held, kHeldInEachWorld * tally.columns[kCombined].runs)
+        << row.name;
     all.Add(tally);
     if (std::abs(Mean(tally.steady_ms) - Mean(tally.line_ms)) < kShown_ms) shown.Add(tally);
   }
   ASSERT_GT(all.columns[kCombined].runs, 0);
   if (shown.runs > 0) shown.Print(fmt::format("truths less than {} ms apart", kShown_ms));
   all.Print("all rows");
-  EXPECT_GE(all.columns[kCombined].steady, 0.92 * all.columns[kCombined].runs);
+  EXPECT_GE(all.columns[kCombined].held, kHeld * all.columns[kCombined].runs);
 }
 
 // The worlds themselves.

@@ -317,8 +317,7 @@ TEST(RealPhotoOfMarlinsLines, HasAllTwentyLinesAndTheAuthorsChoice) {
   if (!fs::is_regular_file(file)) GTEST_SKIP() << file << " is not there";
   const test::TemporaryFolder folder;
   const json answer = test::AnalyzeToJson(
-      "'" + file.string() + "' --pa 0:0.095:0.005 --segments 0.25:5,0.5:100,0.25:5",
-      folder.path());
+      "'" + file.string() + "' --pa 0:0.095:0.005 --segments 0.25:5,0.5:100,0.25:5", folder.path());
   ASSERT_EQ(answer["verdict"], "good") << answer["reason"];
   EXPECT_EQ(answer["lines"].size(), 20U);
   EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.055, 0.0025);

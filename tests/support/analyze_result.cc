@@ -47,7 +47,8 @@ void ExpectTold(const json& value, const std::string& key, const std::string& wh
 void ExpectLaw(const json& law) {
   ExpectKeys(law,
              {"pressure_advance_s", "standard_uncertainty_s", "interval95_s", "weight", "crossings",
-              "slow_lag_s", "fast_lag_s", "slip", "lag_scatter_s", "lines", "learnt_from_mm"},
+              "slow_lag_s", "fast_lag_s", "slip", "lag_scatter_s", "shared_misfit", "lines",
+              "learnt_from_mm"},
              "law.");
   ExpectTold(law, "pressure_advance_s", "law.");
   ExpectTold(law.at("crossings"), "pressure_advance_s", "law.crossings.");

@@ -46,7 +46,10 @@ struct LearntLaw {
   Quantity slip;                ///< share of the flow lost at the fast speed, 0 … 1
   double lag_scatter_s = 0;     ///< 1 sigma, from line to line
   int lines = 0;                ///< that the law was learnt of
-  Interval learnt_from_mm;      ///< positions along the lines
+  /// Correlation of what neighbouring lines differ by from the law; near 0 where the extruder
+  /// follows it, and the less it counts.
+  double shared_misfit = 0;
+  Interval learnt_from_mm;  ///< positions along the lines
   /// Per line and sample, in order and unit of the profiles: the area that the law lays, as the eye
   /// reads it; 0 where the eye sees none.
   std::vector<std::vector<double>> laid_area;

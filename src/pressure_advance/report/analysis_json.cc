@@ -68,6 +68,7 @@ Json Law(const pa::ResponseResult& response) {
   object["fast_lag_s"] = ValueOf(law.fast_lag_s);
   object["slip"] = ValueOf(law.slip);
   object["lag_scatter_s"] = Number(law.lag_scatter_s);
+  object["shared_misfit"] = Number(law.shared_misfit);
   object["lines"] = law.lines;
   object["learnt_from_mm"] = {Number(law.learnt_from_mm.lo), Number(law.learnt_from_mm.hi)};
   return object;

@@ -44,7 +44,7 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
   EXPECT_EQ(Keys(root["law"]),
             (std::set<std::string>{"pressure_advance_s", "standard_uncertainty_s", "interval95_s",
                                    "weight", "crossings", "slow_lag_s", "fast_lag_s", "slip",
-                                   "lag_scatter_s", "lines", "learnt_from_mm"}));
+                                   "lag_scatter_s", "shared_misfit", "lines", "learnt_from_mm"}));
   EXPECT_EQ(Keys(root["law"]["crossings"]),
             (std::set<std::string>{"pressure_advance_s", "standard_uncertainty_s", "interval95_s",
                                    "correction_s"}));

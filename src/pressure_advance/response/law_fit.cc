@@ -166,6 +166,38 @@ LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines
   return best;
 }
 
+// Differences from the law over their own standard deviations, each given all others of its line.
+VectorXd Pulls(const LawLine& line) {
+  const VectorXd solved = line.covariance.Solve(line.value - line.mean).col(0);
+  return solved.cwiseQuotient(line.covariance.InverseDiagonal().cwiseSqrt());
+}
+
+// REQUIRES lines that are linearised and weighed, in print order.
+double SharedMisfit(const std::vector<LawLine>& lines) {
+  constexpr double kMostApart_mm = 0.5;
+  double both = 0, each = 0;
+  std::vector<double> before_mm;
+  VectorXd before;
+  for (const LawLine& line : lines) {
+    const VectorXd pulls = Pulls(line);
+    std::size_t k = 0;  // the nearest reading of the line before
+    for (std::size_t i = 0; i < line.position_mm.size() && !before_mm.empty(); ++i) {
+      const double at = line.position_mm[i];
+      while (k + 1 < before_mm.size() &&
+             std::abs(before_mm[k + 1] - at) < std::abs(before_mm[k] - at)) {
+        ++k;
+      }
+      if (std::abs(before_mm[k] - at) > kMostApart_mm) continue;
+      const double here = pulls(static_cast<Index>(i)), there = before(static_cast<Index>(k));
+      both += here * there;
+      each += (Square(here) + Square(there)) / 2;
+    }
+    before_mm = line.position_mm;
+    before = pulls;
+  }
+  return each > 0 ? both / each : 0;
+}
+
 // What a law is asked for: the right pressure advance, the lag at the slow and at the fast speed,
 // slip.
 constexpr int kAsked = 4;
@@ -252,6 +284,7 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   if (!std::isfinite(fit.pressure_advance_s) || !(fit.sigma_s > 0) || !std::isfinite(fit.sigma_s)) {
     return std::nullopt;
   }
+  fit.shared_misfit = SharedMisfit(lines);
   fit.level *= unit;
   fit.middle_s = middle_s;
   fit.range_s = range_s;

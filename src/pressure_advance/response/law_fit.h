@@ -34,6 +34,9 @@ struct LawFit {
   double middle_s = 0;       ///< mean of the tested values, where the lag is the mean line's …
   double range_s = 0;        ///< … and their range
   double lag_scatter_s = 0;  ///< from line to line, 1 sigma
+  /// Correlation of what neighbouring lines differ by from the law, at the same place: near 0 where
+  /// the extruder follows it.
+  double shared_misfit = 0;
   int lines = 0;
 };
 

@@ -159,6 +159,28 @@ TEST(LawFit, SeesHowMuchLinesScatter) {
   EXPECT_NEAR(even.lag_scatter_s / (0.03 * 0.033), 1, 0.35);
 }
 
+// A wave of 15 % along all lines is of no law of the lag.
+TEST(LawFit, SeesThatNeighbouringLinesDifferFromTheLawInTheSameWay) {
+  World world;
+  world.law.linear_s = 0.033;
+  for (const double wave : {0.0, 0.15}) {
+    Random random(30);
+    std::vector<LineProfile> profiles = Measure(world, random);
+    for (LineProfile& profile : profiles) {
+      for (ProfileSample& sample : profile.samples) {
+        sample.area.value *= 1 + wave * std::sin(2.5 * sample.position);
+      }
+    }
+    const auto fit = FitLaw(profiles, MotionOf(kLine), 0.03, kSpan_mm);
+    ASSERT_TRUE(fit.has_value());
+    if (wave == 0) {
+      EXPECT_NEAR(fit->shared_misfit, 0, 0.2);
+    } else {
+      EXPECT_GT(fit->shared_misfit, 0.5);
+    }
+  }
+}
+
 TEST(LawFit, LetsAReadingThatDoesNotFitItsNeighboursCountLess) {
   World world;
   world.law.linear_s = 0.033;

@@ -4,9 +4,17 @@
 namespace trammel::pressure_advance {
 
 struct LawOptions {
-  double error_sigma = 0.3;   ///< of what the crossings err by on lines of the learnt law, 1 sigma
-  double form_sigma = 0.01;   ///< of what other laws than those learnt leave open, over the answer
-  double most_weight = 0.85;  ///< of the law's own value
+  double error_sigma = 0.3;  ///< of what the crossings err by on lines of the learnt law, 1 sigma
+  /// What other laws than those learnt leave open of the crossings, over the answer, 1 sigma …
+  double form_sigma = 0.01;
+  double law_form_sigma = 0.015;  ///< … and of the law's own value
+  double most_weight = 0.85;      ///< of the law's own value
+  double shift_sigma = 0.4;       ///< of what the law moves the crossings' answer by, 1 sigma
+  /// Largest LawFit::shared_misfit at which the law counts in full. The paper's twelve conditions
+  /// have -0.1 to 0.1, extruder_world's laws 0.2. These were set on virtual
+  /// prints of both preset patterns by extruder_world and melt_world, seeds below 1000.
+  double trusted_misfit = 0.25;
+  double refuted_misfit = 0.6;   ///< from here on the crossings alone count
   double lag_form_sigma = 0.05;  ///< of what they leave open of the lag at one speed, over that lag
   double slip_form_sigma = 0.01;  ///< and of slip
   double lag_scatter = 0.04;      ///< from line to line, relative, before it is seen

@@ -179,8 +179,10 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
       CombineTransitions(twin, *crossings, prepared.slope_has_scale, any);
   if (!of_twin.whole) return std::nullopt;
   // The law explains what the half-lines leave over.
-  const auto narrow = [](double variance, BudgetedValue& value) {
-    value.budget.lines = std::min(value.budget.lines, variance);
+  const double known = Square(TrustIn(*law, *options.law));
+  const auto narrow = [known](double variance, BudgetedValue& value) {
+    double& lines = value.budget.lines;
+    lines = std::min(lines, std::lerp(lines, variance, known));
   };
   const PairVariances about = LessSlip(
       ScatterAbout(laid.transitions, prepared.transitions, seen, combined.pair), combined.slip);

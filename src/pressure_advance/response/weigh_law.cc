@@ -13,15 +13,21 @@
 namespace trammel::pressure_advance {
 namespace {
 
-// What is left open of a crossing where the law is known.
+// What is left open of a crossing as far as the law is known. What two transitions differ by is
+// looked at anew.
 BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const LawFit& law,
                         const LawOptions& options) {
-  const double error_s = (seen.value_s + twin.value_s) / 2 - law.pressure_advance_s;
-  BudgetedValue corrected{seen.value_s - error_s, {}};
-  corrected.budget.lines = seen.budget.lines;
-  corrected.budget.form =
-      Square(options.error_sigma * error_s) + Square(options.form_sigma * law.pressure_advance_s);
-  corrected.budget.picture = seen.budget.picture;
+  const double trust = TrustIn(law, options);
+  const double error_s = trust * ((seen.value_s + twin.value_s) / 2 - law.pressure_advance_s);
+  const double open = 1 - Square(trust);
+  BudgetedValue corrected{seen.value_s - error_s, seen.budget};
+  UncertaintyBudget& budget = corrected.budget;
+  budget.slip *= open;
+  budget.unread *= open;
+  budget.drift *= open;
+  budget.apart = 0;
+  budget.form = open * budget.form + Square(options.error_sigma * error_s) +
+                Square(options.form_sigma * law.pressure_advance_s);
   return corrected;
 }
 
@@ -61,10 +67,17 @@ LearntLaw Learnt(const LawFit& law, const LawOptions& options) {
   learnt.slip = OfTheFit(law.slip, options.slip_form_sigma, 1);
   learnt.lag_scatter_s = law.lag_scatter_s;
   learnt.lines = law.lines;
+  learnt.shared_misfit = law.shared_misfit;
   return learnt;
 }
 
 }  // namespace
+
+double TrustIn(const LawFit& law, const LawOptions& options) {
+  return std::clamp((options.refuted_misfit - law.shared_misfit) /
+                        (options.refuted_misfit - options.trusted_misfit),
+                    0.0, 1.0);
+}
 
 LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
                        const LawOptions& options, CombinedTransitions& crossings) {
@@ -81,14 +94,15 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   crossings.acceleration = one(*crossings.first, *twin.first, crossings.acceleration_shift_s);
   crossings.deceleration = one(*crossings.second, *twin.second, crossings.deceleration_shift_s);
 
+  const double trust = TrustIn(law, options);
   BudgetedValue whole = Corrected(*crossings.whole, *twin.whole, law, options);
   const double law_variance =
-      Square(law.sigma_s) + Square(options.form_sigma * law.pressure_advance_s);
-  const double own = whole.budget.lines + whole.budget.form;
+      Square(law.sigma_s) + Square(options.law_form_sigma * law.pressure_advance_s);
+  const double own = whole.budget.total() - whole.budget.picture;
   // The fit uses all that the crossings use: where its model holds, its own error is in both.
   const double shared = std::min(Square(law.sigma_s), 0.9 * std::min(own, law_variance));
   const double apart = own + law_variance - 2 * shared;
-  const double w = std::clamp((own - shared) / apart, 0.0, options.most_weight);
+  const double w = trust * std::clamp((own - shared) / apart, 0.0, options.most_weight);
   const double differ_s = law.pressure_advance_s - whole.value_s;
   LearntLaw learnt = Learnt(law, options);
   BudgetedValue of_law{law.pressure_advance_s, {}};
@@ -98,22 +112,32 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   learnt.crossings_s = Budgeted(whole, crossings.freedom);
   learnt.correction_s = crossings.whole->value_s - whole.value_s;
   learnt.weight = w;
-  const double form =
-      w * w * (law_variance - Square(law.sigma_s)) + (1 - w) * (1 - w) * whole.budget.form;
   whole.value_s += w * differ_s;
-  whole.budget.lines = w * w * Square(law.sigma_s) + (1 - w) * (1 - w) * whole.budget.lines +
-                       2 * w * (1 - w) * shared;
-  whole.budget.form = form;
+  const double rest = Square(1 - w);
+  UncertaintyBudget& budget = whole.budget;
+  budget.lines = Square(w * law.sigma_s) + rest * budget.lines + 2 * w * (1 - w) * shared;
+  budget.form = Square(w) * of_law.budget.form + rest * budget.form +
+                Square(options.shift_sigma * (whole.value_s - crossings.whole->value_s));
+  budget.slip *= rest;
+  budget.unread *= rest;
+  budget.drift *= rest;
   // Of what the transitions differed by, the law may explain a part.
   crossings.notices.clear();
   const BudgetedValue& a = *crossings.first;
   const BudgetedValue& d = *crossings.second;
-  if (const auto sigmas =
-          Widen(a.value_s - d.value_s,
-                a.budget.lines + a.budget.form + d.budget.lines + d.budget.form, whole.budget)) {
+  if (const auto sigmas = Widen(a.value_s - d.value_s,
+                                a.budget.lines + a.budget.form + a.budget.slip + d.budget.lines +
+                                    d.budget.form + d.budget.slip,
+                                budget)) {
     crossings.notices.push_back(NoticeOfTransitions(a.value_s, d.value_s, *sigmas));
   }
-  if (const auto sigmas = Widen(differ_s, apart, whole.budget)) {
+  if (trust < 1) {
+    crossings.notices.push_back(fmt::format(
+        "neighbouring lines differ from the learnt law in the same way (correlation {:.2f}): this "
+        "extruder follows another law, and the answer leans on the changes of speed",
+        law.shared_misfit));
+  }
+  if (const auto sigmas = Widen(trust * differ_s, apart, budget)) {
     crossings.notices.push_back(fmt::format(
         "the shape of the lines ({:.4f} s) and what the changes of speed leave over ({:.4f} s) "
         "suggest values that differ by {:.1f} standard uncertainties; the answer's uncertainty was "

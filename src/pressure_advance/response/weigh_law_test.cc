@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
+#include <string>
 
 namespace trammel::pressure_advance {
 namespace {
@@ -55,6 +57,43 @@ TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
 }
 
+TEST(WeighLaw, LeavesAPartOfWhatTheLawMovesTheAnswerByOpen) {
+  constexpr double kSure_s = 1e-7;
+  const auto uncertainty = [](double moved_s) {
+    CombinedTransitions crossings = Crossings(0.033 + moved_s, kSure_s);
+    WeighWithLaw(Law(0.033, kSure_s), Crossings(0.033 + moved_s, kSure_s), {}, crossings);
+    return crossings.both.pressure_advance.quantity().standard_uncertainty;
+  };
+  EXPECT_GT(uncertainty(0.002), LawOptions{}.shift_sigma * 0.002);
+  EXPECT_LT(uncertainty(0), 0.0005);
+}
+
+TEST(WeighLaw, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
+  const auto answer = [](double shared_misfit) {
+    LawFit law = Law(0.033, 0.0005);
+    law.shared_misfit = shared_misfit;
+    CombinedTransitions crossings = Crossings(0.036, 0.0008);
+    crossings.whole->budget.drift = 1e-6;
+    WeighWithLaw(law, Crossings(0.036, 0.0008), {}, crossings);
+    return crossings;
+  };
+  const LawOptions options;
+  const CombinedTransitions trusted = answer(options.trusted_misfit);
+  const CombinedTransitions refuted = answer(options.refuted_misfit);
+  const CombinedTransitions between =
+      answer(std::midpoint(options.trusted_misfit, options.refuted_misfit));
+  EXPECT_NEAR(trusted.whole->value_s, 0.033, 1e-9);
+  EXPECT_TRUE(trusted.notices.empty());
+  EXPECT_EQ(trusted.whole->budget.drift, 0);
+  EXPECT_NEAR(refuted.whole->value_s, 0.036, 1e-12);
+  EXPECT_NEAR(refuted.acceleration.quantity().value, 0.036, 1e-12);
+  EXPECT_EQ(refuted.whole->budget.drift, 1e-6);
+  ASSERT_FALSE(refuted.notices.empty());
+  EXPECT_NE(refuted.notices[0].find("another law"), std::string::npos);
+  EXPECT_GT(between.whole->value_s, 0.0335);
+  EXPECT_LT(between.whole->value_s, 0.0355);
+}
+
 TEST(WeighLaw, SaysWhatEachOfTheTwoSaysAndHowItCounts) {
   CombinedTransitions crossings = Crossings(0.0345, 0.0008);
   const LearntLaw learnt =
@@ -62,7 +101,7 @@ TEST(WeighLaw, SaysWhatEachOfTheTwoSaysAndHowItCounts) {
   const LawOptions options;
   EXPECT_EQ(learnt.pressure_advance_s.value, 0.033);
   EXPECT_NEAR(learnt.pressure_advance_s.standard_uncertainty,
-              std::hypot(0.0004, options.form_sigma * 0.033), 1e-9);
+              std::hypot(0.0004, options.law_form_sigma * 0.033), 1e-9);
   // Crossings and their mirror image stand 1 ms above the law.
   EXPECT_NEAR(learnt.correction_s, 0.001, 1e-9);
   EXPECT_NEAR(learnt.crossings_s.value, 0.0335, 1e-9);
@@ -89,9 +128,11 @@ TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
   const LawOptions options;
   EXPECT_NEAR(crossings.acceleration.quantity().standard_uncertainty, options.form_sigma * 0.033,
               1e-6);
-  // Crossings and fit, weighed alike, err by other laws in ways of their own.
+  // Crossings and fit err by other laws in ways of their own, and are weighed by that.
   EXPECT_NEAR(crossings.both.pressure_advance.quantity().standard_uncertainty,
-              options.form_sigma * 0.033 / std::sqrt(2), 1e-6);
+              0.033 * options.form_sigma * options.law_form_sigma /
+                  std::hypot(options.form_sigma, options.law_form_sigma),
+              1e-6);
 }
 
 TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
