@@ -63,7 +63,7 @@ Row Calibrate(std::uint64_t seed, const sim::Condition& condition, const Picture
   Row row;
   row.seed = seed;
   row.condition = sim::ToString(condition);
-  row.truth_s = sim::TruthOf(seed, {0, 0.06});  // the default pattern tests 0 … 0.06
+  row.truth_s = sim::TruthOf(seed);
   ShopOptions options;
   options.hurry = 1;
   options.seed = seed;

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -48,10 +49,31 @@ TEST_F(SimCommand, ScansThePatternThatTrammelWroteAndKeepsTheTruth) {
   const auto truth = nlohmann::json::parse(ReadWhole(At("scan/truth.json")));
   EXPECT_EQ(truth["seed"], 7);
   EXPECT_EQ(truth["condition"], "matte-black-dark");
-  const double truth_s = truth["pressure_advance_s"].get<double>();
-  // The middle half of 0 ... 0.06; the printer's truth is that of its own lines to 0.1 ms.
-  EXPECT_GT(truth_s, 0.0149);
-  EXPECT_LT(truth_s, 0.0451);
+}
+
+TEST_F(SimCommand, SeedHasOneTruthForPrinterScanAndPhotoWhateverThePatternTests) {
+  constexpr double kRounding_s = 1e-5;  // sim photo prints five decimals
+  ASSERT_EQ(Run("sim printer --port 0 --for 0 --seed 3 --truth printer.json").exit_code, 0);
+  const auto truth_in = [&](const char* file) {
+    return nlohmann::json::parse(ReadWhole(At(file)))["pressure_advance_s"].get<double>();
+  };
+  const double truth_s = truth_in("printer.json");
+  const CommandResult scan =
+      Run("sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 3 --out of-three");
+  ASSERT_EQ(scan.exit_code, 0) << scan.output;
+  EXPECT_NEAR(truth_in("of-three/truth.json"), truth_s, kRounding_s);
+  // Up to 0.1 s, where the pattern for a scan ends at 0.06 s.
+  ASSERT_EQ(Run("pa pattern --photo --material pla -o for-photo.gcode").exit_code, 0);
+  for (const std::string pattern : {"pattern", "for-photo"}) {
+    const CommandResult photo =
+        Run("sim photo " + pattern + ".gcode --seed 3 --size 90x160 -o " + pattern + ".jpg");
+    ASSERT_EQ(photo.exit_code, 0) << photo.output;
+    const std::string label = "the truth is ";
+    const std::size_t at = photo.standard_output.find(label);
+    ASSERT_NE(at, std::string::npos) << photo.output;
+    EXPECT_NEAR(std::stod(photo.standard_output.substr(at + label.size())), truth_s, kRounding_s)
+        << pattern;
+  }
 }
 
 TEST_F(SimCommand, NothingIsOverwritten) {

@@ -80,8 +80,8 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
   if (!gcode) return Fail(gcode.error().message);
   const SlowWork work("printing and scanning");
-  const Result<sim::Print> print = sim::PrintInWorld(
-      *gcode, arguments.seed, arguments.pressure_advance_s, sim::TestedRange(*plan));
+  const Result<sim::Print> print =
+      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
 
@@ -123,7 +123,7 @@ void AddScan(CLI::App& parent, int& exit_code) {
       ->excludes(condition);
   AddSeed(*scan, arguments->seed);
   scan->add_option("--pressure-advance", arguments->pressure_advance_s,
-                   "the truth in s; without it, drawn from the tested range's middle half");
+                   "the truth in s; without it, the seed's, as for sim printer");
   scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
       ->capture_default_str();
   scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")
@@ -156,15 +156,9 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
   }
   const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
   if (!gcode) return Fail(gcode.error().message);
-  Interval tested;
-  if (!arguments.pressure_advance_s) {
-    const Result<Interval> range = sim::TestedRange(*gcode);
-    if (!range) return Fail(arguments.gcode + ": " + range.error().message);
-    tested = *range;
-  }
   const SlowWork work("printing and taking the photo");
   const Result<sim::Print> print =
-      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s, tested);
+      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
   Random random = sim::PhotoEyeOf(arguments.seed);
@@ -191,7 +185,7 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
   photo->add_option("--size", arguments->size, "of the photo, px")->capture_default_str();
   AddSeed(*photo, arguments->seed);
   photo->add_option("--pressure-advance", arguments->pressure_advance_s,
-                    "the truth in s; without it, drawn from the tested range's middle half");
+                    "the truth in s; without it, the seed's, as for sim printer");
   photo->add_option("-o,--out", arguments->out, "new JPEG file")->required();
   photo->callback([arguments, &exit_code] {
     const Result<void> done = TakePhoto(*arguments);

@@ -12,7 +12,6 @@
 namespace trammel::sim {
 namespace {
 
-constexpr Interval kTestedS{0, 0.06};  // the range that a pattern tests by default
 constexpr double kRebuildEveryS = 2;
 constexpr double kDark_s = 10;  // between two sweeps of a scan the laser is off for less
 
@@ -55,7 +54,7 @@ double RawLessMonotonic() {
 MachineHost::MachineHost(MachineOptions options, double start_s)
     : options_(std::move(options)),
       clock_(start_s, options_.speed),
-      truth_s_(options_.pressure_advance_s.value_or(TruthOf(options_.seed, kTestedS))),
+      truth_s_(options_.pressure_advance_s.value_or(TruthOf(options_.seed))),
       klipper_(std::make_unique<VirtualKlipper>(options_.klipper, options_.faults)),
       bed_(EmptyBed()) {}
 
@@ -119,7 +118,7 @@ std::shared_ptr<const Bed> MachineHost::bed(double monotonic_s) const {
     bed_ = EmptyBed();
     return bed_;
   }
-  Result<Print> print = PrintInWorld(gcode, options_.seed, truth_s_, kTestedS);
+  Result<Print> print = PrintInWorld(gcode, options_.seed, truth_s_);
   // More than the printer's model takes (an hour, 100 m): the plate stays as it was.
   if (print) bed_ = std::make_shared<Bed>(std::move(print->bed));
   return bed_;

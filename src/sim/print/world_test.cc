@@ -14,10 +14,10 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(World, TruthLiesInTheMiddleHalfOfWhatIsTested) {
+TEST(World, TruthLiesInTheMiddleHalfOfWhatAPatternTestsByDefault) {
   const std::string gcode = WriteTestPattern({});
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const Result<Print> print = PrintInWorld(gcode, seed, {}, {0.0, 0.06});
+    const Result<Print> print = PrintInWorld(gcode, seed, {});
     ASSERT_TRUE(print) << print.error().message;
     EXPECT_GE(print->truth.pressure_advance_s, 0.0149) << "seed " << seed;
     EXPECT_LE(print->truth.pressure_advance_s, 0.0451) << "seed " << seed;
@@ -26,9 +26,9 @@ TEST(World, TruthLiesInTheMiddleHalfOfWhatIsTested) {
 
 TEST(World, SeedNamesThePrint) {
   const std::string gcode = WriteTestPattern({});
-  const Result<Print> a = PrintInWorld(gcode, 5, 0.03, {});
-  const Result<Print> b = PrintInWorld(gcode, 5, 0.03, {});
-  const Result<Print> c = PrintInWorld(gcode, 6, 0.03, {});
+  const Result<Print> a = PrintInWorld(gcode, 5, 0.03);
+  const Result<Print> b = PrintInWorld(gcode, 5, 0.03);
+  const Result<Print> c = PrintInWorld(gcode, 6, 0.03);
   ASSERT_TRUE(a && b && c);
   EXPECT_NEAR(a->truth.pressure_advance_s, 0.03, 1e-4);
   const auto areas = [](const Print& print) {
@@ -42,20 +42,8 @@ TEST(World, SeedNamesThePrint) {
   EXPECT_NE(areas(*a), areas(*c));
 }
 
-TEST(World, FindsTheTestedRangeInTheGcodeAlone) {
-  TestPattern pattern;
-  pattern.last_advance_s = 0.045;
-  const Result<Interval> range = TestedRange(WriteTestPattern(pattern));
-  ASSERT_TRUE(range);
-  EXPECT_EQ(range->lo, 0);
-  EXPECT_NEAR(range->hi, 0.045, 1e-9);
-  const Result<Interval> none = TestedRange("G1 X10 F600\n");
-  ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no line changes its speed"));
-}
-
 TEST(World, RefusesAnImpossibleTruth) {
-  const Result<Print> print = PrintInWorld(WriteTestPattern({}), 1, -0.2, {});
+  const Result<Print> print = PrintInWorld(WriteTestPattern({}), 1, -0.2);
   ASSERT_FALSE(print);
   EXPECT_THAT(print.error().message, HasSubstr("-0.2"));
 }
