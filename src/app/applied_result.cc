@@ -26,12 +26,12 @@ Result<std::filesystem::path> AppliedFile() {
   return *folder / files::kAppliedFile;
 }
 
-Result<void> Note(const AppliedValue& applied, Application::Step step,
-                  std::optional<double> before) {
+Result<void> Note(const AppliedValue& applied, Application::Step step, std::optional<double> before,
+                  const std::map<std::string, double>& before_each) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  const Application application{UtcNow(), WithoutSecrets(applied.machine), step, before,
-                                applied.value};
+  const Application application{
+      UtcNow(), WithoutSecrets(applied.machine), step, before, applied.value, before_each};
   if (applied.result) return files::NoteApplication(*path, *applied.result, application);
   return files::NoteApplication(*path, applied.instrument, "", application);
 }
@@ -45,12 +45,13 @@ Result<void> OrNothingSet(const Result<void>& noted) {
 
 }  // namespace
 
-Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before) {
-  return OrNothingSet(Note(applied, Application::Step::kBegun, before));
+Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before,
+                       const std::map<std::string, double>& before_each) {
+  return OrNothingSet(Note(applied, Application::Step::kBegun, before, before_each));
 }
 
 void NoteApplied(const AppliedValue& applied) {
-  if (const auto noted = Note(applied, Application::Step::kApplied, {}); !noted) {
+  if (const auto noted = Note(applied, Application::Step::kApplied, {}, {}); !noted) {
     fmt::print(stderr, "trammel: set, but not noted for trammel history: {}\n",
                noted.error().message);
   }
@@ -129,9 +130,9 @@ Result<std::string> SettleUnfinished(Instrument instrument, const std::string& m
   if (note) {
     const auto path = AppliedFile();
     if (!path) return tl::unexpected(path.error());
-    auto kept =
-        files::NoteApplication(*path, instrument, noted->back().fingerprint,
-                               {UtcNow(), WithoutSecrets(machine), found, open.before, open.value});
+    auto kept = files::NoteApplication(
+        *path, instrument, noted->back().fingerprint,
+        {UtcNow(), WithoutSecrets(machine), found, open.before, open.value, open.before_each});
     if (auto noted_now = OrNothingSet(kept); !noted_now) return tl::unexpected(noted_now.error());
   }
   return SettledText(open, found, *now);
@@ -162,8 +163,8 @@ Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine,
   }
   const bool undone = application.step == Step::kUndone ||
                       (application.step == Step::kUndoing && AreSame(application.before, now));
-  return Undoing{*application.before, application.value, application.utc, undone,
-                 noted->back().fingerprint};
+  return Undoing{*application.before,       application.value,      application.utc, undone,
+                 noted->back().fingerprint, application.before_each};
 }
 
 namespace {
@@ -172,9 +173,9 @@ Result<void> NoteUndo(Instrument instrument, const std::string& machine, const U
                       Step step) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  return files::NoteApplication(
-      *path, instrument, undoing.fingerprint,
-      {UtcNow(), WithoutSecrets(machine), step, undoing.before, undoing.value});
+  return files::NoteApplication(*path, instrument, undoing.fingerprint,
+                                {UtcNow(), WithoutSecrets(machine), step, undoing.before,
+                                 undoing.value, undoing.before_each});
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // What was set on which machine, noted for `trammel history`.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 
@@ -18,9 +19,11 @@ struct AppliedValue {
 };
 
 /// Notes in the state folder, on the disk, that a value is about to be set on a machine.
-/// @param before  what is in force there, in the value's unit; absent: not told.
+/// @param before       what is in force there, in the value's unit; absent: not told.
+/// @param before_each  the same for each part that gets the value, where there are several.
 /// Error: it cannot be noted, with what to do; nothing must be set then.
-[[nodiscard]] Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before);
+[[nodiscard]] Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before,
+                                     const std::map<std::string, double>& before_each = {});
 
 /// Notes in the state folder that a value was set on a machine, now. Says on standard error where
 /// it cannot be noted: what was set stays set.
@@ -38,10 +41,11 @@ void NoteApplied(const AppliedValue& applied);
 /// What was in force before the last value of an instrument was set on a machine.
 struct Undoing {
   double before = 0;
-  std::optional<double> value = {};  ///< what was set
-  std::string utc;                   ///< when
-  bool undone = false;               ///< it was taken back
-  std::string fingerprint;           ///< of the result; empty: of none
+  std::optional<double> value = {};                ///< what was set
+  std::string utc;                                 ///< when
+  bool undone = false;                             ///< it was taken back
+  std::string fingerprint;                         ///< of the result; empty: of none
+  std::map<std::string, double> before_each = {};  ///< where the value was set on several parts
 };
 
 /// The last value that was set. One that was about to be, and is not in force while what was before

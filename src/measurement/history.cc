@@ -22,6 +22,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMostNamed = 10;
 constexpr std::size_t kMostApplications = 100;
+constexpr std::size_t kMostParts = 100;  // of a machine, that one value is set on
 using Step = Application::Step;
 // As Step has them.
 constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
@@ -103,6 +104,7 @@ ordered_json JsonOf(const Application& application) {
                        {"step", kSteps[static_cast<std::size_t>(application.step)]}};
   if (application.before) json["before"] = *application.before;
   if (application.value) json["value"] = *application.value;
+  if (!application.before_each.empty()) json["before_each"] = application.before_each;
   return json;
 }
 
@@ -127,6 +129,21 @@ struct AppliedLine {
   Application application;
 };
 
+// At most kMostParts, each a number.
+std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
+  std::map<std::string, double> before;
+  const nlohmann::json* each = object.Find("before_each");
+  if (each == nullptr) return before;
+  if (!each->is_object() || each->size() > kMostParts) {
+    object.Fault("before_each", fmt::format("must be an object of at most {} keys", kMostParts));
+    return before;
+  }
+  JsonObject values = object.Inner(*each, "before_each");
+  for (const auto& [name, value] : each->items()) before[name] = values.Number(name.c_str());
+  if (const auto read = values.Faults(); !read) object.Adopt(read.error());
+  return before;
+}
+
 std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line,
                                             const fs::path& path) {
   const auto json = line ? ParseJson(*line, path.string()) : Fail("too long");
@@ -146,6 +163,7 @@ std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line
                                                     kSteps.begin());
   application.before = object.OptionalNumber("before");
   application.value = object.OptionalNumber("value");
+  application.before_each = ReadBeforeEach(object);
   if (object.failed()) return std::nullopt;
   return read;
 }
@@ -159,6 +177,7 @@ bool Continues(const Application& before, const Application& now) {
 
 Application Merged(const Application& before, Application now) {
   now.before = before.before;
+  now.before_each = before.before_each;
   if (before.value) now.value = before.value;
   return now;
 }

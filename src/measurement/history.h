@@ -33,6 +33,9 @@ struct Application {
   Step step = Step::kApplied;
   std::optional<double> before = {};  ///< what was in force, in the unit of the first answer
   std::optional<double> value = {};   ///< what was set, in the same unit
+  /// The same as `before` for each part of the machine that the value was set on, by its name;
+  /// empty where it is one.
+  std::map<std::string, double> before_each = {};
 };
 
 /// A result as history.jsonl has it.
@@ -82,7 +85,8 @@ inline constexpr std::size_t kMostHistoryBytes = std::size_t{64} << 20;
                                         const measurement::Outcome& outcome);
 
 /// {"utc", "machine", "step": "begun", "applied", "undoing", "undone" or "not_in_force", "before"
-/// and "value" where they are known}, as applied.jsonl and --json have it.
+/// and "value" where they are known, "before_each" where the value was set on several parts}, as
+/// applied.jsonl and --json have it.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const Application& application);
 
 /// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 #include "files/new_file.h"
 #include "measurement/outcome_file.h"
 #include "support/temporary_folder.h"
@@ -172,6 +175,21 @@ TEST_F(ResultHistory, TheLastApplicationSaysWhatToGoBackTo) {
   note("", {"t7", "printer", Application::Step::kUndone, 0.04, 0.05});
   EXPECT_EQ(last()->application.step, Application::Step::kUndone);
   EXPECT_EQ(last()->application.value, 0.05);
+}
+
+TEST_F(ResultHistory, WhatEachPartHadBeforeIsThatOfTheBeginning) {
+  const auto applied = folder_.path() / "applied.jsonl";
+  constexpr auto kInstrument = Instrument::kPressureAdvance;
+  const auto note = [&](const Application& application) {
+    ASSERT_TRUE(NoteApplication(applied, kInstrument, "a", application));
+  };
+  const std::map<std::string, double> before = {{"extruder", 0.03}, {"extruder_stepper b", 0.01}};
+  note({"t1", "printer", Application::Step::kBegun, 0.03, 0.04, before});
+  note({"t2", "printer", Application::Step::kApplied, {}, 0.04});
+  const auto noted = Applications(applied, kInstrument, [](const std::string&) { return true; });
+  ASSERT_TRUE(noted);
+  ASSERT_EQ(noted->size(), 1U);
+  EXPECT_EQ(noted->front().application.before_each, before);
 }
 
 }  // namespace

@@ -175,6 +175,22 @@ TEST_F(TwoMotors, OnOneFilamentBothAreSetAndNamed) {
   EXPECT_THAT(doctor.standard_output, HasSubstr("acts on extruder and extruder_stepper belted"));
 }
 
+TEST_F(TwoMotors, UndoGivesEachItsOwnOldValueAndNamesIt) {
+  shop_.Script("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031");
+  shop_.Script("SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.012");
+  ASSERT_EQ(Run({"pa", "apply", "0.0421"}).exit_code, 0);
+  const ProcessEnd undone = Run({"pa", "apply", "--undo"});
+  ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;
+  EXPECT_EQ(Advance_s("extruder"), 0.031);
+  EXPECT_EQ(Advance_s("extruder_stepper belted"), 0.012);
+  EXPECT_THAT(undone.standard_output, HasSubstr("0.0421  ->  0.0310 s on extruder\n"));
+  EXPECT_THAT(undone.standard_output,
+              HasSubstr("0.0421  ->  0.0120 s on extruder_stepper belted\n"));
+  EXPECT_THAT(undone.standard_output, HasSubstr("[extruder_stepper belted] in printer.cfg:  "
+                                                "pressure_advance: 0.0120"));
+  EXPECT_EQ(Run({"pa", "apply", "--undo"}).exit_code, 1);  // it was taken back
+}
+
 class Kalico : public PrinterFacts {
  protected:
   static ShopOptions Options() {

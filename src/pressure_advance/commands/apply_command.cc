@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -186,6 +187,16 @@ void SettleFailure(const ApplyArguments& arguments, const procedure::Session& se
   if (left && !left->empty()) session.Say(*left);
 }
 
+// What was in force before, of each motor where there are several.
+std::string BeforeText(const Undoing& undoing) {
+  if (undoing.before_each.empty()) return fmt::format("{:.4f} s", undoing.before);
+  std::vector<std::string> each;
+  for (const auto& [motor, before_s] : undoing.before_each) {
+    each.push_back(fmt::format("{:.4f} s on {}", before_s, motor));
+  }
+  return fmt::format("{}", fmt::join(each, ", "));
+}
+
 int RunUndo(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
@@ -203,11 +214,13 @@ int RunUndo(const ApplyArguments& arguments) {
       LastToUndo(kInstrument, config->scan.address, machine::ActiveAdvance_s(*state));
   if (!undoing) return PrintError(undoing.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
-  options.before_setting = [&](std::optional<double> now_s) -> Result<void> {
-    if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
+  options.own_s = undoing->before_each;
+  options.before_setting = [&](const procedure::PressureAdvanceChange& change) -> Result<void> {
+    auto in_force = CheckInForce(*undoing, change.before_s, arguments.force);
+    if (!in_force) return in_force;
     return NoteUndoing(kInstrument, config->scan.address, *undoing);
   };
-  fmt::print("in force until    {}: {:.4f} s\n", undoing->utc, undoing->before);
+  fmt::print("in force until    {}: {}\n", undoing->utc, BeforeText(*undoing));
   const auto done = Apply(session, undoing->before, options, false);
   if (!done) {
     SettleFailure(arguments, session, config->scan.address);
@@ -374,11 +387,11 @@ int RunApply(const ApplyArguments& arguments) {
   if (!turn) return PrintError(turn.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   const AppliedValue applied{kInstrument, value->result, config->scan.address, value->value_s};
-  options.before_setting = [&](std::optional<double> before_s) -> Result<void> {
-    auto settled = Settle(arguments, session, config->scan.address, before_s);
+  options.before_setting = [&](const procedure::PressureAdvanceChange& change) -> Result<void> {
+    auto settled = Settle(arguments, session, config->scan.address, change.before_s);
     if (settled) settled = KeepResult(*value);
     if (!settled) return settled;
-    return NoteBegun(applied, before_s);
+    return NoteBegun(applied, change.before_s, procedure::BeforeEach(change));
   };
   const measurement::Subject subject =
       value->result ? value->result->subject : measurement::Subject{};
@@ -432,19 +445,19 @@ Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
   for (const procedure::MotorChange& motor : change->motors) {
     fmt::print("pressure advance  {}  ->  {:.4f} s{}\n",
                motor.before_s ? fmt::format("{:.4f}", *motor.before_s) : "(not told)",
-               change->after_s, several ? " on " + motor.section : "");
+               motor.after_s, several ? " on " + motor.section : "");
   }
   if (options.dry_run) {
     fmt::print("nothing was changed\n");
     return {};
   }
-  std::vector<std::string> sections;
+  std::map<double, std::vector<std::string>> sections;
   for (const procedure::MotorChange& motor : change->motors) {
     fmt::print("applied           {}: read back from the printer; until the next restart\n",
                motor.command);
-    sections.push_back(motor.section);
+    sections[motor.after_s].push_back(motor.section);
   }
-  ExplainKeeping(pressure_advance_s, sections);
+  for (const auto& [value_s, alike] : sections) ExplainKeeping(value_s, alike);
   return {};
 }
 

@@ -209,8 +209,8 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
     const AppliedValue applied{measurement::Instrument::kPressureAdvance, result.outcome,
                                config.scan.address, value_s};
-    options.before_setting = [&](std::optional<double> before_s) {
-      return NoteBegun(applied, before_s);
+    options.before_setting = [&](const procedure::PressureAdvanceChange& change) {
+      return NoteBegun(applied, change.before_s, procedure::BeforeEach(change));
     };
     const auto done = Apply(session, value_s, options, arguments.json);
     if (!done) return PrintError(done.error());

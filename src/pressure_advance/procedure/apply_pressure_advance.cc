@@ -37,17 +37,21 @@ std::string CommandFor(const std::string& name, double pressure_advance_s) {
 
 // All motors, as they are now. The only one needs no name.
 std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
-                                  const machine::PrinterState& state, double pressure_advance_s) {
+                                  const machine::PrinterState& state, double pressure_advance_s,
+                                  const std::map<std::string, double>& own_s) {
   std::vector<std::string> sections = facts.advance_motors;
   if (sections.empty()) sections.push_back(facts.extruder);
   const bool named = !facts.advance_names().empty();
   std::vector<MotorChange> motors;
   for (const std::string& section : sections) {
     const auto known = state.pressure_advance.find(section);
-    motors.push_back(
-        {section, CommandFor(named ? machine::NameInGcode(section) : "", pressure_advance_s),
-         known == state.pressure_advance.end() ? std::nullopt
-                                               : std::optional(known->second.advance_s)});
+    const auto own = own_s.find(section);
+    const double after_s = own == own_s.end() ? pressure_advance_s : own->second;
+    motors.push_back({section, CommandFor(named ? machine::NameInGcode(section) : "", after_s),
+                      known == state.pressure_advance.end()
+                          ? std::nullopt
+                          : std::optional(known->second.advance_s),
+                      after_s});
   }
   return motors;
 }
@@ -66,11 +70,11 @@ Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange&
   for (const MotorChange& motor : change.motors) {
     const auto now = state->pressure_advance.find(motor.section);
     const bool told = now != state->pressure_advance.end();
-    if (told && std::abs(now->second.advance_s - change.after_s) <= kRounding_s) continue;
+    if (told && std::abs(now->second.advance_s - motor.after_s) <= kRounding_s) continue;
     return Fail(
         fmt::format("the printer was told to use a pressure advance of {:.4f} s for {} and reports "
                     "{}",
-                    change.after_s, motor.section,
+                    motor.after_s, motor.section,
                     told ? fmt::format("{:.4f} s", now->second.advance_s) : "none"),
         ErrorKind::kMachine);
   }
@@ -89,6 +93,15 @@ void BringBack(const Session& session, const PressureAdvanceChange& change) {
 
 }  // namespace
 
+std::map<std::string, double> BeforeEach(const PressureAdvanceChange& change) {
+  std::map<std::string, double> before;
+  if (change.motors.size() < 2) return before;
+  for (const MotorChange& motor : change.motors) {
+    if (motor.before_s) before[motor.section] = *motor.before_s;
+  }
+  return before;
+}
+
 double ApplyLimit_s(const pressure_advance::PatternConfig& settings) {
   double limit_s = settings.pressure_advance_limit_s;
   if (settings.pressure_advances_s.empty()) {
@@ -101,9 +114,11 @@ double ApplyLimit_s(const pressure_advance::PatternConfig& settings) {
 Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
                                                    double pressure_advance_s,
                                                    const ApplyOptions& options) {
-  if (auto sane = CheckValue(pressure_advance_s, options); !sane) {
-    return tl::unexpected(sane.error());
+  auto sane = CheckValue(pressure_advance_s, options);
+  for (const auto& [section, own_s] : options.own_s) {
+    if (sane) sane = CheckValue(own_s, options);
   }
+  if (!sane) return tl::unexpected(sane.error());
   if (auto idle = RefuseWhilePrinting(session, "the pressure advance"); !idle) {
     return tl::unexpected(idle.error());
   }
@@ -115,10 +130,10 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
       FirstFailure({ComparePressureAdvance(*facts, facts->advance_names())}, ErrorKind::kSafety);
   if (!one) return tl::unexpected(one.error());
   PressureAdvanceChange change{machine::ActiveAdvance_s(*before), pressure_advance_s,
-                               MotorsOf(*facts, *before, pressure_advance_s)};
+                               MotorsOf(*facts, *before, pressure_advance_s, options.own_s)};
   if (options.dry_run) return change;
   if (options.before_setting) {
-    if (auto may = options.before_setting(change.before_s); !may) {
+    if (auto may = options.before_setting(change); !may) {
       return tl::unexpected(may.error());
     }
   }

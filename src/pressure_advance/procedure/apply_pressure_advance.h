@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,25 +13,31 @@
 
 namespace trammel::procedure {
 
-struct ApplyOptions {
-  double limit_s = 0.2;  ///< more is refused unless forced; see ApplyLimit_s
-  bool force = false;
-  bool dry_run = false;  ///< everything is looked at and nothing is set
-  /// Called with the value in force when all else is looked at; an error of it keeps it in force.
-  std::function<Result<void>(std::optional<double> before_s)> before_setting = {};
-};
-
 /// Of one motor that pushes the active extruder's filament.
 struct MotorChange {
   std::string section;  ///< of printer.cfg: "extruder", "extruder_stepper belted"
   std::string command;  ///< that sets it
   std::optional<double> before_s;
+  double after_s = 0;
 };
 
 struct PressureAdvanceChange {
-  std::optional<double> before_s;  ///< the extruder's own; absent where the printer does not tell
-  double after_s = 0;
+  std::optional<double> before_s;   ///< the extruder's own; absent where the printer does not tell
+  double after_s = 0;               ///< of all motors that no other value was asked for
   std::vector<MotorChange> motors;  ///< all of them, the extruder's own first
+};
+
+/// What each of several motors has, by its section: of those that the printer tells. Empty for one.
+[[nodiscard]] std::map<std::string, double> BeforeEach(const PressureAdvanceChange& change);
+
+struct ApplyOptions {
+  double limit_s = 0.2;  ///< more is refused unless forced; see ApplyLimit_s
+  bool force = false;
+  bool dry_run = false;  ///< everything is looked at and nothing is set
+  /// Motors that get another value than the rest, by their sections.
+  std::map<std::string, double> own_s = {};
+  /// Called with what is in force when all else is looked at; an error of it keeps it in force.
+  std::function<Result<void>(const PressureAdvanceChange&)> before_setting = {};
 };
 
 /// What is applied unasked: pressure_advance_limit of the settings, or the highest value of their

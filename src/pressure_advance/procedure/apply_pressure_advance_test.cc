@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <string>
 
 #include "session/fake_printer.h"
 
@@ -14,6 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Pair;
 
 class Obedient : public testing::FakePrinter {
  public:
@@ -55,6 +58,26 @@ TEST(ApplyPressureAdvance, SetsEveryMotorOnTheFilamentAndReadsEachBack) {
   EXPECT_EQ(change->motors[1].section, "extruder_stepper belted");
   EXPECT_EQ(change->motors[1].before_s, 0.0);
   EXPECT_EQ(printer.state.pressure_advance.at("extruder_stepper spare").advance_s, 0.01);
+}
+
+TEST(ApplyPressureAdvance, AMotorGetsTheValueThatIsAskedForItAlone) {
+  Obedient printer;
+  printer.state.pressure_advance["extruder_stepper belted"] = {0.042, 0.04, "extruder"};
+  ApplyOptions options;
+  options.own_s = {{"extruder_stepper belted", 0.01}};
+  std::map<std::string, double> before;
+  options.before_setting = [&](const PressureAdvanceChange& change) -> Result<void> {
+    before = BeforeEach(change);
+    return {};
+  };
+  const auto change = ApplyPressureAdvance({printer, {}, {}}, 0.02, options);
+  ASSERT_TRUE(change) << change.error().message;
+  EXPECT_EQ(printer.state.pressure_advance.at("extruder").advance_s, 0.02);
+  EXPECT_EQ(printer.state.pressure_advance.at("extruder_stepper belted").advance_s, 0.01);
+  EXPECT_THAT(before, ElementsAre(Pair("extruder", 0.031), Pair("extruder_stepper belted", 0.042)));
+  options.own_s = {{"extruder_stepper belted", 9}};
+  EXPECT_THAT(ApplyPressureAdvance({printer, {}, {}}, 0.02, options).error().message,
+              HasSubstr("9.0000 s is above 0.2 s"));
 }
 
 TEST(ApplyPressureAdvance, SetsAllMotorsOrNone) {
@@ -103,8 +126,8 @@ TEST(ApplyPressureAdvance, SetsNothingThatCannotBeNotedBefore) {
   Obedient printer;
   ApplyOptions options;
   std::optional<double> before_s;
-  options.before_setting = [&](std::optional<double> in_force_s) -> Result<void> {
-    before_s = in_force_s;
+  options.before_setting = [&](const PressureAdvanceChange& change) -> Result<void> {
+    before_s = change.before_s;
     return Fail("the disk is full");
   };
   EXPECT_THAT(ApplyPressureAdvance({printer, {}, {}}, 0.04, options).error().message,
