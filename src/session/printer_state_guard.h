@@ -40,7 +40,7 @@ struct RunIdentity {
 class PrinterStateGuard {
  public:
   /// Takes the printer for this run: on this computer by a lock, at the printer by its name
-  /// (TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Finishes what a run left
+  /// (_TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Finishes what a run left
   /// that died here. Sets the session's has_limit, owner and own_file. Errors: kMachine where the
   /// printer is busy, or another trammel has it; kInput where the note cannot be written.
   [[nodiscard]] static Result<PrinterStateGuard> Take(Session& session,

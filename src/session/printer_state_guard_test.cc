@@ -411,7 +411,7 @@ TEST_F(PrinterStateGuardTest, ARefusedClaimLeavesNothingBehind) {
   const auto first = Take();
   ASSERT_TRUE(first);
   const std::string claim = printer_.scripts.back();
-  EXPECT_THAT(claim, HasSubstr("TRAMMEL_KEEP_ALIVE OWNER="));
+  EXPECT_THAT(claim, HasSubstr("_TRAMMEL_KEEP_ALIVE OWNER="));
   printer_.refused[claim] = "laptop.run-7 has this printer";
   printer_.scripts.clear();
   const auto second =

@@ -47,7 +47,7 @@ struct Session {
 
 /// The macro by which the printer's own limit for laser and heaters begins anew, and the one that
 /// ends it (klipper/trammel.cfg).
-inline constexpr const char* kKeepAlive = "TRAMMEL_KEEP_ALIVE";
+inline constexpr const char* kKeepAlive = "_TRAMMEL_KEEP_ALIVE";
 inline constexpr const char* kRelease = "_TRAMMEL_RELEASE";
 /// The macro by which a person does the same, after a dialog.
 inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";

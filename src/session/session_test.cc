@@ -113,7 +113,7 @@ TEST(Session, ThePrinterIsToldWhoseRunItIs) {
   session.has_limit = true;
   session.owner = "pi.run-1";
   EXPECT_TRUE(KeepAlive(session));
-  EXPECT_THAT(printer.scripts, ElementsAre("TRAMMEL_KEEP_ALIVE OWNER=pi.run-1"));
+  EXPECT_THAT(printer.scripts, ElementsAre("_TRAMMEL_KEEP_ALIVE OWNER=pi.run-1"));
 }
 
 }  // namespace

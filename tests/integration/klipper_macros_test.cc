@@ -151,7 +151,7 @@ TEST(KlipperMacros, ATapRisesSlowlyBehindTheProbeAndAsksWhenItIsDone) {
 
 TEST(KlipperMacros, ThePrinterBelongsToOneRunUntilItIsReleasedOrItsLimitIsReached) {
   const auto sections = ReadSections();
-  const std::string& alive = sections.at("gcode_macro TRAMMEL_KEEP_ALIVE");
+  const std::string& alive = sections.at("gcode_macro _TRAMMEL_KEEP_ALIVE");
   EXPECT_LT(alive.find("action_raise_error"), alive.find("SET_GCODE_VARIABLE"));
   const std::string free = "SET_GCODE_VARIABLE MACRO=_TRAMMEL_RUN VARIABLE=owner VALUE=\"''\"";
   EXPECT_THAT(sections.at("gcode_macro _TRAMMEL_RELEASE"), testing::HasSubstr(free));
@@ -201,11 +201,12 @@ std::set<std::string> Called(const std::map<std::string, std::string>& sections,
 }
 
 // Front ends make a button of each macro whose name does not begin with "_".
-TEST(KlipperMacros, WhatIsAButtonNeitherHeatsNorMovesNorLightsNorBeginsAJob) {
+TEST(KlipperMacros, WhatIsAButtonNeitherHeatsNorMovesNorLightsNorBeginsAJobNorTakesThePrinter) {
   const auto sections = ReadSections();
   const std::regex acts(
       "\\n *(G0|G1|G2|G3|G28|PROBE|M104|M109|M140|M190|SET_HEATER_TEMPERATURE|TEMPERATURE_WAIT|"
-      "MANUAL_STEPPER|FORCE_MOVE|SET_PIN [^\\n]*VALUE=[^0\\n])");
+      "MANUAL_STEPPER|FORCE_MOVE|SET_PIN [^\\n]*VALUE=[^0\\n]|"
+      "UPDATE_DELAYED_GCODE ID=_trammel_heater_limit|SET_GCODE_VARIABLE MACRO=_TRAMMEL_RUN)");
   std::size_t buttons = 0;
   for (const auto& [header, text] : sections) {
     const std::string kind = "gcode_macro ";
@@ -224,7 +225,7 @@ TEST(KlipperMacros, WhatIsAButtonNeitherHeatsNorMovesNorLightsNorBeginsAJob) {
   }
   EXPECT_GE(buttons, 15U);
   for (const char* old : {"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "TRAMMEL_PRINT_PATTERN",
-                          "TRAMMEL_PRINT_SHEET", "LASER_ON"}) {
+                          "TRAMMEL_PRINT_SHEET", "LASER_ON", "TRAMMEL_KEEP_ALIVE"}) {
     EXPECT_FALSE(sections.contains(std::string("gcode_macro ") + old)) << old;
   }
 }

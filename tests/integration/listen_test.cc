@@ -22,7 +22,7 @@ constexpr const char* kClosed = "that dialog is closed, and nothing was started"
 ShopOptions WithMacros() {
   ShopOptions options;
   auto& macros = options.klipper.macros;
-  macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};  // anything: that it was called counts
+  macros["_TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};  // anything: that it was called counts
   macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
   return options;
 }
@@ -109,7 +109,7 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   Ask("TRAMMEL_PA FILAMENT=\"PLA+ 50%\"", "TRAMMEL_ASK BUTTONS=start TOKEN=");
   EXPECT_EQ(shop_->Look().bed_target_c, before_.bed_target_c);
   const std::string filament = " FILAMENT=\"PLA+ 50%\"";
-  Calibrate("TRAMMEL_KEEP_ALIVE", filament);
+  Calibrate("_TRAMMEL_KEEP_ALIVE", filament);
   WaitToHear("heating");
   shop_->Confirm();  // a second press
   WaitToHear("already at work");
@@ -120,7 +120,7 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   while (!HasAnswer()) {
     ASSERT_LT(asked, kMostTimes) << process_->StandardErrorSoFar();
     Ask("TRAMMEL_APPLY", "nothing to apply");
-    Calibrate("TRAMMEL_KEEP_ALIVE", filament);
+    Calibrate("_TRAMMEL_KEEP_ALIVE", filament);
     ++asked;
   }
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
@@ -205,7 +205,7 @@ TEST_F(Listen, HeatsNothingWhereTheSettingsNameNoMaterial) {
 
 TEST_F(Listen, ATermInTheMiddleOfASweepLeavesThePrinterAsItWas) {
   Start(WithMacros());
-  Calibrate("TRAMMEL_KEEP_ALIVE");
+  Calibrate("_TRAMMEL_KEEP_ALIVE");
   shop_->WaitUntilSweeping(1, *process_);
   process_->Send(SIGTERM);
   const ProcessEnd end = process_->Wait(kEnough_s);

@@ -32,7 +32,7 @@ class Serve : public testing::Test {
  protected:
   void Start(ShopOptions options = {}) {
     auto& macros = options.klipper.macros;
-    macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};
+    macros["_TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};
     macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
     shop_ = std::make_unique<MachineShop>(std::move(options));
     shop_->Script(kWorkedWith);

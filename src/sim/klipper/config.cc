@@ -15,9 +15,9 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
                                       "UPDATE_DELAYED_GCODE ID=LASER_LIMIT DURATION=0"};
   config.macros["LIGHTS_ON"].lines = {"SET_PIN PIN=LIGHTS VALUE=1"};
   config.macros["LIGHTS_OFF"].lines = {"SET_PIN PIN=LIGHTS VALUE=0"};
-  config.macros["TRAMMEL_KEEP_ALIVE"].lines = {
+  config.macros["_TRAMMEL_KEEP_ALIVE"].lines = {
       fmt::format("UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION={:.3f}", heater_limit_s)};
-  config.macros["TRAMMEL_KEEP_ALIVE"].owner = OwnerRule::kTake;
+  config.macros["_TRAMMEL_KEEP_ALIVE"].owner = OwnerRule::kTake;
   config.macros["_TRAMMEL_RELEASE"].lines = {"LASER_OFF",
                                              "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   config.macros["_TRAMMEL_RELEASE"].owner = OwnerRule::kGive;

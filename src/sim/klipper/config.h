@@ -156,7 +156,7 @@ struct KlipperConfig {
 
 /// The usual printer: macros _LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and those of
 /// klipper/trammel.cfg. The laser goes off by itself `laser_limit_s` after _LASER_ON, laser and
-/// heaters `heater_limit_s` after TRAMMEL_KEEP_ALIVE.
+/// heaters `heater_limit_s` after _TRAMMEL_KEEP_ALIVE.
 [[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
                                                  double heater_limit_s = 1800);
 
