@@ -24,17 +24,19 @@ std::string NameOf(std::string name) {
 
 std::string Names(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
-  for (const CLI::Option* option : options) names.push_back(option->get_name());
+  for (const CLI::Option* option : options) names.push_back(NameOf(option->get_name()));
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+// Help as CLI11 writes it, with words of ours for types and conditions.
 class Formatter final : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
     if (!option->get_option_text().empty()) return " " + option->get_option_text();
     std::string text;
     if (option->get_type_size() != 0) {
-      text += " " + PlainType(option->get_type_name());
+      const std::string type = PlainType(option->get_type_name());  // a flag's is empty
+      if (!type.empty()) text += " " + type;
       if (!option->get_default_str().empty()) text += "=" + option->get_default_str();
       if (option->get_expected_max() == CLI::detail::expected_max_vector_size) text += " ...";
       if (option->get_required()) text += " (required)";
@@ -44,6 +46,17 @@ class Formatter final : public CLI::Formatter {
       text += fmt::format(" (not with {})", Names(option->get_excludes()));
     }
     return text;
+  }
+
+  // Pads by characters: the parser counts bytes, of which "…" has three.
+  std::string make_option(const CLI::Option* option, bool positional) const override {
+    const std::string name = "  " + make_option_name(option, positional) + make_option_opts(option);
+    const std::string padded = fmt::format("{:<{}}", name, get_column_width());
+    const std::string description = make_option_desc(option);
+    const bool fits = padded.size() > name.size();
+    return fits || description.empty()
+               ? padded + description + "\n"
+               : fmt::format("{}\n{:{}}{}\n", name, "", get_column_width(), description);
   }
 };
 

@@ -25,8 +25,10 @@ class PlainHelpTest : public testing::Test {
     auto* count = print_->add_option("--count", count_, "patterns")->check(CLI::Range(2, 9));
     auto* speed = print_->add_option("--speed", speed_, "mm/s")->excludes(count);
     print_->add_option("--flow", speed_, "mm^3/s")->needs(speed);
+    print_->add_option("--turns", turns_, "of the coil")->check(CLI::Range(1, 3));
     CLI::App* send = program_.add_subcommand("send", "sends");
     send->add_option("--plan", path_, "of the pattern")->required();
+    print_->add_flag("--undo", undo_, "takes it back")->excludes(print_->get_option("path"));
     print_->add_option("--form", path_, "of progress")
         ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}));
   }
@@ -45,7 +47,9 @@ class PlainHelpTest : public testing::Test {
   CLI::App* print_ = nullptr;
   std::string path_;
   int count_ = 0;
+  int turns_ = 0;
   double speed_ = 0;
+  bool undo_ = false;
 };
 
 TEST_F(PlainHelpTest, ErrorsNameTheCommandTheThingAndTheRemedy) {
@@ -66,6 +70,8 @@ TEST_F(PlainHelpTest, HelpHasNoWordsOfTheParser) {
   const std::string help = print_->help();
   EXPECT_THAT(help, AllOf(HasSubstr("--count 2 … 9"), HasSubstr("(not with --count)"),
                           HasSubstr("(with --speed)"), HasSubstr("text|json")));
+  EXPECT_THAT(help, HasSubstr("--undo (not with PATH)"));
+  EXPECT_THAT(help, HasSubstr("  --turns 1 … 3               of the coil\n"));
   EXPECT_THAT(help, AllOf(Not(HasSubstr("INT")), Not(HasSubstr("FLOAT")),
                           Not(HasSubstr("Excludes")), Not(HasSubstr("Needs:"))));
 }
