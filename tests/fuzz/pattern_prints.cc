@@ -1,4 +1,4 @@
-// patterns.jsonl: when the pattern for a photo was printed.
+// patterns.jsonl: when a pattern was printed.
 #include "pressure_advance/files/pattern_prints.h"
 
 #include "fuzz.h"
@@ -8,6 +8,6 @@ TRAMMEL_FUZZ_TARGET(pattern_prints)(const std::uint8_t* data, std::size_t size) 
   using namespace trammel;
   static const fuzz::MemoryFile file("patterns.jsonl");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(files::LastPatternPrint(file.path(), "voron"));
+  (void)fuzz::Good(files::LastPatternPrint(file.path(), "voron", files::PrintsFor::kEither));
   return 0;
 }

@@ -354,5 +354,29 @@ TEST(Print, KeepsTheBedAtWhatTheFileLeftItAt) {
   EXPECT_THAT(end.standard_output, testing::HasSubstr("the bed stays at 55 degC"));
 }
 
+// By whatever settings the scan runs.
+TEST(Scan, IsOfTheLastPatternThatWasPrintedOnThatPrinter) {
+  MachineShop shop;
+  const ProcessEnd unknown = shop.Run({"pa", "scan", "--printer", shop.address()});
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.standard_error,
+              testing::AllOf(testing::HasSubstr("cannot tell which pattern lies on the bed"),
+                             testing::HasSubstr("--plan FILE")));
+  const ProcessEnd printed =
+      shop.Run({"pa", "print", "--printer", shop.address(), "--out", "printed", "--set",
+                "pressure_advances=[0.01, 0.02, 0.03, 0.04, 0.05]"},
+               kEnough_s);
+  ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
+  const ProcessEnd scanned =
+      shop.Run({"pa", "scan", "--printer", shop.address(), "--out", "scanned"}, kEnough_s);
+  EXPECT_THAT(scanned.standard_error, testing::HasSubstr("printed): 5 lines, 0.01 to 0.05 s"));
+  const auto scan = nlohmann::json::parse(ReadWhole(shop.folder() / "scanned/scan.json"));
+  ASSERT_EQ(scan.at("lines").size(), 5U) << scanned.standard_error;
+  std::filesystem::remove(shop.folder() / "printed/pattern.plan.json");
+  const ProcessEnd lost = shop.Run({"pa", "scan", "--printer", shop.address()});
+  EXPECT_EQ(lost.exit_code, 1);
+  EXPECT_THAT(lost.standard_error, testing::HasSubstr("print the pattern anew, or name the plan"));
+}
+
 }  // namespace
 }  // namespace trammel::test

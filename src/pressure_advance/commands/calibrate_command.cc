@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -32,7 +33,6 @@
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/refinement.h"
 #include "pressure_advance/commands/validation.h"
-#include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
@@ -78,27 +78,31 @@ Result<void> ReadFiles(const CalibrateArguments& arguments,
     if (plan.empty()) plan = fs::path(arguments.gcode).replace_extension(".plan.json");
   }
   if (plan.empty()) return {};
-  const auto text = files::ReadWholeFile(plan, kMaxFileBytes);
-  if (!text) {
+  auto read = ReadPatternPlan(plan);
+  if (!read) {
     return Fail(fmt::format("{}; trammel pa pattern and trammel pa print write the plan beside "
                             "the G-code: name it with --plan",
-                            text.error().message),
-                text.error().kind);
+                            read.error().message),
+                read.error().kind);
   }
-  auto parsed = files::ParsePlan(*text, plan.string());
-  if (!parsed) return tl::unexpected(parsed.error());
-  request.plan = std::move(*parsed);
+  request.plan = std::move(*read);
   request.plan->gcode = "pattern.gcode";  // its copy in the recording
   return {};
 }
 
-// A scan by the settings is right only where the settings are those of the print.
-void SayWhatIsAssumed(const pressure_advance::PatternConfig& pattern) {
-  const auto values_s = PressureAdvances(pattern);
+// The plan of what lies on the bed, where nobody named it.
+Result<pressure_advance::PatternPlan> PlanOnBed(const std::string& address) {
+  auto lying = FindLyingPattern(address);
+  if (!lying) return tl::unexpected(lying.error());
+  const auto& lines = lying->plan.lines;
+  const auto [least, most] =
+      std::ranges::minmax(lines, {}, &pressure_advance::PlanLine::pressure_advance_s);
   fmt::print(stderr,
-             "  taking what lies on the bed for the pattern of the settings: {} lines, {:.4g} to "
-             "{:.4g} s; --plan names another\n",
-             values_s.size(), values_s.front(), values_s.back());
+             "  taking what lies on the bed for the last pattern that was printed there ({}, {}): "
+             "{} lines, {:.4g} to {:.4g} s; --plan names another\n",
+             lying->print.utc, lying->print.folder, lines.size(), least.pressure_advance_s,
+             most.pressure_advance_s);
+  return std::move(lying->plan);
 }
 
 Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& session,
@@ -318,7 +322,13 @@ int RunCalibration(const CalibrateArguments& arguments) {
   request.print = arguments.print;
   request.scan = arguments.scan;
   request.for_photo = arguments.plate.photo;
+  request.filament = arguments.filament;
   if (auto read = ReadFiles(arguments, request); !read) return PrintError(read.error());
+  if (!arguments.print && !request.plan) {
+    auto lying = PlanOnBed(config->scan.address);
+    if (!lying) return PrintError(lying.error());
+    request.plan = std::move(*lying);
+  }
   if (arguments.print && request.gcode.empty()) {
     auto told = settings::ValidateTemperatures(config->pattern);
     if (!told) return PrintError(told.error());
@@ -337,12 +347,6 @@ int RunCalibration(const CalibrateArguments& arguments) {
     return code;
   }
   request.pattern = config->pattern;
-  if (arguments.plate.photo) {
-    request.note_print = [&](const fs::path& folder, bool ended) {
-      return NotePrint(session, config->scan.address, folder, arguments.filament, ended);
-    };
-  }
-  if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
   procedure::RecordingCutter cutter;
   EarlyAnswer answer(/*say=*/!arguments.json);
   request.read_ahead = &answer.read_ahead();
@@ -430,7 +434,8 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                            "scan a pattern that is on the bed, and say the answer", scan_only);
   AddDryRun(*scan, *scan_only, "print the sweeps of the settings' pattern, do nothing");
   scan->add_option("--plan", scan_only->plan,
-                   "the *.plan.json beside the printed G-code; left out: as the settings say");
+                   "the *.plan.json beside the printed G-code; left out: that of the last pattern "
+                   "that trammel printed there");
   scan->add_option("--pattern", scan_only->only,
                    "scan only this one of several, counted from 0; left out: all")
       ->check(CLI::Range(0, 9999));

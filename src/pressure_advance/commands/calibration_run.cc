@@ -12,6 +12,7 @@
 #include "app/provenance.h"
 #include "app/stated_settings.h"
 #include "pressure_advance/commands/machine_time.h"
+#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_plan.h"
@@ -37,7 +38,8 @@ procedure::CalibrationRequest RequestFor(const files::Config& config,
 }
 
 CalibrationRun CalibrateInto(const procedure::Session& session,
-                             const procedure::CalibrationRequest& request) {
+                             procedure::CalibrationRequest request) {
+  request.note_print = [&](bool ended) { return NotePrint(session, request, ended); };
   const procedure::CalibrationOutcome outcome = Calibrate(session, request);
   CalibrationRun run{outcome.done, outcome.unrestored.empty(), outcome.bed_c};
   std::string unrestored;

@@ -30,10 +30,10 @@ struct CalibrationRun {
   double bed_c = 0;      ///< at which the bed is kept
 };
 
-/// Runs the steps and says on standard error what is not as it was before, and where the recording
-/// so far lies.
+/// Runs the steps, with a print noted (NotePrint), and says on standard error what is not as it was
+/// before, and where the recording so far lies.
 [[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
-                                           const procedure::CalibrationRequest& request);
+                                           procedure::CalibrationRequest request);
 
 /// Waits until the recording is cut to what was read of it, and says on standard error which lines
 /// keep their whole frames, and why. What was said before is on its way by then.

@@ -232,6 +232,7 @@ int RunConditions(const ConditionsRun& run, const procedure::Session& session) {
     request.folders.push_back(part->path());
     parts.push_back(std::move(*part));
   }
+  request.filament = run.filament;
   procedure::RecordingCutter cutter;
   procedure::ReadAhead read_ahead;
   request.read_ahead = &read_ahead;

@@ -30,6 +30,16 @@ fs::path PlanFileOf(const files::PatternPrint& print) {
   return fs::path(print.folder) / "pattern.plan.json";
 }
 
+Result<pressure_advance::PatternPlan> PatternOfPrint(const files::PatternPrint& print) {
+  auto plan = ReadPatternPlan(PlanFileOf(print));
+  if (plan) return plan;
+  return Fail(fmt::format("the plan of the pattern that was printed {} cannot be read, and without "
+                          "it nobody knows its values: {}; print the pattern anew, or name the "
+                          "plan with --plan",
+                          print.utc, plan.error().message),
+              plan.error().kind);
+}
+
 std::string CannotTell(const std::string& photo) {
   return fmt::format("cannot tell which values the lines of {} were printed with: ", photo);
 }
@@ -105,7 +115,8 @@ std::string StoredUtc(const fs::path& path) {
 Result<std::optional<FoundPlan>> PlanOfLastPrint(const fs::path& photo) {
   const auto folder = files::StateFolder();
   if (!folder) return tl::unexpected(folder.error());
-  const auto prints = files::LastPatternPrints(*folder / files::kPatternPrintsFile);
+  const auto prints =
+      files::LastPatternPrints(*folder / files::kPatternPrintsFile, files::PrintsFor::kPhoto);
   if (!prints) return tl::unexpected(prints.error());
   const std::string name = photo.filename().string();
   const std::string stored = StoredUtc(photo);
@@ -128,24 +139,26 @@ Result<std::optional<FoundPlan>> PlanOfLastPrint(const fs::path& photo) {
 
 }  // namespace
 
-Result<void> NotePrint(const procedure::Session& session, const std::string& address,
-                       const fs::path& run, const std::string& filament, bool ended) {
+Result<void> NotePrint(const procedure::Session& session, const procedure::CalibrationRequest& run,
+                       bool ended) {
+  if (ended && !run.for_photo) return {};  // a scan compares no times
   const auto folder = files::StateFolder();
-  const auto server_s = procedure::ServerTime_s(session);
+  const auto server_s = run.for_photo ? procedure::ServerTime_s(session) : std::optional<double>();
   Result<void> noted;
   if (!folder) {
     noted = tl::unexpected(folder.error());
   } else if (ended && !server_s) {
     noted = Fail("the printer's server does not tell its time", ErrorKind::kMachine);
   } else {
-    noted = files::NotePatternPrint(*folder / files::kPatternPrintsFile,
-                                    {UtcNow(), procedure::PrinterName(address),
-                                     fs::absolute(run).string(), filament, ended, server_s});
+    noted = files::NotePatternPrint(
+        *folder / files::kPatternPrintsFile,
+        {UtcNow(), procedure::PrinterName(run.settings.address), fs::absolute(run.folder).string(),
+         run.filament, ended, server_s, run.for_photo});
   }
   if (noted) return {};
   if (!ended) {
-    return Fail(fmt::format("nothing is printed, as it cannot be noted when the pattern was, "
-                            "which tells older photos apart: {}",
+    return Fail(fmt::format("nothing is printed, as it cannot be noted which pattern was, and "
+                            "when, by which photos and scans are read: {}",
                             noted.error().message),
                 noted.error().kind);
   }
@@ -158,17 +171,31 @@ Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& add
   const auto folder = files::StateFolder();
   if (!folder) return tl::unexpected(folder.error());
   return files::LastPatternPrint(*folder / files::kPatternPrintsFile,
-                                 procedure::PrinterName(address));
+                                 procedure::PrinterName(address), files::PrintsFor::kPhoto);
 }
 
 Result<PhotoPlan> PlanOfPrint(const files::PatternPrint& print) {
-  auto plan = ReadPhotoPlan(PlanFileOf(print));
-  if (plan) return plan;
-  return Fail(fmt::format("the plan of the pattern that was printed {} cannot be read, and without "
-                          "it nobody knows its values: {}; print the pattern anew, or name the "
-                          "plan with --plan",
-                          print.utc, plan.error().message),
-              plan.error().kind);
+  const auto plan = PatternOfPrint(print);
+  if (!plan) return tl::unexpected(plan.error());
+  return PhotoPlanOf(*plan, PlanFileOf(print).string());
+}
+
+Result<LyingPattern> FindLyingPattern(const std::string& address) {
+  const auto folder = files::StateFolder();
+  if (!folder) return tl::unexpected(folder.error());
+  const std::string printer = procedure::PrinterName(address);
+  const auto print = files::LastPatternPrint(*folder / files::kPatternPrintsFile, printer,
+                                             files::PrintsFor::kEither);
+  if (!print) return tl::unexpected(print.error());
+  if (!*print) {
+    return Fail(
+        fmt::format("cannot tell which pattern lies on the bed: no print of one is noted for {}. "
+                    "Name the plan that pa pattern wrote with the G-code (--plan FILE)",
+                    printer));
+  }
+  auto plan = PatternOfPrint(**print);
+  if (!plan) return tl::unexpected(plan.error());
+  return LyingPattern{std::move(**print), std::move(*plan)};
 }
 
 Result<FoundPlan> FindPlanOf(const fs::path& photo) {
@@ -189,7 +216,7 @@ Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {
   if (!uploads) return tl::unexpected(uploads.error());
   std::vector<NamedPlan> plans;
   for (const procedure::UploadedFile& upload : *uploads) {
-    const auto text = procedure::DownloadUpload(session, upload.name, kMostPhotoPlanBytes);
+    const auto text = procedure::DownloadUpload(session, upload.name, kMostPlanFileBytes);
     if (!text) return tl::unexpected(text.error());
     plans.push_back({upload.name, ParsePhotoPlan(*text, upload.name)});
   }

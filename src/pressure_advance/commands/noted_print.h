@@ -1,4 +1,5 @@
-// The printed pattern that a photo is of: noted by pa print --photo, asked for by pa photo.
+// The printed pattern that a photo or a scan is of: noted by whatever prints one, asked for by
+// pa photo and pa scan.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +9,8 @@
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/pattern_prints.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/pattern_photo.h"
 #include "session/session.h"
 
@@ -17,19 +20,27 @@ namespace trammel::app {
 /// older. The printer's own screen says it with the answer.
 inline constexpr const char* kNoPrintNoted = "No print of this pattern is noted";
 
-/// Notes in the state folder that the pattern's print begins or has ended, by both clocks.
-/// Errors: kInput of a begin, which is not written; of an end it is only said.
-/// @param run  folder of the run; holds its plan
-[[nodiscard]] Result<void> NotePrint(const procedure::Session& session, const std::string& address,
-                                     const std::filesystem::path& run, const std::string& filament,
-                                     bool ended);
+/// Notes in the state folder that a run's print begins or, of one for a photo, has ended, by both
+/// clocks. Errors: kInput of a begin, which is not written; of an end it is only said.
+[[nodiscard]] Result<void> NotePrint(const procedure::Session& session,
+                                     const procedure::CalibrationRequest& run, bool ended);
 
-/// The last print of the pattern on a printer. Errors: kInput: the notes cannot be read.
+/// The last print of the pattern for a photo on a printer. Errors: kInput: the notes cannot be
+/// read.
 [[nodiscard]] Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& address);
 
-/// What the last print of the pattern was printed with. Errors: kInput: its plan is not there any
-/// more.
+/// What it was printed with. Errors: kInput: its plan is not there any more.
 [[nodiscard]] Result<PhotoPlan> PlanOfPrint(const files::PatternPrint& print);
+
+/// The pattern that lies on a printer's bed, where nobody named its plan.
+struct LyingPattern {
+  files::PatternPrint print;
+  pressure_advance::PatternPlan plan;
+};
+
+/// That of the last print on it, for a photo or a scan. Errors (kInput): none is noted; its plan is
+/// not there any more.
+[[nodiscard]] Result<LyingPattern> FindLyingPattern(const std::string& address);
 
 /// A plan that nobody named.
 struct FoundPlan {

@@ -133,7 +133,6 @@ int RunPhoto(PhotoArguments arguments) {
   auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
-  // What is noted is the pattern of pa print --photo, and no other.
   const auto print = arguments.plan.empty() ? LastNotedPrint(config->scan.address)
                                             : Result<std::optional<files::PatternPrint>>();
   if (!print) return PrintError(print.error());

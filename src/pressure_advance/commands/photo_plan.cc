@@ -118,10 +118,16 @@ Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& fil
   return PhotoPlanOf(*plan, file);
 }
 
-Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
-  const Result<std::string> text = files::ReadWholeFile(file, kMostPhotoPlanBytes);
+Result<PatternPlan> ReadPatternPlan(const std::filesystem::path& file) {
+  const Result<std::string> text = files::ReadWholeFile(file, kMostPlanFileBytes);
   if (!text) return tl::unexpected(text.error());
-  return ParsePhotoPlan(*text, file.string());
+  return files::ParsePlan(*text, file.string());
+}
+
+Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
+  const Result<PatternPlan> plan = ReadPatternPlan(file);
+  if (!plan) return tl::unexpected(plan.error());
+  return PhotoPlanOf(*plan, file.string());
 }
 
 bool IsPlanName(const std::string& name) { return name.ends_with(".plan.json"); }

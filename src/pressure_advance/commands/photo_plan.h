@@ -24,11 +24,15 @@ namespace trammel::app {
 /// begin it, two steps from the frame, and the mark.
 void SetForPhoto(pressure_advance::PatternConfig& pattern);
 
-/// The same from a *.plan.json; also errors where there is none or it cannot be used.
-[[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
-
 /// A plan's largest file, bytes: 100,000 lines, the most that a plan may have, stay below this.
-inline constexpr std::size_t kMostPhotoPlanBytes = std::size_t{32} << 20;
+inline constexpr std::size_t kMostPlanFileBytes = std::size_t{32} << 20;
+
+/// Reads a *.plan.json. Errors: there is none, or it cannot be used.
+[[nodiscard]] Result<pressure_advance::PatternPlan> ReadPatternPlan(
+    const std::filesystem::path& file);
+
+/// PhotoPlanOf of a *.plan.json. Errors: those of both.
+[[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
 
 /// The same from its text.
 [[nodiscard]] Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file);

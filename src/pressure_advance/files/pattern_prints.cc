@@ -14,6 +14,8 @@ namespace {
 
 constexpr const char* kBegun = "begun";
 constexpr const char* kEnded = "ended";
+constexpr const char* kPhoto = "photo";
+constexpr const char* kScan = "scan";
 
 std::optional<PatternPrint> ParseLine(std::string_view line) {
   const auto json = ParseJson(line, "");
@@ -25,6 +27,7 @@ std::optional<PatternPrint> ParseLine(std::string_view line) {
   print.folder = object.Text("folder");
   const std::string step = object.Choice("step", {kBegun, kEnded});
   print.ended = step == kEnded;
+  print.for_photo = object.OptionalChoice("for", {kPhoto, kScan}) != kScan;
   if (object.failed()) return std::nullopt;
   if (const auto* const name = object.Find("filament"); name != nullptr && name->is_string()) {
     print.filament = name->get<std::string>();
@@ -42,27 +45,30 @@ Result<void> NotePatternPrint(const std::filesystem::path& path, const PatternPr
   nlohmann::ordered_json json = {{"utc", print.utc},
                                  {"printer", print.printer},
                                  {"folder", print.folder},
-                                 {"step", print.ended ? kEnded : kBegun}};
+                                 {"step", print.ended ? kEnded : kBegun},
+                                 {"for", print.for_photo ? kPhoto : kScan}};
   if (!print.filament.empty()) json["filament"] = print.filament;
   if (print.server_s) json["server_s"] = *print.server_s;
   return AppendLine(path, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-Result<std::map<std::string, PatternPrint>> LastPatternPrints(const std::filesystem::path& path) {
+Result<std::map<std::string, PatternPrint>> LastPatternPrints(const std::filesystem::path& path,
+                                                              PrintsFor which) {
   std::map<std::string, PatternPrint> last;
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) return last;
   const auto read = ForEachLine(path, [&](std::optional<std::string_view> line, std::size_t) {
     auto print = line ? ParseLine(*line) : std::nullopt;
-    if (print) last[print->printer] = std::move(*print);
+    if (!print || (which == PrintsFor::kPhoto && !print->for_photo)) return;
+    last[print->printer] = std::move(*print);
   });
   if (!read) return tl::unexpected(read.error());
   return last;
 }
 
 Result<std::optional<PatternPrint>> LastPatternPrint(const std::filesystem::path& path,
-                                                     std::string_view printer) {
-  const auto last = LastPatternPrints(path);
+                                                     std::string_view printer, PrintsFor which) {
+  const auto last = LastPatternPrints(path, which);
   if (!last) return tl::unexpected(last.error());
   const auto found = last->find(std::string(printer));
   return found == last->end() ? std::nullopt : std::optional(found->second);

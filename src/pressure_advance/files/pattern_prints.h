@@ -1,4 +1,4 @@
-// When trammel printed the pattern for a photo: a file of JSON lines that only grows. What was
+// When trammel printed a pattern, and where: a file of JSON lines that only grows. What was
 // photographed before is a photo of something else.
 #pragma once
 
@@ -24,7 +24,11 @@ struct PatternPrint {
   /// The same moment by the clock that dates the files of the printer's server, in s since 1970;
   /// absent: not told.
   std::optional<double> server_s = {};
+  bool for_photo = true;  ///< else for a scan
 };
+
+/// Which prints count.
+enum class PrintsFor { kPhoto, kEither };
 
 /// Adds a line. Errors: those of AppendLine.
 [[nodiscard]] Result<void> NotePatternPrint(const std::filesystem::path& path,
@@ -33,10 +37,10 @@ struct PatternPrint {
 /// Each printer's last one, by the order of lines; empty where the file is not there. Lines that
 /// are none are passed over. Errors: those of ForEachLine. Memory: a line of at most 1 MiB.
 [[nodiscard]] Result<std::map<std::string, PatternPrint>> LastPatternPrints(
-    const std::filesystem::path& path);
+    const std::filesystem::path& path, PrintsFor which);
 
 /// One printer's; absent where none is noted.
 [[nodiscard]] Result<std::optional<PatternPrint>> LastPatternPrint(
-    const std::filesystem::path& path, std::string_view printer);
+    const std::filesystem::path& path, std::string_view printer, PrintsFor which);
 
 }  // namespace trammel::files

@@ -11,8 +11,9 @@ namespace {
 
 class PatternPrintsTest : public ::testing::Test {
  protected:
-  std::optional<PatternPrint> Last(const std::string& printer) {
-    const auto last = LastPatternPrint(path_, printer);
+  std::optional<PatternPrint> Last(const std::string& printer,
+                                   PrintsFor which = PrintsFor::kPhoto) {
+    const auto last = LastPatternPrint(path_, printer, which);
     EXPECT_TRUE(last) << last.error().message;
     return last.value_or(std::nullopt);
   }
@@ -38,6 +39,20 @@ TEST_F(PatternPrintsTest, APrintersLastOneIsTheLastThatWasNotedWhateverItsClockS
   EXPECT_EQ(voron->server_s, 6.25);
   EXPECT_TRUE(Last("ender")->ended);
   EXPECT_FALSE(Last("other"));
+}
+
+TEST_F(PatternPrintsTest, APhotoIsOfNoPrintForAScan) {
+  ASSERT_TRUE(NotePatternPrint(path_, {"2026-01-02T00:00:00Z", "voron", "/photo", "", true, 5.5}));
+  PatternPrint scanned{"2026-01-03T00:00:00Z", "voron", "/scan"};
+  scanned.for_photo = false;
+  ASSERT_TRUE(NotePatternPrint(path_, scanned));
+  EXPECT_EQ(Last("voron")->folder, "/photo");
+  EXPECT_EQ(Last("voron", PrintsFor::kEither)->folder, "/scan");
+  // A line of before that there were others says nothing of it.
+  test::WriteWhole(path_,
+                   "{\"utc\": \"x\", \"printer\": \"voron\", \"folder\": \"/old\", "
+                   "\"step\": \"ended\"}\n");
+  EXPECT_EQ(Last("voron")->folder, "/old");
 }
 
 TEST_F(PatternPrintsTest, LinesThatAreNonePassAndATimeThatIsNoneIsNotTold) {

@@ -70,7 +70,7 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   }
   PrintOptions options;
   if (request.note_print) {
-    options.before_start = [&] { return request.note_print(request.folder, /*ended=*/false); };
+    options.before_start = [&] { return request.note_print(/*ended=*/false); };
   }
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
@@ -231,7 +231,7 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
     auto printed = PrintPattern(session, request, config, plan);
-    if (printed && request.note_print) printed = request.note_print(request.folder, /*ended=*/true);
+    if (printed && request.note_print) printed = request.note_print(/*ended=*/true);
     if (!printed) return printed;
   }
   if (recorder == nullptr) return {};

@@ -29,9 +29,10 @@ struct CalibrationRequest {
   /// The print is for a photo, not for a scan: no laser is asked for, and the end G-code switches
   /// everything off. REQUIRES that nothing is scanned.
   bool for_photo = false;
-  /// Called with `folder` right before the print begins, when it is hot, and once it has ended
-  /// well; an error ends the run.
-  std::function<Result<void>(const std::filesystem::path&, bool ended)> note_print = {};
+  std::string filament;  ///< that is printed, as its owner calls it; empty: nobody named it
+  /// Called right before the print begins, when it is hot, and once it has ended well; an error
+  /// ends the run.
+  std::function<Result<void>(bool ended)> note_print = {};
   /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
   std::optional<pressure_advance::PatternPlan> plan;
   std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
