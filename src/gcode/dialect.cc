@@ -91,26 +91,18 @@ SelectedTool ToolSelectedBy(std::string_view gcode) {
   return selected;
 }
 
-std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> acceleration_mm_s2,
-                                       std::optional<double> minimum_cruise_ratio) {
-  const std::string acceleration =
-      acceleration_mm_s2 ? FormatNumber(*acceleration_mm_s2, kAccelerationDecimals) : "";
-  if (dialect != Dialect::kKlipper) {
-    if (!acceleration_mm_s2) return {};
-    return {fmt::format("M204 P{} T{}", acceleration, acceleration)};
-  }
-  std::string command;
-  if (acceleration_mm_s2) command += " ACCEL=" + acceleration;
+std::string LimitCommand(Dialect dialect, double acceleration_mm_s2,
+                         std::optional<double> minimum_cruise_ratio) {
+  const std::string acceleration = FormatNumber(acceleration_mm_s2, kAccelerationDecimals);
+  if (dialect != Dialect::kKlipper) return fmt::format("M204 P{0} T{0}", acceleration);
+  std::string command = "SET_VELOCITY_LIMIT ACCEL=" + acceleration;
   if (minimum_cruise_ratio) {
-    command += " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals);
-    if (acceleration_mm_s2) {
-      command +=
-          " ACCEL_TO_DECEL=" +
-          FormatNumber(*acceleration_mm_s2 * (1 - *minimum_cruise_ratio), kAccelerationDecimals);
-    }
+    command +=
+        " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals) +
+        " ACCEL_TO_DECEL=" +
+        FormatNumber(acceleration_mm_s2 * (1 - *minimum_cruise_ratio), kAccelerationDecimals);
   }
-  if (command.empty()) return {};
-  return {"SET_VELOCITY_LIMIT" + command};
+  return command;
 }
 
 std::vector<std::string> SaveStateCommands(Dialect dialect) {

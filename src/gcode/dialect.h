@@ -51,11 +51,10 @@ struct SelectedTool {
 
 /// Sets the acceleration of printing and travelling moves and, in [0, 1), the share of a move that
 /// Klipper cruises at least: as minimum_cruise_ratio and as ACCEL_TO_DECEL, by which a Klipper
-/// before 2024 knows it and which later ones ignore beside it. Other firmwares have none. What is
-/// absent is left as it is; so there may be no line at all. Lines, without line ends.
-[[nodiscard]] std::vector<std::string> LimitCommands(Dialect dialect,
-                                                     std::optional<double> acceleration_mm_s2,
-                                                     std::optional<double> minimum_cruise_ratio);
+/// before 2024 knows it and which later ones ignore beside it. Other firmwares have none. An absent
+/// share is left as it is.
+[[nodiscard]] std::string LimitCommand(Dialect dialect, double acceleration_mm_s2,
+                                       std::optional<double> minimum_cruise_ratio);
 
 /// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets), under a name
 /// of the pattern alone: whoever prints it may keep a state of its own. On Klipper limits and

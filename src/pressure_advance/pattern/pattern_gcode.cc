@@ -102,7 +102,7 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
     // change speed elsewhere than the analysis assumes.
     writer.Line("; every move may be all acceleration: the speed changes are what is measured");
   }
-  writer.Lines(LimitCommands(config.dialect, config.acceleration_mm_s2, 0.0));
+  writer.Line(LimitCommand(config.dialect, config.acceleration_mm_s2, 0.0));
   writer.Line("; the nozzle rises before its first travel");
   writer.Line(fmt::format("G1 Z{} F{}", FormatNumber(ApproachZ_mm(config), kPositionDecimals),
                           FormatNumber(config.z_speed_mm_s * 60, kFeedDecimals)));
@@ -127,8 +127,8 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
       } else {
         if (move.pattern >= 0) writer.Line(fmt::format("; frame of pattern {}", move.pattern));
         if (move.pattern >= 0 && !config.conditions.empty()) {
-          writer.Lines(LimitCommands(config.dialect,
-                                     SettingsOf(config, move.pattern).acceleration_mm_s2, 0.0));
+          writer.Line(LimitCommand(config.dialect,
+                                   SettingsOf(config, move.pattern).acceleration_mm_s2, 0.0));
         }
         SetPressureAdvance(config, move.pressure_advance_s, writer);
       }
@@ -138,26 +138,33 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
   }
 }
 
+double LastAcceleration_mm_s2(const PatternConfig& config) {
+  return SettingsOf(config, PatternCount(config) - 1).acceleration_mm_s2;
+}
+
 void WriteRestore(const PatternConfig& config, Writer& writer) {
   writer.Line(gcode::WaitForMovesCommand());
   writer.Line("M117");
   if (config.restore_pressure_advance_s) {
     SetPressureAdvance(config, *config.restore_pressure_advance_s, writer);
   }
-  writer.Lines(LimitCommands(config.dialect, config.restore_acceleration_mm_s2,
-                             config.restore_minimum_cruise_ratio));
+  // Klipper's share comes back in any case: before 2024 it is set by the acceleration in force.
+  if (config.restore_acceleration_mm_s2 || config.dialect == gcode::Dialect::kKlipper) {
+    writer.Line(LimitCommand(
+        config.dialect, config.restore_acceleration_mm_s2.value_or(LastAcceleration_mm_s2(config)),
+        config.restore_minimum_cruise_ratio));
+  }
   writer.Lines(RestoreStateCommands(config.dialect));
 }
 
 }  // namespace
 
 std::string DescribeAfterwards(const PatternConfig& config) {
-  return gcode::DescribeAfterwards(
-      config.dialect,
-      {{"pressure advance", config.frame_pressure_advance_s, config.restore_pressure_advance_s,
-        "restore_pressure_advance"},
-       {"acceleration", SettingsOf(config, PatternCount(config) - 1).acceleration_mm_s2,
-        config.restore_acceleration_mm_s2, "restore_acceleration"}});
+  return gcode::DescribeAfterwards(config.dialect,
+                                   {{"pressure advance", config.frame_pressure_advance_s,
+                                     config.restore_pressure_advance_s, "restore_pressure_advance"},
+                                    {"acceleration", LastAcceleration_mm_s2(config),
+                                     config.restore_acceleration_mm_s2, "restore_acceleration"}});
 }
 
 std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config) {

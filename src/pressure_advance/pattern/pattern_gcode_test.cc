@@ -160,8 +160,15 @@ TEST(PatternGcode, RestoresWhatItChanged) {
   // The macros come last: what was in force when the print began wins over what the settings know.
   EXPECT_GT(klipper.find("\n_TRAMMEL_BRING_BACK_SETTINGS\n"), klipper.find("ACCEL=5000"));
   EXPECT_LT(klipper.find("\n_TRAMMEL_KEEP_SETTINGS ;"), klipper.find("ACCEL=3000"));
+  // A Klipper before 2024 knows the share as an acceleration alone: of that which stays in force.
+  config.restore_acceleration_mm_s2 = std::nullopt;
+  EXPECT_TRUE(HasLine(GcodeOf(config),
+                      "SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0.5 "
+                      "ACCEL_TO_DECEL=1500"));
   config.dialect = gcode::Dialect::kMarlin;
   EXPECT_EQ(GcodeOf(config).find("_TRAMMEL"), std::string::npos);
+  EXPECT_FALSE(HasLine(GcodeOf(config), "M204 P5000 T5000"));
+  config.restore_acceleration_mm_s2 = 5000;
   EXPECT_TRUE(HasLine(GcodeOf(config), "M204 P5000 T5000"));
   EXPECT_TRUE(HasLine(GcodeOf(config), "M900 K0.045"));
 }

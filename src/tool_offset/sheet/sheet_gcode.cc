@@ -167,7 +167,7 @@ class Writer {
     pen_.Line("M220 S100 ; speeds as written, whatever override was left over");
     pen_.Line("M221 S100 ; so is the filament");
     pen_.Line("M107 ; no fan on a first layer");
-    pen_.Lines(gcode::LimitCommands(dialect_, settings_.acceleration_mm_s2, std::nullopt));
+    pen_.Line(gcode::LimitCommand(dialect_, settings_.acceleration_mm_s2, std::nullopt));
     if (paper_ == PaperComes::kInTheFile) WaitForPaper();
     Heat();
   }
@@ -259,7 +259,7 @@ class Writer {
     }
     pen_.Line(gcode::WaitForMovesCommand());
     if (const auto acceleration = settings_.printer.restore_acceleration_mm_s2) {
-      pen_.Lines(gcode::LimitCommands(dialect_, acceleration, std::nullopt));
+      pen_.Line(gcode::LimitCommand(dialect_, *acceleration, std::nullopt));
     }
     pen_.Line("M82 ; absolute E, as slicers expect it");
     pen_.Lines(gcode::RestoreStateCommands(dialect_));
