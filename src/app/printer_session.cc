@@ -17,6 +17,7 @@
 #include "machine/moonraker/moonraker_printer.h"
 #include "session/name_stop.h"
 #include "session/progress_line.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 
@@ -75,6 +76,23 @@ Result<files::Config> LoadSettings(const PrinterOptions& options) {
     return tl::unexpected(settled.error());
   }
   return config;
+}
+
+Result<files::Config> LoadSettingsFor(const std::string& material, bool nozzle_given,
+                                      const std::string& remedy, PrinterOptions options) {
+  auto settings = LoadSettings(options);
+  if (!settings || material.empty()) return settings;
+  const auto& own = settings->pattern;
+  const bool other = !own.material.empty() &&
+                     settings::FindMaterial(own.material) != settings::FindMaterial(material);
+  if (other && own.nozzle_temperature_c && !nozzle_given) {
+    return Fail(fmt::format(
+        "the filament is {} by its name, and [filament] sets nozzle_temperature = {:g} for {}: {}, "
+        "or leave nozzle_temperature and bed_temperature out there",
+        material, *own.nozzle_temperature_c, own.material, remedy));
+  }
+  options.material = material;
+  return LoadSettings(options);
 }
 
 namespace {

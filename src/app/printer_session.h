@@ -44,6 +44,15 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
 [[nodiscard]] Result<files::Config> LoadSettings(const PrinterOptions& options);
 
+/// Loads the settings of a run for a filament of a material, as its name says; empty: none.
+/// @param nozzle_given  whether this run was told the nozzle's temperature, which then holds
+/// @param remedy        how it is told that, for the error
+/// Errors: those of LoadSettings; kInput where they set the nozzle's temperature and name another
+/// material.
+[[nodiscard]] Result<files::Config> LoadSettingsFor(const std::string& material, bool nozzle_given,
+                                                    const std::string& remedy,
+                                                    PrinterOptions options);
+
 /// The printer that the settings name. Errors: kMachine, kInterrupted.
 /// @param time_limit_s  how long it may take; absent: as long as a connection may take
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(

@@ -192,6 +192,31 @@ TEST(PatternCommand, WhatPrintsIsRefusedWithoutAMaterialBeforeAnyPrinterIsAsked)
                                 HasSubstr("\nM109 S230\n")));
 }
 
+// As TRAMMEL_PA FILAMENT="…" does, whose job is a pa calibrate.
+TEST(CalibrateCommand, AFilamentIsHeatedAsTheMaterialInItsName) {
+  const TemporaryFolder folder;
+  WriteWhole(folder.path() / "trammel.toml", "[filament]\nmaterial = \"pla\"\n");
+  const auto run = [&](const std::string& command) {
+    return RunTrammel(command + " --dry-run", folder.path());
+  };
+  for (const std::string command : {"pa calibrate", "pa print --photo"}) {
+    EXPECT_THAT(run(command + " --filament 'PETG Jet'").output,
+                HasSubstr("; heated to petg: nozzle 235, bed 85 degC"));
+    EXPECT_THAT(run(command + " --filament 'Jet Black'").output, HasSubstr("; heated to pla:"));
+    EXPECT_THAT(run(command + " --filament 'PETG Jet' --material abs").output,
+                HasSubstr("; heated to abs:"));
+  }
+  WriteWhole(folder.path() / "trammel.toml",
+             "[filament]\nmaterial = \"pla\"\nnozzle_temperature = 205\n");
+  const CommandResult other = run("pa calibrate --filament 'PETG Jet'");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.output, AllOf(HasSubstr("nozzle_temperature = 205 for pla"),
+                                  HasSubstr("name --material, or --set nozzle_temperature")));
+  EXPECT_THAT(run("pa calibrate --filament 'PETG Jet' --set nozzle_temperature=240").output,
+              HasSubstr("nozzle 240 (set), bed 85 degC"));
+  EXPECT_EQ(run("pa calibrate --filament 'PLA Jet'").exit_code, 0);
+}
+
 TEST(ConfigCommand, ChecksAFileAndNamesTheLine) {
   const TemporaryFolder folder;
   WriteWhole(folder.path() / "good.toml", "[printer]\nbed_size_x = 350\n");

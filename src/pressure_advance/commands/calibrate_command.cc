@@ -46,6 +46,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kNamedMaterial =
+    "; a material in its name (\"PETG Jet\") is what is printed, unless --material names one";
 constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
 struct CalibrateArguments {
@@ -265,9 +267,20 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   return Ran{folder->path(), run.bed_c};
 }
 
+// The settings, heated as the filament's name says unless the command line names a material.
+Result<files::Config> HeatedSettings(const CalibrateArguments& arguments) {
+  auto config = LoadSettings(arguments.printer);
+  if (!config || config->options.contains("filament.material")) return config;
+  const settings::Material* const named = settings::MaterialInName(arguments.filament);
+  if (!arguments.print || named == nullptr) return config;
+  return LoadSettingsFor(std::string(named->name),
+                         config->options.contains("filament.nozzle_temperature"),
+                         "name --material, or --set nozzle_temperature=…", arguments.printer);
+}
+
 // The settings, with the pattern for a photo below what the command line sets.
 Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
-  auto config = LoadSettings(arguments.printer);
+  auto config = HeatedSettings(arguments);
   if (!config || !arguments.plate.photo) return config;
   SetForPhoto(config->pattern);
   for (const std::string& assignment : arguments.printer.set) {
@@ -375,7 +388,8 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
     AddKeepFullOption(*command, arguments->keep_full);
     command->add_option("--filament", arguments->filament,
                         "which filament it is: trammel history lists the result under it; "
-                        "without it, the one of Spoolman's active spool");
+                        "without it, the one of Spoolman's active spool" +
+                            std::string(arguments->print ? kNamedMaterial : ""));
   }
   command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
   return command;
@@ -425,7 +439,8 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   AddClearOfOption(*print, print_only->plate.clear_of)->excludes(gcode)->excludes(plan);
   print
       ->add_option("--filament", print_only->filament,
-                   "which filament it is: pa photo measures no photo of it for another one")
+                   "which filament it is: pa photo measures no photo of it for another one" +
+                       std::string(kNamedMaterial))
       ->needs(photo);
 
   const auto scan_only = std::make_shared<CalibrateArguments>();

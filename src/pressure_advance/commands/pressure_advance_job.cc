@@ -37,33 +37,11 @@ std::string MaterialFor(const service::Arguments& arguments) {
   return named != nullptr ? std::string(named->name) : std::string();
 }
 
-/// Errors: the settings have a temperature of another material than the filament's name.
-Result<void> CheckOwnTemperatures(const files::Config& of_settings, const std::string& material,
-                                  const service::Arguments& arguments) {
-  const auto& own = of_settings.pattern;
-  const bool other = !material.empty() && !own.material.empty() &&
-                     settings::FindMaterial(own.material) != settings::FindMaterial(material);
-  if (!other || !own.nozzle_temperature_c || arguments.contains(kTemperatureArgument)) return {};
-  return Fail(fmt::format(
-      "FILAMENT is {} by its name, and [filament] in trammel.toml sets nozzle_temperature = {:g} "
-      "for {}: call with TEMP=…, or leave nozzle_temperature and bed_temperature out there",
-      material, *own.nozzle_temperature_c, own.material));
-}
-
 /// The settings of a run. Errors: they cannot be read, do not say how hot it prints, or say it of
 /// another material than the filament's name.
 Result<files::Config> SettingsFor(const service::PrinterPlace& place,
                                   const service::Arguments& arguments) {
   PrinterOptions options = OptionsAt(place);
-  const std::string material = MaterialFor(arguments);
-  if (!material.empty()) {
-    const auto own = LoadSettings(options);
-    if (!own) return own;
-    if (auto sound = CheckOwnTemperatures(*own, material, arguments); !sound) {
-      return tl::unexpected(sound.error());
-    }
-    options.material = material;
-  }
   const auto temperature = arguments.find(kTemperatureArgument);
   if (temperature != arguments.end()) {
     if (auto plain = CheckTemperatureArgument(temperature->second); !plain) {
@@ -71,7 +49,8 @@ Result<files::Config> SettingsFor(const service::PrinterPlace& place,
     }
     options.set.push_back(fmt::format("{}={}", kTemperatureSetting, temperature->second));
   }
-  auto config = LoadSettings(options);
+  auto config = LoadSettingsFor(MaterialFor(arguments), temperature != arguments.end(),
+                                "call with TEMP=…", std::move(options));
   if (!config) return config;
   if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
     return tl::unexpected(told.error());
