@@ -395,8 +395,12 @@ TEST(WebcamList, RelativeAddressesAreTheWebInterfaces) {
     return ReadWebcams(answer, *ParseMoonrakerAddress(address)).at(0).stream_url;
   };
   EXPECT_EQ(url("voron.local"), "http://voron.local:80/webcam/?action=stream");
-  EXPECT_EQ(url("https://farm.example/v"), "https://farm.example:443/webcam/?action=stream");
+  EXPECT_EQ(url("https://farm.example/v"), "https://farm.example:443/v/webcam/?action=stream");
+  EXPECT_EQ(url("ws://farm/printer2/websocket"), "http://farm:80/printer2/webcam/?action=stream");
   EXPECT_EQ(url("unix:/run/m.sock"), "http://localhost/webcam/?action=stream");
+  const json root = {{"webcams", {{{"name", "a"}, {"stream_url", "/cam2/?action=stream"}}}}};
+  EXPECT_EQ(ReadWebcams(root, *ParseMoonrakerAddress("http://farm/printer2")).at(0).stream_url,
+            "http://farm:80/cam2/?action=stream");
   for (const json& odd : {json(), json{{"webcams", 3}}, json{{"webcams", {nullptr, 4, {"x"}}}}}) {
     EXPECT_THAT(ReadWebcams(odd, *ParseMoonrakerAddress("h")), IsEmpty());
   }

@@ -25,7 +25,8 @@ std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
   if (url.starts_with("//")) {  // another host, by the scheme of the page that names it
     return (address.transport == Transport::kTls ? "https:" : "http:") + url;
   }
-  const std::string path = url.front() == '/' ? url : "/" + url;
+  // As browsers do: below the interface's own folder, unless it begins at the host's root.
+  const std::string path = url.front() == '/' ? url : address.path_prefix + "/" + url;
   if (address.transport == Transport::kUnix) {
     return "http://localhost" + path;
   }

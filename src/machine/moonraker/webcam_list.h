@@ -11,7 +11,8 @@ namespace trammel::machine {
 
 /// Entries of a wrong form are left out; URLs that are relative become absolute. They are relative
 /// to the web interface's host and port, not to Moonraker's: port 80 of the same computer where
-/// `address` is Moonraker itself on a port of its own, and that port where a proxy serves both.
+/// `address` is Moonraker itself on a port of its own, and that port where a proxy serves both. Of
+/// a proxy that serves both below a path, a URL that does not begin with a slash lies there, too.
 [[nodiscard]] std::vector<Webcam> ReadWebcams(const nlohmann::json& answer,
                                               const MoonrakerAddress& address);
 
