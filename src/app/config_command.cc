@@ -1,4 +1,4 @@
-// trammel config: what can be set, and whether a file sets it rightly.
+// trammel config: what can be set, whether a file sets it rightly, and a file to begin with.
 #include "app/config_command.h"
 
 #include <fmt/format.h>
@@ -10,7 +10,14 @@
 
 #include "app/commands.h"
 #include "app/config/config_file.h"
+#include "app/interrupt.h"
+#include "app/next_step.h"
+#include "app/printer_session.h"
+#include "app/secrets.h"
+#include "app/stated_settings.h"
+#include "files/new_file.h"
 #include "files/whole_file.h"
+#include "session/dead_run.h"
 
 namespace trammel::app {
 namespace {
@@ -25,6 +32,55 @@ Result<void> Check(const std::string& file) {
   return {};
 }
 
+struct InitArguments {
+  std::string file = "trammel.toml";
+  PrinterOptions printer;
+};
+
+/// The settings of a printer as it states itself.
+Result<files::Config> StatedSettings(const InitArguments& arguments) {
+  files::Config config = files::DefaultConfig();
+  if (!arguments.printer.address.empty()) config.scan.address = arguments.printer.address;
+  TakeMaterial(arguments.printer.material, config);
+  if (auto valid = files::ValidateConfig(config, "", ""); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (auto settled = SettleApiKey(config.scan); !settled) return tl::unexpected(settled.error());
+  const Interrupt interrupt;
+  const auto printer = Connect(config.scan, interrupt.token());
+  if (!printer) return tl::unexpected(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto stated = TakeStatedBy(session, StatedFor::kPrinter, config);
+  if (!stated) return tl::unexpected(stated.error());
+  if (*stated) return config;
+  return Fail(fmt::format("{} is not ready, and states nothing of itself: bring Klipper up first",
+                          procedure::PrinterName(config.scan.address)),
+              ErrorKind::kMachine);
+}
+
+Result<void> Init(const InitArguments& arguments) {
+  auto free = files::CheckTarget(arguments.file, files::IfThere::kRefuse);
+  if (!free) return free;
+  auto config = StatedSettings(arguments);
+  if (!config) return tl::unexpected(config.error());
+  config->scan.api_key.clear();  // stays where it came from
+  const bool heats = !config->pattern.material.empty();
+  const std::string text = fmt::format(
+      "# {}: what differs from the defaults. trammel config keys lists all keys.\n{}{}",
+      procedure::PrinterName(config->scan.address),
+      heats ? "" : "# Nothing is heated on a guess: name the filament's material in [filament].\n",
+      files::DescribeChanges(*config));
+  if (auto sound = files::ParseConfig(text, arguments.file); !sound) {
+    return tl::unexpected(sound.error());
+  }
+  auto written = files::WriteWholeFile(arguments.file, text, files::IfThere::kRefuse);
+  if (!written) return written;
+  fmt::print("written           {}\n", arguments.file);
+  SayNext("to check it", fmt::format("trammel doctor --config {}{}", ShellQuoted(arguments.file),
+                                     heats ? "" : " --material pla"));
+  return {};
+}
+
 }  // namespace
 
 void AddConfigCommands(CLI::App& config, int& exit_code) {
@@ -36,6 +92,17 @@ void AddConfigCommands(CLI::App& config, int& exit_code) {
   check->add_option("FILE", *file, "settings")->capture_default_str();
   check->callback([file, &exit_code] {
     const Result<void> done = Check(*file);
+    if (!done) exit_code = PrintError(done.error());
+  });
+
+  CLI::App* init = config.add_subcommand(
+      "init", "write a file with what the printer states of itself and the defaults do not have");
+  const auto arguments = std::make_shared<InitArguments>();
+  init->add_option("FILE", arguments->file, "new file")->capture_default_str();
+  AddAddressOption(*init, arguments->printer.address);
+  AddMaterialOption(*init, arguments->printer.material);
+  init->callback([arguments, &exit_code] {
+    const Result<void> done = Init(*arguments);
     if (!done) exit_code = PrintError(done.error());
   });
 

@@ -27,10 +27,14 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
   command.add_option("--config", options.config,
                      "settings; left out: trammel.toml of this folder, if there is one");
   command.add_option("--set", options.set, "one setting: key=value; may be repeated");
-  command.add_option("--printer", options.address,
-                     "Moonraker's address: host, host:port, URL or unix:PATH");
+  AddAddressOption(command, options.address);
   command.add_flag("--verbose", options.verbose,
                    "an error ends with the last messages from and to the printer");
+}
+
+void AddAddressOption(CLI::App& command, std::string& address) {
+  command.add_option("--printer", address,
+                     "Moonraker's address: host, host:port, URL or unix:PATH");
 }
 
 void AddMaterialOption(CLI::App& command, std::string& material) {

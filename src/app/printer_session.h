@@ -33,6 +33,9 @@ struct PrinterOptions {
 /// --config, --set, --printer and --verbose.
 void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
 
+/// --printer alone.
+void AddAddressOption(CLI::App& command, std::string& address);
+
 /// --material, for what prints.
 void AddMaterialOption(CLI::App& command, std::string& material);
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -141,6 +143,33 @@ TEST_F(Delta, ItsBedIsRoundAndTheNozzleWaitsWithinTheCircle) {
   EXPECT_THAT(dry.standard_output, Not(HasSubstr("X-115")));
   ExpectRefused({"pa", "print", "--photo", "--material", "pla", "--set", "bed_shape=rectangle"},
                 "set bed_shape = \"ellipse\"");
+}
+
+TEST_F(Delta, ItsSettingsAreWrittenAsItStatesThemAndNothingIsOverwritten) {
+  const ProcessEnd written = Run({"config", "init", "delta.toml", "--material", "petg"});
+  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
+  EXPECT_THAT(written.standard_output, HasSubstr("trammel doctor --config delta.toml"));
+  const std::string text = ReadWhole(shop_.folder() / "delta.toml");
+  EXPECT_THAT(text, HasSubstr("\nbed_shape = \"ellipse\"\n"));
+  EXPECT_THAT(text, HasSubstr("\nbed_size_x = 240\n"));
+  EXPECT_THAT(text, HasSubstr("\nmaterial = 'petg'\n"));
+  EXPECT_THAT(text, HasSubstr("\naddress = '" + shop_.address() + "'\n"));
+  EXPECT_THAT(text, Not(HasSubstr("filament_diameter")));  // the default's
+  std::istringstream lines(text);
+  std::string before;
+  for (std::string line; std::getline(lines, line); before = line) {
+    const bool sets = !line.empty() && line.front() != '#' && line.front() != '[';
+    EXPECT_TRUE(!sets || before.starts_with("# ")) << line;
+  }
+  const ProcessEnd again = Run({"config", "init", "delta.toml"});
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.standard_error, HasSubstr("delta.toml"));
+  EXPECT_EQ(ReadWhole(shop_.folder() / "delta.toml"), text);
+  // A printer that is not there states nothing.
+  const ProcessEnd nobody = shop_.Run({"config", "init", "none.toml", "--printer", "127.0.0.1:1"});
+  EXPECT_EQ(nobody.exit_code, 3);
+  EXPECT_THAT(nobody.standard_error, HasSubstr("127.0.0.1:1"));
+  EXPECT_FALSE(std::filesystem::exists(shop_.folder() / "none.toml"));
 }
 
 class TwoMotors : public PrinterFacts {

@@ -4,6 +4,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -255,13 +257,15 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
   return {};
 }
 
-std::string DescribeConfigKeys() {
-  Config defaults = DefaultConfig();
-  std::string out =
-      "# trammel.toml: every key with its default. Keep what differs; a key that is left out has\n"
-      "# its default. Keys that stand behind '#' have none.\n";
+namespace {
+
+/// Sections with the documentation and the value of each setting that is `wanted`, by its place.
+std::string Describe(const Settings& settings, const std::function<bool(std::size_t)>& wanted) {
+  std::string out;
   std::string_view section;
-  for (const ConfigSetting& setting : SettingsOf(defaults)) {
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const ConfigSetting& setting = settings[i];
+    if (!wanted(i)) continue;
     if (setting.section != section) {
       section = setting.section;
       out += fmt::format("\n[{}]\n", section);
@@ -278,6 +282,31 @@ std::string DescribeConfigKeys() {
                  : fmt::format("# {} =\n", setting.key);
   }
   return out;
+}
+
+}  // namespace
+
+std::string DescribeConfigKeys() {
+  Config defaults = DefaultConfig();
+  return "# trammel.toml: every key with its default. Keep what differs; a key that is left out "
+         "has\n"
+         "# its default. Keys that stand behind '#' have none.\n" +
+         Describe(SettingsOf(defaults), [](std::size_t) { return true; });
+}
+
+std::string DescribeChanges(Config config) {
+  Config defaults = DefaultConfig();
+  Config following = DefaultConfig();  // from what else is set
+  following.pattern.nozzle_diameter_mm = config.pattern.nozzle_diameter_mm;
+  FollowNozzle(following);
+  following.pattern.nozzle_diameter_mm = defaults.pattern.nozzle_diameter_mm;
+  const Settings ours = SettingsOf(config);
+  const Settings usual = SettingsOf(defaults);
+  const Settings followed = SettingsOf(following);
+  return Describe(ours, [&](std::size_t i) {
+    const auto value = FormatSetting(ours[i]);
+    return value && value != FormatSetting(usual[i]) && value != FormatSetting(followed[i]);
+  });
 }
 
 }  // namespace trammel::files

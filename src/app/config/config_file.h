@@ -69,4 +69,8 @@ inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
 /// trammel.toml that changes nothing.
 [[nodiscard]] std::string DescribeConfigKeys();
 
+/// The same of the settings alone that differ from their defaults, but for those that follow from
+/// others (FollowNozzle); empty where none does.
+[[nodiscard]] std::string DescribeChanges(Config config);
+
 }  // namespace trammel::files

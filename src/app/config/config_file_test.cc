@@ -72,6 +72,27 @@ TEST(ConfigKeys, StandInTheDocumentationAsTheProgramPrintsThem) {
   }
 }
 
+TEST(ConfigKeys, ChangesAreWhatGivesThemWhereItIsReadAgain) {
+  EXPECT_EQ(DescribeChanges(DefaultConfig()), "");
+  Config config = DefaultConfig();
+  config.scan.address = "voron.local";
+  config.pattern.nozzle_diameter_mm = 0.6;
+  FollowNozzle(config);
+  config.pattern.acceleration_mm_s2 = 2000;
+  const std::string text = DescribeChanges(config);
+  EXPECT_THAT(text, HasSubstr("(mm, 0.1 … 2)\nnozzle_diameter = 0.6\n"));
+  auto read = ParseConfig(text, "changes");
+  ASSERT_TRUE(read) << read.error().message << text;
+  EXPECT_THAT(read->keys,
+              testing::ElementsAre("moonraker.address", "pressure_advance_pattern.acceleration",
+                                   "printer.nozzle_diameter"));
+  const auto expected = SettingsOf(config);
+  const auto settings = SettingsOf(*read);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    EXPECT_EQ(FormatSetting(settings[i]), FormatSetting(expected[i])) << settings[i].key;
+  }
+}
+
 TEST(ConfigFile, SetsWhatItSaysAndLeavesTheRest) {
   const auto config = ParseConfig(
       "[printer]\n"

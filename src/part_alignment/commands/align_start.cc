@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
+#include "app/next_step.h"
 #include "app/secrets.h"
 #include "base/check.h"
 #include "base/json_text.h"
@@ -91,17 +90,6 @@ std::string TravelText(const machine::LinuxCncFacts& facts) {
   return fmt::format("{},{},{},{},{},{}", low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
 }
 
-// For a shell: as it is, or in quotes where it has to be.
-std::string Quoted(const std::string& text) {
-  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("-_./,:@=+").find(char(c)) != std::string::npos;
-  });
-  if (plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::string ObstacleOptions(const StartValues& values) {
   std::string options;
   for (const MachineBox& box : values.obstacles) {
@@ -113,13 +101,13 @@ std::string ObstacleOptions(const StartValues& values) {
 
 std::string MeasureCommand(const StartFiles& names, const StartValues& values) {
   std::string command =
-      fmt::format("trammel align measure {} --source {} --out {}", Quoted(names.views),
-                  Quoted(values.source), Quoted(names.folder));
-  if (!values.id_prefix.empty()) command += " --id-prefix " + Quoted(values.id_prefix);
+      fmt::format("trammel align measure {} --source {} --out {}", ShellQuoted(names.views),
+                  ShellQuoted(values.source), ShellQuoted(names.folder));
+  if (!values.id_prefix.empty()) command += " --id-prefix " + ShellQuoted(values.id_prefix);
   if (values.bits != 14) command += fmt::format(" --bits {}", values.bits);
   if (values.machine == "none") return command;
   return command + fmt::format(" --machine {} --joints {} {} --safe-z {} --travel {}{}",
-                               Quoted(values.machine), values.joints,
+                               ShellQuoted(values.machine), values.joints,
                                values.c_holds_spindle ? "--c-axis" : "--spindle-locked",
                                values.safe_z_mm, values.answers.at("travel"),
                                ObstacleOptions(values));
@@ -218,8 +206,8 @@ std::string SettingsText(const StartFiles& names, const StartValues& values) {
 }
 
 std::string CommandsText(const StartFiles& names, const StartValues& values) {
-  const std::string folder = Quoted(names.folder);
-  const std::string result = Quoted(names.folder / "result.json");
+  const std::string folder = ShellQuoted(names.folder);
+  const std::string result = ShellQuoted(names.folder / "result.json");
   const std::string write = values.machine == "none" ? "session" : values.machine;
   const auto& answers = values.answers;
   std::string text =
@@ -228,8 +216,9 @@ std::string CommandsText(const StartFiles& names, const StartValues& values) {
   text += fmt::format(
       "trammel align plan {} --rough {} --rough-angles {} --travel {}{} "
       "--distance {} --out {} --force\n",
-      Quoted(names.settings), answers.at("rough"), answers.at("rough-angles"), answers.at("travel"),
-      ObstacleOptions(values), answers.at("distance"), Quoted(names.views));
+      ShellQuoted(names.settings), answers.at("rough"), answers.at("rough-angles"),
+      answers.at("travel"), ObstacleOptions(values), answers.at("distance"),
+      ShellQuoted(names.views));
   text +=
       values.machine == "none"
           ? "# 2. Read the pictures, one of each view. With a machine it drives, too: --machine.\n"
@@ -239,12 +228,12 @@ std::string CommandsText(const StartFiles& names, const StartValues& values) {
   text += fmt::format(
       "trammel align solve {}/part_alignment-*Z/observations.json --trials 10000 --result {} "
       "--report {}\n",
-      folder, result, Quoted(names.folder / "report"));
+      folder, result, ShellQuoted(names.folder / "report"));
   text += "# 4. Look at the work offset, and at what it leaves over. Shims: --supports FILE.\n";
   text += fmt::format("trammel align correct {} --work-offset {}\n", result, values.work_offset);
   text += "# 5. Set it (G10 L2) and read it back.\n";
   text += fmt::format("trammel align correct {} --work-offset {} --write {} --joints {}\n", result,
-                      values.work_offset, Quoted(write), values.joints);
+                      values.work_offset, ShellQuoted(write), values.joints);
   return text;
 }
 

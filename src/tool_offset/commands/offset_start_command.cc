@@ -379,8 +379,7 @@ void AddOffsetStartCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "start", "guide through it: the sheet onto paper, its scan, and the printer's new offsets");
   const auto arguments = std::make_shared<StartArguments>();
-  command->add_option("--printer", arguments->printer,
-                      "Moonraker's address: host, host:port, URL or unix:PATH");
+  AddAddressOption(*command, arguments->printer);
   AddSheetOptions(*command, arguments->sheet);
   command
       ->add_option("--tools", arguments->tools,
