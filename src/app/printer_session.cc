@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/config_text.h"
+#include "app/next_step.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
 #include "machine/moonraker/moonraker_printer.h"
@@ -35,6 +36,13 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
 void AddAddressOption(CLI::App& command, std::string& address) {
   command.add_option("--printer", address,
                      "Moonraker's address: host, host:port, URL or unix:PATH");
+}
+
+std::string WordsForPrinter(const PrinterOptions& options) {
+  std::string words;
+  if (!options.config.empty()) words += " --config " + ShellQuoted(options.config);
+  if (!options.address.empty()) words += " --printer " + ShellQuoted(options.address);
+  return words;
 }
 
 void AddMaterialOption(CLI::App& command, std::string& material) {

@@ -36,6 +36,10 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
 /// --printer alone.
 void AddAddressOption(CLI::App& command, std::string& address);
 
+/// The words by which another command has the same printer and settings: " --printer voron.local";
+/// empty where none were given.
+[[nodiscard]] std::string WordsForPrinter(const PrinterOptions& options);
+
 /// --material, for what prints.
 void AddMaterialOption(CLI::App& command, std::string& material);
 

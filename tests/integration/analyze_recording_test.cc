@@ -108,6 +108,7 @@ TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
   EXPECT_THAT(words, HasSubstr(fmt::format("counts {:.0f} %\n", 100 * weight)));
   EXPECT_THAT(words, HasSubstr("at 150 mm/s; "));
   EXPECT_THAT(words, HasSubstr("\n  slip            "));
+  EXPECT_THAT(words, ::testing::EndsWith("\nnothing applied   trammel pa apply rec\n"));
 }
 
 TEST_F(AnalyzeRecording, ChoosesByDeviationWhenAsked) {

@@ -68,7 +68,10 @@ TEST_F(Apply, UndoBringsBackWhatWasInForceAndNothingTwice) {
   EXPECT_EQ(nothing.exit_code, 1);
   EXPECT_THAT(nothing.standard_error, HasSubstr("notes no value that was set on"));
   shop_.Script("SET_PRESSURE_ADVANCE ADVANCE=0.031");
-  ASSERT_EQ(Run({"0.047"}).exit_code, 0);
+  const ProcessEnd applied = Run({"0.047"});
+  ASSERT_EQ(applied.exit_code, 0);
+  EXPECT_THAT(applied.standard_output,
+              HasSubstr("trammel pa apply --undo --printer " + shop_.address()));
   EXPECT_NEAR(InForce(), 0.047, 1e-6);
   const ProcessEnd looked = Run({"--undo", "--dry-run"});
   EXPECT_EQ(looked.exit_code, 0) << looked.standard_error;

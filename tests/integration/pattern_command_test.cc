@@ -192,6 +192,22 @@ TEST(PatternCommand, WhatPrintsIsRefusedWithoutAMaterialBeforeAnyPrinterIsAsked)
                                 HasSubstr("\nM109 S230\n")));
 }
 
+TEST(PatternCommand, NamesTheCommandThatMeasuresIt) {
+  const TemporaryFolder folder;
+  const auto last = [&](const std::string& command) {
+    const std::string out = RunTrammel(command, folder.path()).standard_output;
+    return out.substr(out.rfind('\n', out.size() - 2) + 1);
+  };
+  EXPECT_THAT(last("pa pattern --material pla -o 'my a.gcode'"),
+              HasSubstr("trammel pa scan --plan 'my a.plan.json'"));
+  EXPECT_THAT(last("pa pattern --photo --material pla -o b.gcode"),
+              HasSubstr("trammel pa analyze PHOTO --plan b.plan.json"));
+  EXPECT_THAT(last("pa pattern --dialect marlin --material pla -o c.gcode"),
+              HasSubstr("trammel pa analyze PHOTO --plan c.plan.json"));
+  EXPECT_THAT(last("offset pattern --material pla -o d.gcode"),
+              HasSubstr("trammel offset analyze SCAN --pattern d.gcode --result"));
+}
+
 // As TRAMMEL_PA FILAMENT="…" does, whose job is a pa calibrate.
 TEST(CalibrateCommand, AFilamentIsHeatedAsTheMaterialInItsName) {
   const TemporaryFolder folder;

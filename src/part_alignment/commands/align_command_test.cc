@@ -155,7 +155,9 @@ TEST_F(AlignCommand, WhatIsThereAlreadyIsOverwrittenByForceOnly) {
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.standard_error, HasSubstr("--force"));
     const std::string out = "--out of-" + command.substr(0, 4) + ".json";
-    EXPECT_EQ(Align(command + out).exit_code, 0);
+    const CommandResult done = Align(command + out);
+    EXPECT_EQ(done.exit_code, 0);
+    EXPECT_THAT(done.standard_error, HasSubstr("\nnext       "));
     EXPECT_EQ(Align(command + out).exit_code, 1);
     EXPECT_EQ(Align(command + out + " --force").exit_code, 0);
   }
@@ -263,7 +265,9 @@ TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
 }
 
 TEST_F(AlignCommand, KeepsItsAnswerAsEveryInstrumentDoesAndCorrectsByIt) {
-  ASSERT_EQ(Align("solve seen.json --out printed.json --result kept.json").exit_code, 0);
+  const CommandResult solved = Align("solve seen.json --out printed.json --result kept.json");
+  ASSERT_EQ(solved.exit_code, 0);
+  EXPECT_THAT(solved.standard_error, HasSubstr("trammel align correct kept.json\n"));
   const json kept = json::parse(test::ReadWhole(folder_.path() / "kept.json"));
   const json printed = json::parse(test::ReadWhole(folder_.path() / "printed.json"));
   EXPECT_EQ(kept["instrument"], "part_alignment");

@@ -13,6 +13,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/next_step.h"
 #include "app/number_range.h"
 #include "app/secrets.h"
 #include "base/json_text.h"
@@ -92,6 +93,9 @@ int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
   if (!arguments.json) {
     fmt::print(stderr, "{}report     {}\n", report::AlignmentText(output),
                record.folder().string());
+    if (output.alignment.verdict == Verdict::kGood) {
+      SayNext("next", "trammel align correct " + ShellQuoted(record.folder().string()), 11, stderr);
+    }
   }
   if (!written) return PrintError(written.error());
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;

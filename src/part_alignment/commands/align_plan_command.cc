@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
 #include "app/slow_work.h"
@@ -92,6 +93,10 @@ int RunPlan(PlanArguments arguments) {
                  files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
              !written) {
     return PrintError(written.error());
+  } else {
+    SayNext("next",
+            fmt::format("trammel align measure {} --source CAMERA", ShellQuoted(arguments.out)), 11,
+            stderr);
   }
   return kExitGood;
 }

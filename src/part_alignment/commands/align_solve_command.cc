@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
 #include "app/slow_work.h"
@@ -133,6 +134,12 @@ int RunSolve(const SolveArguments& arguments) {
   std::fputs(json.c_str(), stdout);
   if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);
   if (!written) return PrintError(written.error());
+  if (!arguments.json && output.alignment.verdict == Verdict::kGood) {
+    SayNext("next",
+            arguments.result.empty() ? "with --result FILE: trammel align correct FILE"
+                                     : "trammel align correct " + ShellQuoted(arguments.result),
+            11, stderr);
+  }
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/slow_work.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -162,6 +163,18 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   return run;
 }
 
+bool IsOfKlipper(const pressure_advance::Analysis& analysis) {
+  return analysis.printed_by && analysis.printed_by->dialect == gcode::Dialect::kKlipper;
+}
+
+// What pa apply takes: what keeps the answer, or the value.
+std::string ToApply(const AnalyzeArguments& arguments, double value_s) {
+  std::error_code ignored;
+  if (!arguments.output.files.result.empty()) return ShellQuoted(arguments.output.files.result);
+  return fs::is_directory(arguments.path, ignored) ? ShellQuoted(arguments.path)
+                                                   : fmt::format("{:.4f}", value_s);
+}
+
 int RunAnalyze(const AnalyzeArguments& arguments) {
   if (auto possible = CheckOutputs(arguments.output.files); !possible)
     return PrintError(possible.error());
@@ -170,7 +183,12 @@ int RunAnalyze(const AnalyzeArguments& arguments) {
   if (!run) return PrintError(run.error());
   ResultFile result = ResultOf(run->analysis, arguments.path);
   result.outcome.subject = SubjectIn(arguments.path);
-  return PrintAnalysis(*run, result, arguments.output);
+  const int code = PrintAnalysis(*run, result, arguments.output);
+  const Measured& measured = run->analysis.pressure_advance;
+  if (!arguments.output.json && measured.good() && IsOfKlipper(run->analysis)) {
+    SayNext("nothing applied", "trammel pa apply " + ToApply(arguments, measured.quantity().value));
+  }
+  return code;
 }
 
 }  // namespace

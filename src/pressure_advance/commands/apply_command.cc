@@ -14,6 +14,7 @@
 #include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/next_step.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
 #include "document/interval_text.h"
@@ -423,7 +424,9 @@ int RunApply(const ApplyArguments& arguments) {
     return kExitGood;
   }
   NoteApplied(applied);
-  return KeepBeyond(arguments, session, *spool, value->value_s);
+  const int code = KeepBeyond(arguments, session, *spool, value->value_s);
+  SayHowToUndo(arguments.printer);
+  return code;
 }
 
 }  // namespace
@@ -459,6 +462,10 @@ Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
   }
   for (const auto& [value_s, alike] : sections) ExplainKeeping(value_s, alike);
   return {};
+}
+
+void SayHowToUndo(const PrinterOptions& printer) {
+  SayNext("to undo it", "trammel pa apply --undo" + WordsForPrinter(printer));
 }
 
 void ExplainKeeping(double pressure_advance_s, const std::vector<std::string>& sections) {

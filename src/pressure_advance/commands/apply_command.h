@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "app/printer_session.h"
 #include "app/result_file.h"
 #include "base/measured.h"
 #include "base/result.h"
@@ -18,6 +19,9 @@ namespace trammel::app {
 /// procedure::ApplyPressureAdvance.
 [[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
                                  const procedure::ApplyOptions& options, bool quiet);
+
+/// Says how the last value is taken back.
+void SayHowToUndo(const PrinterOptions& printer);
 
 /// A value to be set, and what it was measured as where it comes from a result.
 struct ChosenValue {

@@ -15,6 +15,7 @@
 #include "app/interrupt.h"
 #include "app/kept_history.h"
 #include "app/new_folder.h"
+#include "app/next_step.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
 #include "files/whole_file.h"
@@ -221,12 +222,15 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     const auto done = Apply(session, value_s, options, arguments.json);
     if (!done) return PrintError(done.error());
     NoteApplied(applied);
+    if (!arguments.json) SayHowToUndo(arguments.printer);
     return code;
   }
   if (!arguments.json) {
-    fmt::print("nothing applied   {}trammel pa apply {}\n",
-               worth_applying ? "" : "because the validation shows no gain; all the same: ",
-               folder.string());
+    SayNext(
+        "nothing applied",
+        fmt::format("{}trammel pa apply {}{}",
+                    worth_applying ? "" : "because the validation shows no gain; all the same: ",
+                    ShellQuoted(folder.string()), WordsForPrinter(arguments.printer)));
     ExplainKeeping(value_s, session);
   }
   return code;
@@ -297,19 +301,16 @@ int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran,
   SayItMayStay(arguments, pattern);
   const fs::path plan = ran.folder / "pattern.plan.json";
   if (arguments.plate.photo) {
-    fmt::print(
-        "printed           for a photo; everything is off, as the end G-code left it\n"
-        "to measure it     let the bed cool, take a photo from straight above, and\n"
-        "                  trammel pa analyze PHOTO --plan {}\n",
-        plan.string());
+    fmt::print("printed           for a photo; everything is off, as the end G-code left it\n");
+    SayNext("to measure it", "let the bed cool, take a photo from straight above, and");
+    SayNext("", "trammel pa analyze PHOTO --plan " + ShellQuoted(plan.string()));
     return kExitGood;
   }
-  fmt::print(
-      "printed           {}\n"
-      "to scan it        trammel pa scan --plan {}\n",
-      ran.bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran.bed_c)
-                    : "the bed is off, as the file left it",
-      plan.string());
+  fmt::print("printed           {}\n",
+             ran.bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran.bed_c)
+                           : "the bed is off, as the file left it");
+  SayNext("to scan it", fmt::format("trammel pa scan --plan {}{}", ShellQuoted(plan.string()),
+                                    WordsForPrinter(arguments.printer)));
   return kExitGood;
 }
 

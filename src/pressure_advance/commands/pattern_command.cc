@@ -15,6 +15,7 @@
 #include "app/commands.h"
 #include "app/config/config_file.h"
 #include "app/config_text.h"
+#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
@@ -204,6 +205,13 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
              plan_path.string(), svg_path.string(), png_path.string());
   Print(summary, layout, config, time);
+  const std::string plan_option = " --plan " + ShellQuoted(plan_path.string());
+  const bool scanned = !arguments.photo && config.dialect == gcode::Dialect::kKlipper;
+  SayNext("next",
+          scanned ? "print it, then trammel pa scan" + plan_option
+                  : "print it, take a photo from straight above, then trammel pa analyze PHOTO" +
+                        plan_option,
+          11);
   return {};
 }
 

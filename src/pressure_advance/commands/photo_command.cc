@@ -16,6 +16,7 @@
 #include "app/kept_copy.h"
 #include "app/kept_history.h"
 #include "app/new_folder.h"
+#include "app/next_step.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
 #include "files/new_file.h"
@@ -111,7 +112,8 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   if (arguments.json || !measured.good()) return code;
   fmt::print("photo             {}\n", photo.name);
   PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
-  fmt::print("nothing applied   trammel pa apply {}\n", folder.string());
+  SayNext("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
+                                         WordsForPrinter(arguments.printer)));
   ExplainKeeping(measured.quantity().value, session);
   return code;
 }

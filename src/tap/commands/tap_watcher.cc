@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "base/statistics.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"
@@ -292,6 +293,7 @@ void TapWatcher::PrintSummary() const {
       unrecorded_ > 0 ? fmt::format("{} of {} taps: ", taps_.size() - unrecorded_, taps_.size())
                       : "";
   fmt::print("recorded          {}{}\n", those, options_.recording.string());
+  SayNext("next", "trammel tap tune " + ShellQuoted(options_.recording.string()));
 }
 
 }  // namespace trammel::app

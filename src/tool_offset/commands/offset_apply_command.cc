@@ -15,6 +15,7 @@
 #include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "session/printer_turn.h"
@@ -153,6 +154,16 @@ void SayHowLong(const OffsetApplyArguments& arguments) {
   fmt::print("history   {}\n", arguments.history);
 }
 
+void SayHowToUndo(const OffsetApplyArguments& arguments) {
+  const auto usual = UsualOffsetHistory();
+  const bool own = !usual || arguments.history != *usual;
+  SayNext("undo",
+          fmt::format("trammel offset apply --undo{}{}{}", arguments.save ? " --save" : "",
+                      own ? " --history " + ShellQuoted(arguments.history) : "",
+                      WordsForPrinter(arguments.printer)),
+          10);
+}
+
 /// Shows what the last application was, and takes it back unless nothing is to be changed.
 Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Session& session,
                   const std::string& address) {
@@ -269,9 +280,17 @@ int RunApply(OffsetApplyArguments arguments) {
     }
     if (!set) return PrintError(set.error());
     SayHowLong(arguments);
+    if (!arguments.brief) SayHowToUndo(arguments);
     return kExitGood;
   }
   fmt::print("nothing was changed\n");
+  if (firmware == OffsetFirmware::kKlipperTool && !arguments.brief) {
+    const std::string printer = WordsForPrinter(arguments.printer);
+    SayNext("next",
+            fmt::format("trammel offset apply {} --apply{}", ShellQuoted(arguments.file),
+                        printer.empty() ? " --printer HOST" : printer),
+            10);
+  }
   return kExitGood;
 }
 

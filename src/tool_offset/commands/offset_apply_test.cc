@@ -55,11 +55,11 @@ TEST_F(OffsetApply, ShowsOldAndNewAndChangesNothingUnlessTold) {
   for (int i = 0; i < 2; ++i) {
     const CommandResult shown = Apply("");
     EXPECT_EQ(shown.exit_code, 0) << shown.output;
-    EXPECT_THAT(
-        shown.standard_output,
-        AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
-              HasSubstr("dx 95 %: +0.1214 to +0.1254 mm"),
-              HasSubstr("dy 95 %: -0.0476 to -0.0436 mm"), HasSubstr("nothing was changed")));
+    EXPECT_THAT(shown.standard_output,
+                AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
+                      HasSubstr("dx 95 %: +0.1214 to +0.1254 mm"),
+                      HasSubstr("dy 95 %: -0.0476 to -0.0436 mm"), HasSubstr("nothing was changed"),
+                      HasSubstr("trammel offset apply result.json --apply --printer " + address_)));
     EXPECT_THAT(shown.standard_error, HasSubstr("it did not print"));
   }
   EXPECT_EQ(History(), "");
@@ -70,7 +70,8 @@ TEST_F(OffsetApply, SetsReadsBackAndNotesTheOldValue) {
   const CommandResult set = Apply("--apply");
   EXPECT_EQ(set.exit_code, 0) << set.output;
   EXPECT_THAT(set.standard_output,
-              AllOf(HasSubstr("applied   tool 1"), HasSubstr("--save keeps it")));
+              AllOf(HasSubstr("applied   tool 1"), HasSubstr("--save keeps it"),
+                    HasSubstr("trammel offset apply --undo --printer " + address_)));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->  0.004"));
   EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), HasSubstr(R"("kind":"applied")"),
                                HasSubstr(R"("old_mm":{"x":0.25,"y":-0.5})")));

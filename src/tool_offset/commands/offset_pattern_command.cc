@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/output_files.h"
 #include "files/new_file.h"
 #include "tool_offset/commands/offset_commands.h"
@@ -76,6 +77,11 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
   }
   fmt::print("G-code     {}\npreview   {}\n", gcode_path.string(), shown);
   PrintSheetPlan(config->sheet, plan, gcode);
+  SayNext("next",
+          fmt::format("print it, scan the paper, then trammel offset analyze SCAN --pattern {} "
+                      "--result offsets.json",
+                      ShellQuoted(gcode_path.string())),
+          11);
   return {};
 }
 

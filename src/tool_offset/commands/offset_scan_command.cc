@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/next_step.h"
 #include "app/number_range.h"
 #include "machine/page/page_writer.h"
 #include "machine/scanner/scanner.h"
@@ -90,6 +91,8 @@ int Run(const ScanArguments& arguments) {
   }
   fmt::print("{}: {} x {} px, {}, {:g} dpi\n", arguments.out, page->width, page->height,
              page->channels == 1 ? "grey" : "colour", *page->dpi_x);
+  SayNext("next", fmt::format("trammel offset analyze {} --pattern GCODE --result offsets.json",
+                              ShellQuoted(arguments.out)));
   return kExitGood;
 }
 
