@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -22,6 +24,7 @@
 #include "support/analyze_result.h"
 #include "support/photo_distortions.h"
 #include "support/real_photos.h"
+#include "support/run_trammel.h"
 
 namespace trammel {
 namespace {
@@ -293,6 +296,43 @@ TEST_P(RealPhotos, AnswerIsRightHoweverThePhotoWasTaken) {
     const json answer = AnalyzePicture(test::Turned(picture, degrees, false), kLabels);
     ASSERT_EQ(answer.at("verdict"), "good") << degrees << answer.at("reason");
     EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s) << degrees;
+  }
+}
+
+// Of 0 … 255, over all channels of all pixels.
+double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.empty()) return 255;
+  return cv::norm(a, b, cv::NORM_L1) / (3.0 * static_cast<double>(a.total()));
+}
+
+// The README's picture, by the command that it names.
+TEST(ReadmePicture, IsWhatItsCommandDrawsNow) {
+  // A dot that lies its own width aside makes 0.05, an interval that is half as wide again 0.44.
+  // Debian 12's own cairo and fonts draw the same bytes; others smooth edges otherwise.
+  constexpr double kSame = 0.03;
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
+  }
+  const std::string readme = test::ReadWhole(TRAMMEL_SOURCE_FOLDER "README.md");
+  constexpr const char* kPhoto = "black45_lines4-5.jpg";
+  const std::size_t begin = readme.find(std::string("pa analyze ") + kPhoto);
+  ASSERT_NE(begin, std::string::npos);
+  const std::string command = readme.substr(begin, readme.find('`', begin) - begin);
+  const cv::Mat shown = cv::imread(TRAMMEL_SOURCE_FOLDER "docs/images/response-real-photo.png");
+  for (const std::string photo : {kPhoto, "gold50_lines4-5.jpg"}) {
+    const test::TemporaryFolder folder;
+    fs::copy_file(fs::path(data) / "pressure_advance_photos" / photo, folder.path() / kPhoto);
+    const test::CommandResult drawn = test::RunTrammel(command, folder.path());
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
+    const double difference =
+        MeanDifference(cv::imread((folder.path() / "figures/response.png").string()), shown);
+    if (photo == kPhoto) {
+      EXPECT_LE(difference, kSame) << "draw it anew: trammel " << command;
+    } else {
+      EXPECT_GT(difference, kSame) << "another photo's figure passes for it";
+    }
+    std::printf("%s: %.4f grey levels from the README's picture\n", photo.c_str(), difference);
   }
 }
 
