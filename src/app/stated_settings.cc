@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "session/print_needs.h"
+#include "settings/printer.h"
 
 namespace trammel::app {
 namespace {
@@ -16,17 +17,21 @@ using files::Config;
 using machine::PrinterFacts;
 using pressure_advance::PatternConfig;
 
+bool Holds(const settings::SettingRange& range, double value) {
+  return value >= range.lo && value <= range.hi;
+}
+
 // Whether a number that the printer states may be set where the settings have another.
-bool Differs(const std::optional<double>& stated, double ours, double lo, double hi) {
-  return stated && *stated != ours && *stated >= lo && *stated <= hi;
+bool Differs(const std::optional<double>& stated, double ours,
+             const settings::SettingRange& range) {
+  return stated && *stated != ours && Holds(range, *stated);
 }
 
 void TakeFilament(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
-  constexpr double kThinnest_mm = 1, kThickest_mm = 4;  // of the setting
   PatternConfig& pattern = config.pattern;
   if (config.IsSet("filament.filament_diameter") ||
-      !Differs(facts.filament_diameter_mm, pattern.filament_diameter_mm, kThinnest_mm,
-               kThickest_mm)) {
+      !Differs(facts.filament_diameter_mm, pattern.filament_diameter_mm,
+               RangeOf(settings::FilamentFields(), "filament_diameter"))) {
     return;
   }
   pattern.filament_diameter_mm = *facts.filament_diameter_mm;
@@ -34,10 +39,10 @@ void TakeFilament(const PrinterFacts& facts, Config& config, std::vector<std::st
 }
 
 void TakeNozzle(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
-  constexpr double kFinest_mm = 0.1, kWidest_mm = 2;  // of the setting
   PatternConfig& pattern = config.pattern;
   if (config.IsSet("printer.nozzle_diameter") ||
-      !Differs(facts.nozzle_diameter_mm, pattern.nozzle_diameter_mm, kFinest_mm, kWidest_mm)) {
+      !Differs(facts.nozzle_diameter_mm, pattern.nozzle_diameter_mm,
+               RangeOf(settings::PrinterFields(), "nozzle_diameter"))) {
     return;
   }
   pattern.nozzle_diameter_mm = *facts.nozzle_diameter_mm;
@@ -68,16 +73,18 @@ void TakeBed(const PrinterFacts& facts, Config& config, std::vector<std::string>
   }
   const auto& low = facts.reach.minimum_mm;
   const auto& high = facts.reach.maximum_mm;
-  constexpr double kSmallest_mm = 10, kLargest_mm = 2000;  // of the settings
   const bool holds = low[0] <= pattern.bed_origin_x_mm && low[1] <= pattern.bed_origin_y_mm &&
                      high[0] >= pattern.bed_origin_x_mm + pattern.bed_size_x_mm &&
                      high[1] >= pattern.bed_origin_y_mm + pattern.bed_size_y_mm;
   const bool round = pattern.bed_shape == settings::BedShape::kEllipse;
   const BedAxis x = round ? BedAxis{low[0], high[0] - low[0]} : BedWithin(low[0], high[0]);
   const BedAxis y = round ? BedAxis{low[1], high[1] - low[1]} : BedWithin(low[1], high[1]);
-  const double least_mm = std::min(x.size_mm, y.size_mm);
-  if ((holds && !round) || least_mm < kSmallest_mm || x.size_mm > kLargest_mm ||
-      y.size_mm > kLargest_mm) {
+  const auto fits = [](double value_mm, const char* key) {
+    return Holds(RangeOf(settings::PrinterFields(), key), value_mm);
+  };
+  if ((holds && !round) || !fits(x.origin_mm, "bed_origin_x") ||
+      !fits(y.origin_mm, "bed_origin_y") || !fits(x.size_mm, "bed_size_x") ||
+      !fits(y.size_mm, "bed_size_y")) {
     return;
   }
   pattern.bed_origin_x_mm = x.origin_mm;

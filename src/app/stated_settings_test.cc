@@ -110,6 +110,14 @@ TEST(StatedSettings, ABedThatIsOutOfReachIsTakenFromTheReach) {
   }
 }
 
+TEST(StatedSettings, ABedThatNoSettingCanHaveIsNotTaken) {
+  PrinterFacts facts = Usual();
+  facts.reach = {{-2300, -2300, 0}, {-2100, -2100, 250}};
+  Config config = Parsed("");
+  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config), IsEmpty());
+  EXPECT_EQ(config.pattern.bed_origin_x_mm, 0);  // the comparison refuses it
+}
+
 TEST(StatedSettings, AnAccelerationThatThePrinterForbidsIsNotLoweredUnasked) {
   PrinterFacts facts = Usual();
   facts.max_accel_mm_s2 = 1500;  // the lines reach their speed and have no steady stretch

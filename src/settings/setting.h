@@ -3,12 +3,14 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <variant>
 #include <vector>
 
+#include "base/check.h"
 #include "settings/setting_problem.h"
 
 namespace trammel::settings {
@@ -33,6 +35,16 @@ struct SettingField {
 
   [[nodiscard]] SettingRange range() const { return {unit, lo, hi}; }
 };
+
+/// The range of the field of a key. REQUIRES that there is one.
+template <class Field>
+[[nodiscard]] SettingRange RangeOf(std::span<const Field> fields, std::string_view key) {
+  for (const Field& field : fields) {
+    if (field.key == key) return field.range();
+  }
+  TRAMMEL_CHECK(false, "no setting {}", key);
+  return {};
+}
 
 /// What is wrong with a value, whatever the other settings are: the value and its bound.
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range, double value);

@@ -133,9 +133,6 @@ void FollowNozzle(Config& config) {
     pattern.layer_height_mm =
         std::min(usual.layer_height_mm, kHighest * pattern.nozzle_diameter_mm);
   }
-  if (pattern.corner_mark && !config.IsSet("pressure_advance_pattern.frame_margin")) {
-    pattern.frame_margin_mm = MarginForMark_mm(pattern);
-  }
 }
 
 Result<Config> ParseConfig(std::string_view text, const std::string& file) {

@@ -106,7 +106,7 @@ void SetForPhoto(pressure_advance::PatternConfig& pattern) {
   for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
   pattern.segments = PhotoPlan().segments;
   pattern.line_spacing_mm = 1.5;
-  pattern.frame_margin_mm = MarginForMark_mm(pattern);
+  pattern.frame_margin_mm.reset();  // what the mark needs
   pattern.frame_loops = std::max(pattern.frame_loops, 1);
   pattern.corner_mark = true;
   pattern.alternate_directions = false;

@@ -69,7 +69,8 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
                                    ///< bead: enough to lift off in one piece, without a blob.
                                    ///< Negative: a gap. The paper's is the line width.
   std::optional<double> frame_margin_mm;  ///< (0, 200] between the outermost line's and the frame's
-                                          ///< centre lines; absent: the line spacing (paper)
+                                          ///< centre lines; absent: what the corner mark …
+                                          ///< … needs, without one the line spacing (paper)
   bool corner_mark = false;      ///< the frame's corner beside the first line's start is filled, so
                                  ///< that a photo shows which way it lies
   double frame_speed_mm_s = 33;  ///< (0, 500]; paper: F2000

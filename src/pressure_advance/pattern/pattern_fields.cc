@@ -69,7 +69,7 @@ constexpr auto kFields = std::to_array<PatternField>({
     {kPattern, "frame_overlap", &C::frame_overlap_mm, "mm", -50, 4,
      "How far the ends of the lines run into the frame's bead; negative: a gap."},
     {kPattern, "frame_margin", &C::frame_margin_mm, "mm", 0.05, 200,
-     "From the outermost lines to the frame. Left out: line_spacing."},
+     "From the outermost lines to the frame. Left out: line_spacing, or what a corner_mark needs."},
     {kPattern, "corner_mark", &C::corner_mark, "", 0, 0,
      "Fill the frame's corner beside the first line's start: a photo then shows which way it lies, "
      "mirrored or not."},

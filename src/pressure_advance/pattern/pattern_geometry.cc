@@ -90,7 +90,8 @@ PatternGeometry Geometry(const PatternConfig& config) {
   if (config.frame_loops > 0) {
     geometry.loop_pitch_mm = LoopPitch_mm(config);
     geometry.end_to_loop_mm = config.line_width_mm - config.frame_overlap_mm;
-    geometry.side_to_loop_mm = config.frame_margin_mm.value_or(config.line_spacing_mm);
+    geometry.side_to_loop_mm = config.frame_margin_mm.value_or(
+        config.corner_mark ? MarginForMark_mm(config) : config.line_spacing_mm);
     const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
     if (config.corner_mark) {
       // Longer than the tenth of a line that a photo's reader looks at.

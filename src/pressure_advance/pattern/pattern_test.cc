@@ -111,6 +111,7 @@ TEST(Pattern, LinesRunIntoTheFrameByTheOverlap) {
 
 TEST(Pattern, TheMarkFillsTheCornerOfTheFirstLinesStartAndTouchesNoLine) {
   PatternConfig config;
+  config.frame_margin_mm = config.line_spacing_mm;
   const PatternLayout plain = LayOut(config);
   config.corner_mark = true;
   ASSERT_TRUE(Validate(config)) << Validate(config).error().message;

@@ -58,7 +58,7 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
       {"no room for a mark",
        [](auto& c) {
          c.corner_mark = true;
-         c.line_spacing_mm = 1.5;
+         c.frame_margin_mm = 1.5;
        },
        "corner_mark", "set frame_margin (now 1.5 mm) to 3.0 or more"},
       {"reversed range", [](auto& c) { c.pressure_advance_start_s = 0.1; }, "pressure_advance_end",
@@ -147,6 +147,21 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
     EXPECT_THAT(problem->message, HasSubstr(refusal.says)) << refusal.claim;
     EXPECT_FALSE(Validate(config)) << refusal.claim;
   }
+}
+
+TEST(PatternValidate, AMarkMakesItsOwnRoomUnlessTheMarginIsSet) {
+  PatternConfig config;
+  config.corner_mark = true;
+  config.line_spacing_mm = 1.5;
+  for (const double width_mm : {0.3, 0.495, 0.8, 1.2}) {
+    config.line_width_mm = width_mm;
+    config.layer_height_mm = width_mm / 2;
+    config.nozzle_diameter_mm = 0.8 * width_mm;
+    const auto valid = Validate(config);
+    EXPECT_TRUE(valid) << width_mm << ": " << valid.error().message;
+  }
+  config.frame_margin_mm = 1.5;
+  EXPECT_FALSE(Validate(config));
 }
 
 }  // namespace
