@@ -95,6 +95,15 @@ WorldView ViewOf(const AlignmentWorld& world, int target, const Matrix3d& spindl
   return view;
 }
 
+void LookFrom(AlignmentWorld& world,
+              const std::function<Eigen::Vector2d(std::size_t view)>& across_mm,
+              double distance_mm) {
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target,
+                            Eigen::Matrix3d::Identity(), distance_mm, across_mm(i));
+  }
+}
+
 void TakePictures(AlignmentWorld& world, double sigma_px, Random& random) {
   for (WorldView& view : world.views) {
     std::vector<WorldObservation> seen;

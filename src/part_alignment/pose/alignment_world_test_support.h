@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -60,6 +62,12 @@ struct AlignmentWorld {
 [[nodiscard]] WorldView ViewOf(const AlignmentWorld& world, int target,
                                const Eigen::Matrix3d& spindle_rotation, double distance_mm,
                                const Eigen::Vector2d& across_mm);
+
+/// Has each view's first target seen from elsewhere, the spindle not turned.
+/// @param across_mm  of a view: where the target lies before the camera, as ViewOf has it
+void LookFrom(AlignmentWorld& world,
+              const std::function<Eigen::Vector2d(std::size_t view)>& across_mm,
+              double distance_mm = 300);
 
 /// Fills the observations of all views with the targets named; drops what lies outside the picture.
 /// Normal noise of `sigma_px` per axis.

@@ -93,9 +93,7 @@ TEST(PoseProblem, TheClampAngleTurnsTheMachinePointAndNothingAlongTheAxis) {
 TEST(PoseProblem, TheMiddleFrameIsTheSameProblem) {
   AlignmentWorld world = BenchWorld();
   world.machine_from_part.angles_rad = {0.4, 1.2, -2.5};
-  for (auto& view : world.views) {
-    view = ViewOf(world, view.observations[0].target, Eigen::Matrix3d::Identity(), 300, {20, 10});
-  }
+  LookFrom(world, [](std::size_t) { return Eigen::Vector2d(20, 10); });
   Random random(3);
   TakePictures(world, 0, random);
   const auto problem = MakeProblem(MeasurementOf(world, 0.05), kAll);

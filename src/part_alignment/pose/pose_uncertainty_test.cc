@@ -180,11 +180,10 @@ TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
   SCOPED_TRACE(kSeed);
   Random random(kSeed);
   AlignmentWorld world = BenchWorld(150);
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] =
-        ViewOf(world, world.views[i].observations[0].target, Eigen::Matrix3d::Identity(), 150,
-               {i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0});
-  }
+  const auto across_mm = [](std::size_t i) {
+    return Eigen::Vector2d(i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0);
+  };
+  LookFrom(world, across_mm, 150);
   SolveOptions told = Exact();
   told.inputs.machine_mm = kMachine_mm;
   told.robust = false;
@@ -294,10 +293,7 @@ TEST(PoseUncertainty, TooManyTargetsOfWhichNothingIsStatedAreRefusedWithWhatToSt
 TEST(PoseUncertainty, AStatedClampAngleIsTakenOutAsASolvedOneIs) {
   AlignmentWorld world = BenchWorld();
   world.clamping.angle_rad = 0;
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].observations[0].target,
-                            Eigen::Matrix3d::Identity(), 300, {i % 2 == 0 ? 60.0 : -16.0, 0});
-  }
+  LookFrom(world, [](std::size_t i) { return Eigen::Vector2d(i % 2 == 0 ? 60.0 : -16.0, 0); });
   Random random(kSeed);
   TakePictures(world, 0, random);
   const Measurement measurement = MeasurementOf(world, kSigma_px);

@@ -8,7 +8,6 @@
 namespace trammel::part_alignment {
 namespace {
 
-using Eigen::Matrix3d;
 using test_support::AlignmentWorld;
 using test_support::BenchWorld;
 
@@ -62,9 +61,7 @@ Scatter ScatterOf(const AlignmentWorld& world, double sigma_px) {
     EXPECT_TRUE(alignment);
     if (!alignment || alignment->verdict != Verdict::kGood) continue;
     ++scatter.good;
-    Eigen::Matrix<double, 6, 1> error;
-    error << alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm,
-        alignment->machine_from_part.angles_rad - world.machine_from_part.angles_rad;
+    const auto error = PartError(world, *alignment);
     const Eigen::MatrixXd part = alignment->covariance.topLeftCorner<6, 6>();
     scatter.mahalanobis2 += geometry::SquaredMahalanobisDistance(part, error) / kWorlds;
     scatter.chi_square += alignment->chi_square / alignment->degrees_of_freedom / kWorlds;
@@ -90,10 +87,9 @@ TEST(Solve, AnUncertainCameraCountsAsItScatters) {
 TEST(Solve, AnUncertainCameraIsNoContradictionToAFineDetector) {
   constexpr double kFine_px = 0.006;
   AlignmentWorld world = BenchWorld();
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
-                            {i % 2 == 0 ? -110.0 : 110.0, i % 4 < 2 ? 75.0 : -75.0});
-  }
+  LookFrom(world, [](std::size_t i) {
+    return Eigen::Vector2d(i % 2 == 0 ? -110.0 : 110.0, i % 4 < 2 ? 75.0 : -75.0);
+  });
   const Scatter scatter = ScatterOf(world, kFine_px);
   EXPECT_GE(scatter.good, kWorlds - 1);  // 1 in 10,000 on either side
   EXPECT_NEAR(scatter.mahalanobis2, 6, 1);

@@ -46,9 +46,7 @@ Verdict CheckedVerdict(const AlignmentWorld& world, const Alignment& alignment) 
     return alignment.verdict;
   }
   Eigen::VectorXd error(7);
-  error << alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm,
-      alignment.machine_from_part.angles_rad - world.machine_from_part.angles_rad,
-      alignment.clamping.angle_rad - world.clamping.angle_rad;
+  error << PartError(world, alignment), alignment.clamping.angle_rad - world.clamping.angle_rad;
   for (Eigen::Index i = 3; i < 7; ++i) error[i] = std::remainder(error[i], 2 * std::numbers::pi);
   const double nees = geometry::SquaredMahalanobisDistance(alignment.covariance, error);
   EXPECT_LT(nees, ChiSquareQuantile(1 - 1e-5, 7)) << "off by " << error.head<3>().transpose();

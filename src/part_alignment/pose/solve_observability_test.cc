@@ -18,9 +18,7 @@ using ::testing::HasSubstr;
 
 TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
   AlignmentWorld world = BenchWorld();
-  for (auto& view : world.views) {
-    view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {30, 0});
-  }
+  LookFrom(world, [](std::size_t) { return Vector2d(30, 0); });
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("the clamp angle"));
@@ -59,10 +57,7 @@ TEST(Solve, RadialLeversAliasWithThePartsRotation) {
 
 TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
   AlignmentWorld world = BenchWorld();
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
-                            {i % 2 == 0 ? 30 : 30.3, 0});
-  }
+  LookFrom(world, [](std::size_t i) { return Vector2d(i % 2 == 0 ? 30 : 30.3, 0); });
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("known to"));
@@ -82,9 +77,7 @@ TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
 // What is advised is taken, and then the same measurement is good.
 TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
   AlignmentWorld world = BenchWorld();
-  for (auto& view : world.views) {
-    view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {30, 5});
-  }
+  LookFrom(world, [](std::size_t) { return Vector2d(30, 5); });
   const Alignment before = Solved(Pictured(world, kSigma_px, 2), Exact());
   ASSERT_EQ(before.verdict, Verdict::kCannotTell);
   const std::string& advice = before.observability.advice;

@@ -49,11 +49,10 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
         world.camera.opencv = opencv;
         world.camera.looks_along_plus_z = plus_z;
         if (plus_z) world.camera.taper_from_camera.angles_rad.x() += std::numbers::pi;
-        for (std::size_t i = 0; i < world.views.size(); ++i) {
+        LookFrom(world, [](std::size_t i) {
           const double side = i % 2 == 0 ? -35 : 35;
-          world.views[i] = ViewOf(world, world.views[i].observations[0].target,
-                                  Matrix3d::Identity(), 300, {side, 0.5 * side});
-        }
+          return Vector2d(side, 0.5 * side);
+        });
         SolveOptions options = Exact();
         options.method = method;
         ExpectTruth(world, Solved(Pictured(world), options));
@@ -159,10 +158,7 @@ TEST(Solve, FindsACameraClampedTheWrongWayRound) {
   for (const double angle_rad : {3.1, -2.0, 1.0}) {
     AlignmentWorld world = BenchWorld();
     world.clamping.angle_rad = angle_rad;
-    for (std::size_t i = 0; i < world.views.size(); ++i) {
-      world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(),
-                              300, {i % 2 == 0 ? -30.0 : 30.0, 10});
-    }
+    LookFrom(world, [](std::size_t i) { return Vector2d(i % 2 == 0 ? -30.0 : 30.0, 10); });
     ExpectTruth(world, Solved(Pictured(world), Exact()));
   }
 }
@@ -220,10 +216,7 @@ TEST(Solve, GaussNewtonAndCeresGiveTheSame) {
 // lens taken the wrong way round, and the part is millimetres off with residuals of nearly nothing.
 TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
   AlignmentWorld world = BenchWorld();
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
-                            {i % 2 == 0 ? -38.0 : 38.0, 0});
-  }
+  LookFrom(world, [](std::size_t i) { return Vector2d(i % 2 == 0 ? -38.0 : 38.0, 0); });
   world = Pictured(world);
   Measurement measurement = MeasurementOf(world, kSigma_px);
   measurement.camera.convention = CameraConvention::kBrownIdealToDistorted;

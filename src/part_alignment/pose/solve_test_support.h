@@ -25,6 +25,15 @@ inline Alignment Solved(const test_support::AlignmentWorld& world, const SolveOp
   return alignment.value_or(Alignment{});
 }
 
+/// Of the part's place and angles: mm, rad.
+inline Eigen::Matrix<double, 6, 1> PartError(const test_support::AlignmentWorld& world,
+                                             const Alignment& alignment) {
+  Eigen::Matrix<double, 6, 1> error;
+  error << alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm,
+      alignment.machine_from_part.angles_rad - world.machine_from_part.angles_rad;
+  return error;
+}
+
 inline test_support::AlignmentWorld Pictured(test_support::AlignmentWorld world,
                                              double sigma_px = 0, std::uint64_t seed = 1) {
   Random random(seed);

@@ -10,10 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "base/chi_square.h"
 #include "base/random.h"
-#include "part_alignment/survey/survey.h"
-#include "part_alignment/survey/survey_world_test_support.h"
+#include "part_alignment/survey/survey_test_support.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -30,19 +28,6 @@ std::uint64_t Worlds() {
 
 bool IsThorough() { return std::getenv("TRAMMEL_NETWORKS") != nullptr; }
 
-test::SurveyScene SmallScene() {
-  test::SurveyScene scene;
-  scene.codes = 40;
-  scene.pictures = 40;
-  return scene;
-}
-
-Survey Solved(const SurveyInput& input) {
-  const auto survey = SolveSurvey(input, {});
-  EXPECT_TRUE(survey) << survey.error().message;
-  return survey ? *survey : Survey{};
-}
-
 std::string Words(const Survey& survey) {
   std::string words = survey.reason + "\n";
   for (const std::string& notice : survey.notices) words += notice + "\n";
@@ -50,15 +35,9 @@ std::string Words(const Survey& survey) {
   return words;
 }
 
-// Coordinates beyond what the covariance lets expect, by a chance of 1e-5.
-bool IsWrong(const test::SurveyWorld& world, const Survey& survey) {
-  const auto errors = test::ErrorsOf(world, survey);
-  return errors.nees > ChiSquareQuantile(1 - 1e-5, errors.freedom);
-}
-
 // With a third bar along the part, between two of its targets.
 test::SurveyWorld WorldOf(std::uint64_t seed, std::size_t bars) {
-  test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
+  test::SurveyWorld world = SmallWorld(seed);
   if (bars == 1) world.bars.pop_back();
   if (bars == 3) {
     const auto& from = world.targets.at("1");
@@ -170,7 +149,7 @@ TEST(SurveyContradiction, APartOfWhichHalfMovedIsNotMeasured) {
              IsThorough() ? std::vector<std::size_t>{12, 20} : std::vector<std::size_t>{20}) {
           SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << share << " of it by "
                                           << by_mm << " mm before " << first_after + 1);
-          test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
+          test::SurveyWorld world = SmallWorld(seed);
           for (std::size_t s = first_after; s < world.shots.size(); ++s) {
             for (const auto& [id, target] : world.targets) {
               if (target.at_mm.x() > 2000 * (0.5 - share)) {
@@ -195,7 +174,7 @@ TEST(SurveyContradiction, ACodeMisreadInAThirdOfThePicturesIsNamed) {
       for (const std::size_t every : {1U, 2U, 3U}) {
         SCOPED_TRACE(testing::Message()
                      << "seed " << seed << ", 7 as " << read_as << " in 1 of " << every);
-        const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
+        const test::SurveyWorld world = SmallWorld(seed);
         SurveyInput input = test::Photograph(world, seed);
         std::size_t shown = 0;
         for (SurveyPicture& picture : input.pictures) {
@@ -227,7 +206,7 @@ TEST(SurveyContradiction, ACodeMisreadInAThirdOfThePicturesIsNamed) {
 
 TEST(SurveyContradiction, SoundSurveysRejectFewObservations) {
   for (std::uint64_t seed = kSeed; seed < kSeed + 4 * Worlds(); ++seed) {
-    const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
+    const test::SurveyWorld world = SmallWorld(seed);
     const Survey survey = Solved(test::Photograph(world, seed));
     EXPECT_EQ(survey.verdict, Verdict::kGood) << seed << ": " << survey.reason;
     EXPECT_LT(survey.check.rejected_share(), 0.01) << seed;

@@ -13,7 +13,7 @@
 #include "base/chi_square.h"
 #include "base/random.h"
 #include "part_alignment/survey/survey.h"
-#include "part_alignment/survey/survey_world_test_support.h"
+#include "part_alignment/survey/survey_test_support.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -23,20 +23,12 @@ using ::testing::HasSubstr;
 constexpr double kThere_mm = 1;  // ten sigmas of the least known; neighbours are farther
 
 test::SurveyScene PlainScene() {
-  test::SurveyScene scene;
-  scene.codes = 40;
-  scene.pictures = 40;
+  test::SurveyScene scene = SmallScene();
   scene.plain = 60;
   scene.rows = 2;
   scene.row_length = 15;
   scene.stray = 8;
   return scene;
-}
-
-Survey Solved(const SurveyInput& input) {
-  const auto survey = SolveSurvey(input, {});
-  EXPECT_TRUE(survey) << (survey ? "" : survey.error().message);
-  return survey ? *survey : Survey{};
 }
 
 /// Plain targets of the world by index, and how many of the survey's are none of them.

@@ -1,0 +1,37 @@
+// What the tests of surveys share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "base/chi_square.h"
+#include "part_alignment/survey/survey.h"
+#include "part_alignment/survey/survey_world_test_support.h"
+
+namespace trammel::part_alignment {
+
+inline test::SurveyScene SmallScene() {
+  test::SurveyScene scene;
+  scene.codes = 40;
+  scene.pictures = 40;
+  return scene;
+}
+
+inline test::SurveyWorld SmallWorld(std::uint64_t seed) {
+  return test::MakeSurveyWorld(SmallScene(), seed);
+}
+
+inline Survey Solved(const SurveyInput& input) {
+  const auto survey = SolveSurvey(input, {});
+  EXPECT_TRUE(survey) << (survey ? "" : survey.error().message);
+  return survey ? *survey : Survey{};
+}
+
+/// Whether coordinates lie beyond what the covariance lets expect, by a chance of 1e-5.
+inline bool IsWrong(const test::SurveyWorld& world, const Survey& survey) {
+  const auto errors = test::ErrorsOf(world, survey);
+  return errors.nees > ChiSquareQuantile(1 - 1e-5, errors.freedom);
+}
+
+}  // namespace trammel::part_alignment
