@@ -38,7 +38,7 @@ std::string Guide(const std::function<bool(std::string_view)>& has) {
          "\nHOST is the address of the printer's Moonraker, such as mainsail.local. Nothing heats "
          "or\n"
          "moves before a material is named, and nothing is applied unasked.\n"
-         "All commands: trammel --help. Settings: trammel config keys. Manual: docs/README.md\n";
+         "All commands: trammel --help. Settings: trammel config init. Manual: docs/README.md\n";
 }
 
 }  // namespace trammel::app
