@@ -132,6 +132,9 @@ class FakePrinter : public machine::Printer {
   Result<void> CancelPrint(const machine::WaitLimit&) override {
     const std::lock_guard lock(mutex_);
     scripts.emplace_back("CANCEL_PRINT");
+    if (state.readiness != machine::PrinterReadiness::kReady) {
+      return Fail("not ready", ErrorKind::kMachine);
+    }
     if (cannot_cancel) return Fail("no callback for pause_resume/cancel", ErrorKind::kMachine);
     state.print_state = "cancelled";
     return {};

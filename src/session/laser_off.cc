@@ -30,6 +30,13 @@ std::vector<std::string> StopThePrinter(const Session& session, const std::strin
 
 }  // namespace
 
+std::string DescribeShutdown(const machine::PrinterState& now) {
+  return fmt::format(
+      "the printer has shut down: its own shutdown values hold for laser and heaters; it needs a "
+      "FIRMWARE_RESTART ({})",
+      machine::FirstLine(now.message));
+}
+
 std::vector<std::string> SwitchLaserOff(const Session& session, const std::string& laser_off_gcode,
                                         bool lit) {
   const auto off = session.printer.Run(laser_off_gcode, {kScript_s});
@@ -51,12 +58,7 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
   if (readiness == PrinterReadiness::kDisconnected || readiness == PrinterReadiness::kStartup) {
     return {why};
   }
-  if (now && readiness != PrinterReadiness::kReady) {
-    return {
-        fmt::format("the printer has shut down: its own shutdown values hold for laser and "
-                    "heaters; it needs a FIRMWARE_RESTART ({})",
-                    why)};
-  }
+  if (now && readiness != PrinterReadiness::kReady) return {DescribeShutdown(*now)};
   // A printer whose laser was never lit is not stopped where the command waits behind another's.
   if (!lit) {
     session.Say(

@@ -4,9 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "machine/moonraker/printer_state.h"
 #include "session/session.h"
 
 namespace trammel::procedure {
+
+/// Describes a printer that has shut down: what holds for laser and heaters, and the remedy.
+[[nodiscard]] std::string DescribeShutdown(const machine::PrinterState& now);
 
 /// Runs the command that switches the laser off. Where that fails and the laser may be on, the
 /// printer is stopped instead, and somebody else's job that ends by it is named; where this run

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "session/laser_off.h"
+
 namespace trammel::procedure {
 namespace {
 
@@ -60,6 +62,13 @@ EndedPrint EndOwnPrint(const Session& session, const machine::PrinterState& now,
   if (now.print_file != session.own_file || now.print_state == "complete") return ended;
   if (now.print_state == "printing" || now.print_state == "paused") {
     if (auto cancelled = Cancel(session); !cancelled) {
+      const auto then = session.printer.State({kAsk_s});
+      if (then && then->readiness == machine::PrinterReadiness::kShutdown) {
+        // Klipper leaves the print of a printer that shut down as paused.
+        ended.failed.push_back(DescribeShutdown(*then));
+        if (park) LiftAndPark(session, *park, ended);
+        return ended;
+      }
       ended.failed.push_back(
           "the print could not be cancelled, so it goes on and nothing is brought back into it; "
           "cancel it at the printer: " +

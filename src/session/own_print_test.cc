@@ -72,7 +72,10 @@ TEST_F(OwnPrint, SaysSoWhereTheNozzleCannotBeLiftedBecauseNothingIsHomed) {
 TEST_F(OwnPrint, SaysSoWhereTheNozzleIsNotLiftedBecauseThePrinterShutDown) {
   printer_.state.readiness = machine::PrinterReadiness::kShutdown;
   printer_.state.message = "MCU lost";
-  EXPECT_THAT(End().lost,
+  const EndedPrint ended = End();
+  EXPECT_THAT(ended.failed, ElementsAre(AllOf(HasSubstr("has shut down"), HasSubstr("MCU lost"),
+                                              HasSubstr("FIRMWARE_RESTART"))));
+  EXPECT_THAT(ended.lost,
               ElementsAre(AllOf(HasSubstr("could not be lifted"), HasSubstr("MCU lost"))));
 }
 

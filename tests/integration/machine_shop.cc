@@ -94,14 +94,14 @@ sim::CameraServerOptions QuickCamera() {
 std::vector<std::string> NotAsItWas(const PrinterLook& before, const PrinterLook& after) {
   std::vector<std::string> faults;
   if (after.laser) faults.push_back("the laser is on");
-  if (after.printing && !before.printing) faults.push_back("a print is still under way");
   if (after.lights != before.lights) {
     faults.push_back(fmt::format("the lights are {}", after.lights ? "on" : "off"));
   }
   if (after.state == "shutdown") {
     if (after.powered) faults.push_back("shut down, but the heaters have power");
-    return faults;
+    return faults;  // its file stays paused until the restart, and nothing of it runs
   }
+  if (after.printing && !before.printing) faults.push_back("a print is still under way");
   if (after.state != "ready" && after.state != before.state)
     faults.push_back("the printer is in " + after.state);
   const bool restarted = after.restarts > before.restarts;

@@ -290,11 +290,8 @@ void VirtualKlipper::Shutdown(const std::string& reason) {
   timed_.clear();
   delayed_at_s.clear();
   print.running = false;
-  if (print.state == "printing" || print.state == "paused") {
-    print.state = "error";
-    print.message = reason;
-    print.ended_s = now_s_;
-  }
+  // Klipper pauses the file between two of its commands, and keeps it so until the restart.
+  if (print.state == "printing") print.state = "paused";
   for (const PinConfig& pin : config_.pins) SetPin(pin.name, pin.shutdown_value);
   for (Heater* heater : Heaters()) {
     heater->powered = false;
