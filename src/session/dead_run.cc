@@ -84,13 +84,6 @@ struct Remains {
   std::string print;              ///< that was made since: nothing is changed then
 };
 
-bool GaveIt(const RunJournal& journal, const std::string& name, double value) {
-  const auto given = journal.given.find(name);
-  return given != journal.given.end() &&
-         std::any_of(given->second.begin(), given->second.end(),
-                     [&](double one) { return SameValue(one, value); });
-}
-
 Remains RemainsOf(const RunJournal& journal, const machine::PrinterState& now) {
   Remains remains;
   if (PrintedSince(journal, now)) remains.print = now.print_file;

@@ -244,6 +244,13 @@ bool SameValue(double a, double b) {
   return std::abs(a - b) <= kShare * std::max(1.0, std::abs(a));
 }
 
+bool GaveIt(const files::RunJournal& journal, const std::string& name, double value) {
+  const auto given = journal.given.find(name);
+  return given != journal.given.end() &&
+         std::any_of(given->second.begin(), given->second.end(),
+                     [&](double one) { return SameValue(one, value); });
+}
+
 std::vector<std::string> SettingLines(const SettingValues& values) {
   std::vector<std::pair<std::string, std::string>> lines;  // a command, and its parameters
   for (const auto& [name, value] : values) {

@@ -24,6 +24,9 @@ namespace trammel::procedure {
 /// Whether two values of a setting are the same, but for rounding in the status.
 [[nodiscard]] bool SameValue(double a, double b);
 
+/// Whether a run gave a setting this value, as its journal has it.
+[[nodiscard]] bool GaveIt(const files::RunJournal& journal, const std::string& name, double value);
+
 /// The commands that set these values: one for limits, one for each motor, one for each heater.
 /// G-code's offset is never among them.
 [[nodiscard]] std::vector<std::string> SettingLines(const files::SettingValues& values);

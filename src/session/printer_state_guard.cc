@@ -285,11 +285,16 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
                     were_on, now.error().message));
   }
   if (const std::string job = OthersJob(*now, own_file_); !job.empty()) return LeaveToOthers(job);
-  std::vector<std::string> left_on, left_off;
+  std::vector<std::string> left_on, left_off, switched_off;
   for (const auto& [name, heater] : now->heaters) {
     const auto noted = journal_->run.before.find("target " + name);
     const double before_c = noted == journal_->run.before.end() ? 0 : noted->second;
     const std::string figure = fmt::format("{} {:.0f} degC", name, before_c);
+    if (!in_doubt && before_c > 0 && heater.target_c <= 0 &&
+        !GaveIt(journal_->run, "target " + name, 0)) {
+      switched_off.push_back(figure);
+      continue;
+    }
     if (before_c > 0) (in_doubt ? left_off : left_on).push_back(figure);
     if (!RunOne(TargetLine(name, in_doubt ? 0 : before_c)) && before_c > 0) {
       (void)RunOne(TargetLine(name, 0));
@@ -297,6 +302,12 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
   }
   if (!left_on.empty())
     Say("these heaters are left on, as they were before: " + Joined(left_on), 0);
+  if (!switched_off.empty()) {
+    lost_.push_back(
+        "somebody, a macro or the idle time-out switched heaters off meanwhile, and they stay off; "
+        "before, these were on: " +
+        Joined(switched_off));
+  }
   if (restarted_) {
     lost_.push_back(fmt::format(
         "the printer was restarted meanwhile: it is not homed, its G-code state is as after a "

@@ -64,7 +64,8 @@ class PrinterStateGuard {
   /// Cancels the run's own print, lifts and parks its nozzle, and brings everything back once; a
   /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
   /// Waits `kReturn_s` for a lost connection, and begins anew where it is lost again meanwhile. A
-  /// printer that was restarted keeps its heaters off; another's job is left alone with all that it
+  /// printer that was restarted keeps its heaters off, and so does a heater that somebody else
+  /// switched off meanwhile; another's job is left alone with all that it
   /// may use, and the note of this run ends with it. While the run's own print cannot be ended,
   /// nothing is set. Where the laser cannot be switched off, the printer is stopped.
   /// @returns one sentence for each thing that was not brought back; empty: all is as it was.

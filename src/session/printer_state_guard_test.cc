@@ -9,6 +9,7 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "session/guarded_printer_test_support.h"
+#include "session/print.h"
 
 namespace trammel::procedure {
 namespace {
@@ -51,6 +52,26 @@ TEST_F(PrinterStateGuardTest, SaysWhichHeatersItLeavesOn) {
   PrinterStateGuard guard = Begun();
   EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(said_, Contains(HasSubstr("left on, as they were before: extruder 205 degC")));
+}
+
+TEST_F(PrinterStateGuardTest, AHeaterThatSomebodySwitchedOffMeanwhileIsNotHeatedAgain) {
+  PrinterStateGuard guard = Begun();
+  ASSERT_TRUE(SetTarget(session_, "extruder", 150));
+  printer_.state.heaters["extruder"].target_c = 150;
+  printer_.state.heaters["heater_bed"].target_c = 0;  // Cooldown, or the idle time-out
+  EXPECT_THAT(guard.Restore(), ElementsAre(AllOf(HasSubstr("stay off"), HasSubstr("heater_bed 60"),
+                                                 Not(HasSubstr("extruder")))));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("HEATER=heater_bed TARGET=60"))));
+  EXPECT_EQ(Journals(), 0U);
+}
+
+TEST_F(PrinterStateGuardTest, AHeaterThatTheRunItselfSwitchedOffComesBack) {
+  PrinterStateGuard guard = Begun();
+  ASSERT_TRUE(SetTarget(session_, "extruder", 0));
+  printer_.state.heaters["extruder"].target_c = 0;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
 }
 
 TEST_F(PrinterStateGuardTest, TheDestructorRestoresWhatWasForgotten) {

@@ -22,6 +22,7 @@ using sim::CameraFaultKind;
 using sim::VirtualKlipper;
 using ::testing::AllOf;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::Eq;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -353,6 +354,14 @@ std::vector<Case> InTheMiddle() {
                {"96x96", "160x120"}),
       sweeping("HalfPicture", Camera(CameraFaultKind::kHalfJpeg, 0), kMachine,
                {"the stream ended"}),
+  };
+  // Klipper switches the heaters off where a line of a print fails.
+  cases.front().judge = [](const Outcome& outcome) {
+    EXPECT_EQ(outcome.end.exit_code, kMachine);
+    EXPECT_THAT(outcome.end.standard_error,
+                AllOf(HasSubstr("Move out of range"),
+                      HasSubstr("they stay off; before, these were on: heater_bed")));
+    EXPECT_THAT(outcome.faulty, ElementsAre("bed target is 0 and was 32"));
   };
   for (const auto& [name, kind] : {std::pair{"TimeJumps", CameraFaultKind::kTimeJump},
                                    std::pair{"FramesAreDropped", CameraFaultKind::kDropFrames},

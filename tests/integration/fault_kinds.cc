@@ -203,7 +203,8 @@ bool OfForeignPrint(const std::string& fault) {
   return fault != "the laser is on" && fault.rfind("the lights are", 0) != 0;
 }
 
-// A dead run's heaters are off after the next run, or as they were before it.
+// A dead run's heaters are off after the next run, or as they were before it. Heaters that an error
+// of the print switched off stay off.
 bool OffRatherThanBefore(const std::string& fault) {
   return fault.rfind("nozzle target is 0 ", 0) == 0 || fault.rfind("bed target is 0 ", 0) == 0;
 }
@@ -215,10 +216,11 @@ void JudgeMachine(const FaultKind& kind, const Outcome& outcome, std::vector<std
   const bool restarted = outcome.after.restarts > outcome.before.restarts;
   const bool had_successor =
       outcome.end.standard_error.find("--- the next run ---") != std::string::npos;
+  const bool said_off = outcome.end.standard_error.find("they stay off") != std::string::npos;
   if (kind.reachable && (touched || !restarted)) {
     for (const std::string& fault : outcome.faulty) {
       if (kind.foreign_print && OfForeignPrint(fault)) continue;
-      if (had_successor && OffRatherThanBefore(fault)) continue;
+      if ((had_successor || said_off) && OffRatherThanBefore(fault)) continue;
       wrong.push_back("unsafe: " + fault);
     }
   }

@@ -20,6 +20,7 @@ namespace {
 
 using sim::VirtualKlipper;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -173,8 +174,10 @@ TEST_F(LeftSafe, AHeaterThatSomebodySwitchesOffEndsTheRunWithThatCause) {
   shop_->With([](VirtualKlipper& klipper) { klipper.RunScript("TURN_OFF_HEATERS"); });
   const ProcessEnd end = process->Wait(kEnough_s);
   EXPECT_EQ(end.exit_code, kMachine);
-  EXPECT_THAT(end.standard_error, HasSubstr("Cooldown"));
-  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  EXPECT_THAT(end.standard_error,
+              AllOf(HasSubstr("Cooldown"), HasSubstr("stay off; before, these were on: heater_bed "
+                                                     "32 degC")));
+  EXPECT_THAT(shop_->Faulty(before_), ElementsAre("bed target is 0 and was 32"));
 }
 
 TEST_F(LeftSafe, APrintThatIsInterruptedWithoutPauseResumeIsEndedByClosingItsFile) {
