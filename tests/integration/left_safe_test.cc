@@ -68,7 +68,7 @@ class LeftSafe : public testing::Test {
   void PrintVase() {
     shop_->With([](VirtualKlipper& klipper) {
       std::string gcode = "M104 S151\nG90\nG1 Z10 F600\n";
-      for (int i = 0; i < 200; ++i) gcode += "G1 X200 Y50 F1500\nG1 X50 Y200 F1500\n";
+      for (int i = 0; i < 200; ++i) gcode += "G1 X200 Y50 F6000\nG1 X50 Y200 F6000\n";
       klipper.files()[kVase] = gcode;
       klipper.RunScript(std::string("SDCARD_PRINT_FILE FILENAME=") + kVase);
     });
@@ -233,6 +233,31 @@ TEST_F(LeftSafe, AnothersJobThatBeginsWhileItHeatsIsLeftAlone) {
     EXPECT_FALSE(WasRead(klipper, "CANCEL_PRINT"));
   });
   ExpectNothingUploadedIsLeft();
+}
+
+TEST_F(LeftSafe, AnothersJobThatBeginsInASweepIsNotMovedAndItsLaserIsOff) {
+  ShopOptions options;
+  options.config["scan"] = "lines_at_once = 8\n";
+  Open(options);
+  const auto process = shop_->Calibrate();
+  shop_->WaitUntilSweeping(1, *process);
+  PrintVase();
+  double begun_s = 0;
+  shop_->With([&](VirtualKlipper& klipper) { begun_s = klipper.now_s(); });
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+  EXPECT_THAT(end.standard_error, AllOf(HasSubstr("no longer free"), HasSubstr(kVase)));
+  EXPECT_FALSE(shop_->Look().laser) << end.standard_error;
+  shop_->With([&](VirtualKlipper& klipper) {
+    const auto& lines = klipper.history().lines;
+    const auto sweeps = std::count_if(lines.begin(), lines.end(), [&](const sim::ReadLine& line) {
+      return line.time_s > begun_s && line.text.starts_with("G1 ") &&
+             !line.text.ends_with(" F6000") && !line.text.ends_with(" F600");
+    });
+    EXPECT_LE(sweeps, 1) << "but for the one that was on its way";
+    EXPECT_EQ(klipper.print.state, "printing");
+    EXPECT_FALSE(WasRead(klipper, "CANCEL_PRINT"));
+  });
 }
 
 TEST_F(LeftSafe, ASecondTrammelIsRefusedOnThisComputerAndFromAnother) {

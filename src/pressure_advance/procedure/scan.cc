@@ -36,6 +36,7 @@ AxisDirection DirectionOf(const Sweep& sweep) {
 }
 
 Result<void> Go(const Session& session, const std::string& gcode) {
+  if (auto free = CheckStillFree(session); !free) return free;
   if (auto done = RunNoted(session, gcode, kMove_s); !done) return done;
   return session.printer.FinishMoves(session.Within(kMove_s));
 }
@@ -126,8 +127,10 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
   };
   Result<void> swept = stand();
   const double stood_s = machine::HostNow();
-  // Move by move: what is queued when somebody stops it goes on, with the laser lit.
+  // Move by move: what is queued when somebody stops it goes on, with the laser lit. Klipper begins
+  // a print between two of them.
   for (const std::string& move : SweepGcode(run, speed_mm_s)) {
+    if (swept) swept = CheckStillFree(session);
     if (swept) swept = session.printer.Run(move, session.Within(kMove_s));
   }
   if (swept) swept = session.printer.FinishMoves(session.Within(kMove_s));
@@ -150,8 +153,7 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
         {run[i].pressure_advance_s, DirectionOf(run[i]), stretches.at(i), run[i].pattern});
   }
   recorded.video = std::move(video);
-  auto ready = CheckStillFree(session);
-  if (ready) ready = Go(session, TravelGcode(run.front(), sweeping.request.travel_speed_mm_s));
+  auto ready = Go(session, TravelGcode(run.front(), sweeping.request.travel_speed_mm_s));
   if (ready) ready = KeepAlive(session);
   // Again for each run: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
