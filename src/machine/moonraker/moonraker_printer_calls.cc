@@ -31,8 +31,8 @@ Error MoonrakerPrinter::WaitError(std::string_view what, const WaitLimit& limit)
   if (limit.stop.stop_requested()) {
     return {ErrorKind::kInterrupted, fmt::format("stopped while waiting for {}", what)};
   }
-  return {ErrorKind::kMachine, fmt::format("waited {} s in vain for {}{}", limit.time_limit_s, what,
-                                           moonraker_.LastMessages())};
+  return {ErrorKind::kMachine, fmt::format("waited {:.4g} s in vain for {}{}", limit.time_limit_s,
+                                           what, moonraker_.LastMessages())};
 }
 
 tl::unexpected<Error> MoonrakerPrinter::ScriptError(const std::string& text) const {

@@ -66,7 +66,9 @@ TEST_F(MoonrakerPrinterTest, WaitsForAStateAndNamesItWhenItDoesNotCome) {
   const auto hot = [](const PrinterState& state) {
     return state.heaters.at("extruder").temperature_c > 200;
   };
-  Result<PrinterState> state = printer_->WaitUntil(hot, "the nozzle to reach 200 °C", kShort);
+  constexpr double kRest_s = 0.0999999812;  // of a limit, counted by a clock
+  Result<PrinterState> state =
+      printer_->WaitUntil(hot, "the nozzle to reach 200 °C", {.time_limit_s = kRest_s});
   ASSERT_FALSE(state);
   EXPECT_THAT(state.error().message, HasSubstr("0.1 s in vain for the nozzle to reach 200 °C"));
   auto waiting = std::async(std::launch::async, [&] {
