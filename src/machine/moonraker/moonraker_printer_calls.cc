@@ -104,7 +104,8 @@ Result<void> MoonrakerPrinter::AwaitScript(const std::shared_ptr<Script>& script
     return ScriptError(fmt::format("{}, and {}", verdict, kStillRuns));
   }
   if (limit.stop.stop_requested()) {
-    return Fail(fmt::format("stopped while the printer ran {}; {}", name, kStillRuns),
+    // Whoever brings the printer back waits behind it: no case for an emergency stop.
+    return Fail(fmt::format("stopped while the printer ran {}, which it runs to its end", name),
                 ErrorKind::kInterrupted);
   }
   return ScriptError(

@@ -22,6 +22,7 @@ Result<machine::CapturedFrame> CheckLaser(const Session& session, FrameRecorder&
                                           const settings::ScanSettings& settings) {
   const auto off = recorder.NextFrame(kFrame_s, session.stop);
   if (!off) return tl::unexpected(off.error());
+  if (auto free = CheckStillFree(session); !free) return tl::unexpected(free.error());
   if (auto on = session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)); !on) {
     return tl::unexpected(on.error());
   }

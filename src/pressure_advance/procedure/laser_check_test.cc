@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
+#include "machine/net/host_clock.h"
+#include "session/fake_printer.h"
 #include "support/laser_world.h"
 #include "support/test_pictures.h"
 
@@ -11,6 +16,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 Check CheckDrawn(const test::LaserWorld& world) {
   Random random(1);
@@ -52,6 +58,33 @@ TEST(LaserCheck, WhatIsWrongWithTheLineIsAdviceWithItsRemedy) {
   test::LaserWorld burnt = WholePicture();
   burnt.plate_amplitude = 4000;
   EXPECT_THAT(CheckDrawn(burnt).detail, HasSubstr("overexposed"));
+}
+
+class DarkCamera final : public machine::FrameSource {
+ public:
+  Result<std::optional<machine::CapturedFrame>> Next(double, std::stop_token) override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    machine::CapturedFrame frame;
+    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, 3));
+    frame.image.assign(jpeg.begin(), jpeg.end());
+    frame.width_px = 48, frame.height_px = 32;
+    frame.arrival_s = machine::HostNow();
+    return frame;
+  }
+  [[nodiscard]] std::string Describe() const override { return "dark"; }
+  [[nodiscard]] bool live() const override { return true; }
+};
+
+TEST(LaserCheck, LightsNoLaserInAnothersPrint) {
+  testing::FakePrinter printer;
+  printer.state.print_state = "printing";
+  printer.state.print_file = "vase.gcode";
+  DarkCamera camera;
+  FrameRecorder recorder(camera, 5);
+  const auto seen = CheckLaser({printer, {}, {}}, recorder, {});
+  ASSERT_FALSE(seen);
+  EXPECT_THAT(seen.error().message, HasSubstr("vase.gcode is printing"));
+  EXPECT_THAT(printer.scripts, IsEmpty());
 }
 
 TEST(LaserCheck, APictureThatCannotBeReadIsNoPass) { EXPECT_FALSE(CheckLaserLine({}, {}).passed); }
