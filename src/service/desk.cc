@@ -197,6 +197,7 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
   const auto before = plan.applies ? NotedOf(plan.folder) : std::vector<files::Application>();
   const JobEnd end = process.Run(
       words, [this](const procedure::Progress& progress) { Hear(progress); }, options_.log);
+  if (end.killed) BringBackWhatItLeft();
   Conclude(plan, end, before);
 }
 
@@ -228,6 +229,18 @@ void Desk::Hear(const procedure::Progress& progress) {
   Tell({progress.remaining_s
             ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
             : progress.text});
+}
+
+// A job that a full memory ended, for example, leaves heaters and laser to the printer's own
+// limits.
+void Desk::BringBackWhatItLeft() {
+  machine::Printer* printer = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    printer = printer_;
+  }
+  if (printer == nullptr || !options_.bring_back) return;
+  options_.bring_back(*printer, [this](const std::string& text) { Tell({text}); });
 }
 
 void Desk::Conclude(const Plan& plan, const JobEnd& end,

@@ -48,6 +48,9 @@ struct DeskOptions {
   /// Takes a line for the service's log; errors begin with "trammel: ". Of any thread.
   std::function<void(const std::string&)> log;
   double offer_lasts_s = 600;  ///< a bed that was empty may not be so an hour later
+  /// Brings back what a job left that was killed, and says what. Of a run's own thread.
+  std::function<void(machine::Printer&, const std::function<void(const std::string&)>&)>
+      bring_back = {};
 };
 
 /// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
@@ -122,6 +125,7 @@ class Desk {
   [[nodiscard]] std::string NewRunId(const std::string& job) const;
   void RunJob(const RunRecord& run, const Plan& plan, JobProcess& process);
   void Hear(const procedure::Progress& progress);
+  void BringBackWhatItLeft();
   /// @param before  what was noted of the plan's result before the job
   void Conclude(const Plan& plan, const JobEnd& end, const std::vector<files::Application>& before);
   /// What the history notes of setting the result in a folder; empty: nothing, or no result.

@@ -27,6 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -114,7 +115,11 @@ class DeskTest : public ::testing::Test {
                                                {kind},
                                                [] { return std::string(kUtc); },
                                                [](const std::string&) {},
-                                               offer_lasts_s_});
+                                               offer_lasts_s_,
+                                               [](machine::Printer& printer, const auto& say) {
+                                                 say("brought back what it left");
+                                                 (void)printer.Run("BROUGHT_BACK", {});
+                                               }});
   }
 
   void Serve() {
@@ -549,6 +554,20 @@ TEST_F(DeskTest, WhatIsNotNotedAsSetIsNotAppliedWhateverWasSaid) {
   StopServing();
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("not applied: it refused")));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("kept as asked"))));
+}
+
+TEST_F(DeskTest, WhatAKilledJobLeftIsBroughtBackAtOnceAndSaid) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(printer_.LastScriptWith("BROUGHT_BACK"), "") << "a job that lives does so itself";
+  Program("kill -9 $$\n");
+  (void)Start();
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              AllOf(Contains("BROUGHT_BACK"), Contains(HasSubstr("brought back what it left")),
+                    Contains(HasSubstr("Killed"))));
 }
 
 // Neither "applied" nor "not applied" would be true.

@@ -126,7 +126,14 @@ Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_t
   std::vector<std::unique_ptr<Desk>> desks;
   std::vector<std::unique_ptr<LocalSocket>> sockets;  // they go before the desks do
   for (const ServedPrinter& printer : printers) {
-    desks.push_back(std::make_unique<Desk>(printer.desk));
+    DeskOptions options = printer.desk;
+    options.bring_back = [&printer, token = all.get_token()](machine::Printer& of,
+                                                             const auto& say) {
+      const procedure::Session session{
+          of, token, [&say](const procedure::Progress& progress) { say(progress.text); }};
+      procedure::FinishDeadRunsWhereFree(session, printer.settings, printer.desk.state_folder);
+    };
+    desks.push_back(std::make_unique<Desk>(std::move(options)));
     sockets.push_back(ListenLocally(printer, *desks.back()));
   }
   {

@@ -217,6 +217,17 @@ Error Taken(const std::string& owner) {
                   owner, kReleaseByHand)};
 }
 
+void SayWhereItStillPrints(const Session& session, const fs::path& path) {
+  const auto journal = files::ReadJournal(path);
+  const auto now = session.printer.State(session.Within(kAsk_s));
+  if (!journal || !*journal || !now || now->print_file != (*journal)->upload) return;
+  if (OthersJob(*now, "").empty()) return;
+  session.Say(
+      fmt::format("{}, and its print is still under way: cancel it, or let it end. Heaters that it "
+                  "leaves on go off by the printer's own limit, or with the next run",
+                  WhatBecameOf(**journal)));
+}
+
 }  // namespace
 
 namespace {
@@ -307,7 +318,8 @@ void FinishDeadRunsWhereFree(const Session& session, const settings::ScanSetting
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return;
   const auto lock = files::FileLock::Take(files::LockPath(state_folder, address), "a start");
-  if (!lock || !CheckStillFree(session)) return;
+  if (!lock) return;
+  if (!CheckStillFree(session)) return SayWhereItStillPrints(session, path);
   const auto finished = FinishDeadRuns(session, settings, state_folder, address);
   if (!finished) session.Say(finished.error().message);
 }

@@ -19,6 +19,7 @@
 namespace trammel::test {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -74,6 +75,17 @@ class Serve : public testing::Test {
     if (!answer.contains("error")) return 0;
     EXPECT_EQ(answer["error"]["code"], 424);
     return answer["error"]["data"]["code"];
+  }
+  // The one that has the printer, as its lock names it.
+  [[nodiscard]] pid_t JobsProcess() const {
+    for (const auto& entry : fs::recursive_directory_iterator(shop_->folder() / "state")) {
+      if (entry.path().extension() != ".lock") continue;
+      const std::string text = ReadWhole(entry.path());
+      const std::size_t at = text.find("process ");
+      if (at != std::string::npos)
+        return std::stoi(text.substr(at + std::string("process ").size()));
+    }
+    throw std::runtime_error("nobody has the printer");
   }
   std::string StartJob() { return Ask("start", {{"job", "pressure_advance"}})["run"]; }
 
@@ -187,6 +199,19 @@ TEST_F(Serve, AKilledServiceLeavesThePrinterSafeAndKnowsOfTheRunAfterwards) {
   // The run has given the printer back, and the next one may have it.
   EXPECT_TRUE(WaitFor([this] { return CodeOf("start", {{"job", "pressure_advance"}}) == 0; }));
   (void)Ask("stop");
+}
+
+TEST_F(Serve, WhatAJobLeftThatWasKilledIsBroughtBackAtOnce) {
+  Start();
+  const std::string run = StartJob();
+  shop_->WaitUntilSweeping(1, *process_);
+  ASSERT_EQ(kill(JobsProcess(), SIGKILL), 0);
+  const json end = FollowToItsEnd(run);
+  EXPECT_EQ(end["end"], "failed") << end;
+  PrinterLook wanted = before_;
+  wanted.nozzle_target_c = wanted.bed_target_c = 0;
+  EXPECT_THAT(shop_->Faulty(wanted), IsEmpty());
+  EXPECT_THAT(process_->StandardErrorSoFar(), HasSubstr("died here: brought back"));
 }
 
 TEST_F(Serve, AnAnswerThatWaitsIsStillThereAfterARestart) {
