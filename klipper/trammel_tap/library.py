@@ -8,10 +8,11 @@ import math
 import os
 import random
 import shutil
+import subprocess
+import sys
 import tempfile
-import threading
 import time
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
 # As in include/trammel/tap.h.
 STRUCTS = """
@@ -146,28 +147,33 @@ def open_copy(ffi: Any, path: str) -> Any:
     return ffi.dlopen(path)
 
 
-def open_library(path: str, limit: float = OPEN_LIMIT_S) -> 'Library':
-    """Loads and tries the library on a thread, so that one that hangs does not keep Klipper.
+def try_apart(path: str, limit: float) -> None:
+    """Loads and tries the library in a process of its own: dlopen keeps all threads of Klipper
+    while it hangs, and a library for another processor ends the process that calls it.
 
-    Raises TapError as Library does, and after the limit.
+    Raises TapError for a library that does either.
     """
-    made = []  # type: List[Any]
-
-    def load() -> None:
-        try:
-            made.append(Library(path))
-        except TapError as e:
-            made.append(e)
-
-    thread = threading.Thread(target=load)
-    thread.daemon = True
-    thread.start()
-    thread.join(limit)
-    if not made:
+    try:
+        process = subprocess.Popen(
+            [sys.executable, '-I', os.path.realpath(__file__), path], stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=True)
+    except OSError:  # no memory for it: the library is trusted
+        return
+    end = time.monotonic() + limit
+    while process.poll() is None and time.monotonic() < end:
+        time.sleep(.01)
+    if process.poll() is None:
+        process.kill()  # not waited for: a hung disk holds it
         raise TapError("the library %s did not answer within %.0f s" % (path, limit))
-    if isinstance(made[0], TapError):
-        raise made[0]
-    return made[0]
+    if process.returncode < 0:
+        raise TapError("the library %s ends the process that calls it, by signal %d: install the "
+                       "one for this computer" % (path, -process.returncode))
+
+
+def open_library(path: str, limit: float = OPEN_LIMIT_S) -> 'Library':
+    """Loads the library once it has been tried apart. Raises TapError as Library does."""
+    try_apart(path, limit)
+    return Library(path)
 
 
 class Library:
@@ -279,3 +285,10 @@ def height(moves: Sequence[Move], t: float) -> float:
     move = [m for m in moves if m.print_time <= t or m is moves[0]][-1]
     dt = min(max(0., t - move.print_time), move.move_t)
     return move.start_z + move.z_r * (move.start_v + .5 * move.accel * dt) * dt
+
+
+if __name__ == '__main__':  # of try_apart
+    try:
+        Library(sys.argv[1])
+    except TapError:
+        pass  # whoever loads it next is told

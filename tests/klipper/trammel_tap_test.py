@@ -1,7 +1,9 @@
 """The extra's rules for taps, retries, scrubs and errors; without Klipper and the library."""
 import json
 import math
+import os
 import sys
+import tempfile
 import threading
 import types
 import unittest
@@ -401,11 +403,25 @@ class LoadConfigTest(unittest.TestCase):
         self.leaves_probing_to_klipper('probing_move with other arguments')
 
     def test_a_library_that_hangs_when_it_is_loaded_does_not_keep_klipper(self):
-        release = threading.Event()
-        self.addCleanup(release.set)
-        with mock.patch('trammel_tap.library.Library', lambda path: release.wait(10.)):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, 'libtrammel_tap.so.1')
+            os.mkfifo(path)  # nobody writes: dlopen waits in it, and keeps all threads
             with self.assertRaisesRegex(TapError, "did not answer within"):
-                open_library('/some/where.so', .05)
+                open_library(path, 2.)
+
+    def test_a_library_for_another_processor_does_not_end_klipper(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ends = os.path.join(folder, 'python')
+            with open(ends, 'w', encoding='utf-8') as script:
+                script.write('#!/bin/sh\nkill -ILL $$\n')
+            os.chmod(ends, 0o700)
+            with mock.patch('sys.executable', ends):
+                with self.assertRaisesRegex(TapError, "by signal 4: install the one for this"):
+                    open_library('/some/where.so')
+
+    def test_a_library_that_was_tried_is_loaded(self):
+        with mock.patch('trammel_tap.library.Library') as made:
+            self.assertIs(open_library('/some/where.so'), made.return_value)
 
     def test_a_section_in_kalico_is_refused_with_what_to_write_instead(self):
         with mock.patch.dict(sys.modules, klippy=types.SimpleNamespace(APP_NAME='Kalico')):
