@@ -127,6 +127,19 @@ TEST(KlipperMacros, TheHeatersLimitSwitchesLaserAndHeatersOff) {
   EXPECT_THAT(limit, testing::HasSubstr("TURN_OFF_HEATERS\n"));
 }
 
+TEST(KlipperMacros, WhatAPrintThatEndsEarlyChangedComesBack) {
+  const auto sections = ReadSections();
+  EXPECT_THAT(sections.at("gcode_macro _TRAMMEL_KEEP_SETTINGS"),
+              testing::HasSubstr("UPDATE_DELAYED_GCODE ID=_trammel_print_ended DURATION=2"));
+  const std::string& ended = sections.at("delayed_gcode _trammel_print_ended");
+  const auto again = ended.find("UPDATE_DELAYED_GCODE ID=_trammel_print_ended DURATION=2");
+  const auto back = ended.find("_TRAMMEL_BRING_BACK_SETTINGS");
+  EXPECT_LT(ended.find("in (\"printing\", \"paused\")"), again);
+  EXPECT_LT(again, ended.find("{% else %}"));
+  ASSERT_NE(back, std::string::npos);
+  EXPECT_LT(ended.find("{% else %}"), back);
+}
+
 TEST(KlipperMacros, ATapRisesSlowlyBehindTheProbeAndAsksWhenItIsDone) {
   const auto sections = ReadSections();
   const std::string& tap = sections.at("gcode_macro _TRAMMEL_TAP");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -127,7 +128,7 @@ TEST_F(LeftSafe, ARunAfterOneThatWasKilledInItsPrintEndsThatPrint) {
   const ProcessEnd end = next->Wait(kEnough_s);
   EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
   EXPECT_THAT(end.standard_error, HasSubstr("its print is still under way"));
-  EXPECT_THAT(end.standard_error, HasSubstr("s -> 0.055"));
+  EXPECT_THAT(end.standard_error, HasSubstr("brought back"));
   PrinterLook wanted = before_;
   wanted.bed_target_c = 0;
   EXPECT_THAT(shop_->Faulty(wanted), IsEmpty());
@@ -216,6 +217,26 @@ TEST_F(LeftSafe, APatternThatIsPrintedByHandLeavesPressureAdvanceAndLimitsAsThey
   EXPECT_TRUE(changed) << "it prints at values of its own";
   EXPECT_EQ(settings(), before_.settings);
   EXPECT_EQ(shop_->Look().gcode, before_.gcode);
+}
+
+TEST_F(LeftSafe, APatternThatIsPrintedByHandAndCancelledDoesSoToo) {
+  Open();
+  ASSERT_EQ(shop_->Run({"pa", "pattern"}).exit_code, 0);
+  const std::string gcode = ReadWhole(shop_->folder() / "pattern.gcode");
+  const auto settings = [this] { return shop_->Look().settings; };
+  shop_->With([&](VirtualKlipper& klipper) {
+    klipper.files()[kVase] = gcode;
+    klipper.RunScript(std::string("SDCARD_PRINT_FILE FILENAME=") + kVase);
+  });
+  const auto until = [](const std::function<bool()>& so) {
+    for (int i = 0; i < 6000 && !so(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return so();
+  };
+  ASSERT_TRUE(until([&] { return settings() != before_.settings; }));
+  shop_->With([](VirtualKlipper& klipper) { klipper.RunScript("CANCEL_PRINT"); });
+  EXPECT_TRUE(until([&] { return settings() == before_.settings; }));
 }
 
 TEST_F(LeftSafe, AnothersJobThatBeginsWhileItHeatsIsLeftAlone) {

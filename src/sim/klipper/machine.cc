@@ -191,7 +191,10 @@ void VirtualKlipper::SetMotor(const std::string& section, const ExtruderMotor& m
 }
 
 void VirtualKlipper::MindSettings(SettingsRule rule) {
-  if (rule == SettingsRule::kKeep) kept_settings = {settings, motors};
+  if (rule == SettingsRule::kKeep) {
+    kept_settings = {settings, motors};
+    kept_in_print = print.state == "printing";
+  }
   if (rule != SettingsRule::kBringBack || !kept_settings) return;
   settings.max_accel_mm_s2 = kept_settings->first.max_accel_mm_s2;
   settings.minimum_cruise_ratio = kept_settings->first.minimum_cruise_ratio;

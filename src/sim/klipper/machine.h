@@ -197,6 +197,7 @@ class VirtualKlipper {
   std::map<std::string, ExtruderMotor> motors;
   /// Limits and pressure advance that a macro keeps, until it has brought them back.
   std::optional<std::pair<MotionSettings, std::map<std::string, ExtruderMotor>>> kept_settings;
+  bool kept_in_print = false;            ///< by a file: they come back where that ends early, too
   std::array<double, 4> commanded_mm{};  ///< the toolhead's last queued place: x, y, z, e
   std::array<bool, 3> homed{};
   /// Where the head is, less where Klipper believes it to be.

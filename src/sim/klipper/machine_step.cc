@@ -86,6 +86,9 @@ void VirtualKlipper::StepRestart() {
 void VirtualKlipper::StepTimers() {
   StepRestart();
   if (state_ != KlippyState::kReady) return;
+  if (kept_settings && kept_in_print && print.state != "printing" && print.state != "paused") {
+    MindSettings(SettingsRule::kBringBack);
+  }
   std::vector<std::string> due;
   for (const auto& [name, time_s] : delayed_at_s) {
     if (now_s_ >= time_s) due.push_back(name);
