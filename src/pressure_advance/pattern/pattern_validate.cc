@@ -126,7 +126,10 @@ Problem CheckSegments(const PatternConfig& config) {
                                  "the speed changes",
                                  config.segments[0].speed_mm_s));
   }
-  return CheckSpeedsAreReached(config);
+  if (Problem problem = CheckSpeedsAreReached(config)) return problem;
+  const auto too_short =
+      FindShortFastSegment({config.segments, config.line_length_mm, config.acceleration_mm_s2});
+  return too_short ? InPattern("acceleration", *too_short) : std::nullopt;
 }
 
 // Of each pattern, where they differ.

@@ -1,17 +1,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_presets.h"
 #include "settings/scan_fields.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 struct Refusal {
@@ -162,6 +166,120 @@ TEST(PatternValidate, AMarkMakesItsOwnRoomUnlessTheMarginIsSet) {
   }
   config.frame_margin_mm = 1.5;
   EXPECT_FALSE(Validate(config));
+}
+
+PatternConfig OfPreset(PatternPreset preset) {
+  PatternConfig config;
+  ApplyPreset(preset, config);
+  return config;
+}
+
+TEST(PatternValidate, ADefaultPatternWithoutASteadyStretchIsRefusedWithThreeRemedies) {
+  PatternConfig config = OfPreset(kDefaultPreset);
+  config.acceleration_mm_s2 = 1500;  // two ramps of 7.47 mm in 15 mm
+  const auto problem = FindProblem(config);
+  ASSERT_TRUE(problem);
+  EXPECT_EQ(problem->key, "acceleration");
+  EXPECT_THAT(
+      problem->message,
+      AllOf(HasSubstr("of 15 mm is too short for a steady stretch at 150 mm/s: at 1500 mm/s^2"),
+            HasSubstr("at most 125.8 mm/s, at least 2140 mm/s^2, or lines of at least 36")));
+}
+
+TEST(PatternValidate, EachRemedyOfAMissingSteadyStretchSuffices) {
+  int refused = 0;
+  for (const double acceleration_mm_s2 : {200.0, 700.0, 1500.0, 1900.0}) {
+    for (const double fast_mm_s : {40.0, 63.0, 98.0, 150.0, 177.0}) {
+      for (const double length_mm : {15.0, 25.0, 33.0, 60.0}) {
+        for (const double slow_after_mm_s : {2.0, 10.0, 30.0}) {
+          PatternConfig config = OfPreset(kDefaultPreset);
+          config.acceleration_mm_s2 = acceleration_mm_s2;
+          config.line_length_mm = length_mm;
+          config.segments[1].speed_mm_s = fast_mm_s;
+          config.segments[2].speed_mm_s = slow_after_mm_s;
+          const auto problem = FindProblem(config);
+          if (!problem || problem->key != "acceleration") continue;
+          ++refused;
+          double speed_mm_s = 0, faster_mm_s2 = 0, longer_mm = 0;
+          const std::size_t at = problem->message.find("take at most");
+          ASSERT_NE(at, std::string::npos) << problem->message;
+          ASSERT_EQ(std::sscanf(problem->message.c_str() + at,
+                                "take at most %lf mm/s, at least %lf mm/s^2, or lines of at least "
+                                "%lf mm",
+                                &speed_mm_s, &faster_mm_s2, &longer_mm),
+                    3)
+              << problem->message;
+          PatternConfig slower = config, faster = config, longer = config;
+          slower.segments[1].speed_mm_s = speed_mm_s;
+          faster.acceleration_mm_s2 = faster_mm_s2;
+          longer.line_length_mm = longer_mm;
+          for (const PatternConfig& remedied : {slower, faster, longer}) {
+            const auto valid = Validate(remedied);
+            EXPECT_TRUE(valid) << problem->message << " -> " << valid.error().message;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+// The head's own way, of which the validation knows nothing: where it slows down, by its speed.
+TEST(PatternValidate, JustThePatternsAreTakenThatSlowDownBehindTheAccelerationsWindow) {
+  constexpr double kSplit = 0.65;  // of the fast stretch: where that window ends
+  int taken = 0, refused = 0;
+  for (const PatternPreset preset : {PatternPreset::kQuick, PatternPreset::kPaper}) {
+    for (const double acceleration_mm_s2 : {300.0, 800.0, 1500.0, 2500.0, 3000.0, 8000.0}) {
+      for (const double fast_mm_s : {30.0, 60.0, 100.0, 150.0, 220.0}) {
+        for (const double length_mm : {15.0, 25.0, 40.0, 80.0}) {
+          PatternConfig config = OfPreset(preset);
+          config.acceleration_mm_s2 = acceleration_mm_s2;
+          config.line_length_mm = length_mm;
+          config.segments[1].speed_mm_s = fast_mm_s;
+          const double from_mm = config.segments[0].fraction * length_mm;
+          const double to_mm = from_mm + config.segments[1].fraction * length_mm;
+          constexpr double kStep_mm = 1e-3;
+          double slows_at_mm = to_mm;
+          for (double speed_mm_s = config.segments[2].speed_mm_s; speed_mm_s < fast_mm_s;
+               slows_at_mm -= kStep_mm) {
+            speed_mm_s += acceleration_mm_s2 * kStep_mm / speed_mm_s;
+          }
+          const double window_end_mm = from_mm + kSplit * (to_mm - from_mm);
+          if (std::abs(slows_at_mm - window_end_mm) < 0.05) continue;
+          const auto valid = Validate(config);
+          EXPECT_EQ(valid.has_value(), slows_at_mm > window_end_mm)
+              << acceleration_mm_s2 << " " << fast_mm_s << " " << length_mm
+              << (valid ? "" : valid.error().message);
+          ++(valid ? taken : refused);
+        }
+      }
+    }
+  }
+  EXPECT_GT(taken, 100);
+  EXPECT_GT(refused, 50);
+}
+
+TEST(PatternValidate, TakesWhatPresetsAndPagesName) {
+  for (const PatternPreset preset : {PatternPreset::kQuick, PatternPreset::kPaper}) {
+    PatternConfig config = OfPreset(preset);
+    EXPECT_TRUE(Validate(config)) << ToString(preset);
+    for (const double fast_mm_s : {60.0, 100.0, 150.0}) {
+      config.segments[1].speed_mm_s = fast_mm_s;
+      EXPECT_TRUE(Validate(config)) << ToString(preset) << fast_mm_s;
+    }
+    config.acceleration_mm_s2 = 1500;
+    for (const double fast_mm_s : {60.0, 90.0, 100.0, 120.0}) {  // docs/calibrate.md: --speeds
+      config.segments[1].speed_mm_s = fast_mm_s;
+      EXPECT_TRUE(Validate(config)) << ToString(preset) << fast_mm_s;
+    }
+  }
+}
+
+TEST(PatternValidate, OfSegmentsOtherThanSlowFastSlowOnlyTheSpeedsAreAsked) {
+  PatternConfig config;
+  config.segments = {{0.3, 20}, {0.3, 60}, {0.4, 100}};
+  config.acceleration_mm_s2 = 800;
+  EXPECT_TRUE(Validate(config)) << Validate(config).error().message;
 }
 
 }  // namespace

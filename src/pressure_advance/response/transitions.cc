@@ -38,8 +38,7 @@ bool HasSteadyMiddle(const LineMotion& motion, double longest_lag_s,
 Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
                                        double longest_lag_s, const TransitionOptions& options) {
   const std::vector<Segment>& segments = motion.segments;
-  if (segments.size() != 3 || segments[1].speed_mm_s <= segments[0].speed_mm_s ||
-      segments[1].speed_mm_s <= segments[2].speed_mm_s) {
+  if (!IsSlowFastSlow(segments)) {
     return Fail(
         fmt::format("segments {}: the response needs a slow, a fast and a slow one, for example "
                     "0.25:5,0.5:150,0.25:5",

@@ -40,11 +40,11 @@ struct TransitionOptions {
   /// flow, which is several times the mean lag where the melt thins under shear: at 0.06 laws with
   /// an exponent of 0.3 came out 2 ms low, from 0.1 on no law does.
   double after = 0.10;
-  double early_end = 0.62;      ///< of the acceleration's fast stretch: the early window ends here
-  double split = 0.65;          ///< of the fast segment: the acceleration's window ends here
-  double plateau_begin = 0.35;  ///< of the fast segment: a steady middle begins …
-  double plateau_end = 0.65;    ///< … and ends here, where the line is long enough to have one
-  double end_margin = 0.02;     ///< of the line, at both ends: never a reference
+  double early_end = 0.62;  ///< of the acceleration's fast stretch: the early window ends here
+  double split = kSplitOfFastSegment;  ///< of the fast segment: the acceleration's window ends here
+  double plateau_begin = 0.35;         ///< of the fast segment: a steady middle begins …
+  double plateau_end = 0.65;  ///< … and ends here, where the line is long enough to have one
+  double end_margin = 0.02;   ///< of the line, at both ends: never a reference
   /// In mm from the printed start: never a reference either. There the flow still rises to what is
   /// asked for, over three lags of the slow flow.
   double start_margin_mm = 2.5;
