@@ -130,9 +130,10 @@ std::vector<Row> Rows() {
     row.world.slow_mm_s = 20;
     row.world.fast_mm_s = 100;
   });
-  add("10/200 mm/s", [](Row& row) {
+  add("10/200 mm/s, 4000 mm/s^2", [](Row& row) {
     row.world.slow_mm_s = 10;
     row.world.fast_mm_s = 200;
+    row.world.acceleration_mm_s2 = 4000;  // at 3000 no steady stretch is left
   });
   for (const int lines : {5, 6, 8, 20}) {
     add(fmt::format("{} lines", lines), [&](Row& row) { row.lines = lines; });

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "base/check.h"
 
@@ -50,17 +51,7 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
                ? (fast_mm_s * fast_mm_s - slow_mm_s * slow_mm_s) / (2 * *motion.acceleration_mm_s2)
                : 0;
   };
-  if (motion.length_mm && motion.acceleration_mm_s2) {
-    const double needed_mm = ramp_mm(segments[0].speed_mm_s) + ramp_mm(segments[2].speed_mm_s);
-    const double fast_mm = segments[1].fraction * *motion.length_mm;
-    if (needed_mm > fast_mm) {
-      return Fail(
-          fmt::format("the fast segment of {:.3g} mm is too short: speeding up to {:.4g} mm/s and "
-                      "slowing down at "
-                      "{:.4g} mm/s^2 takes {:.3g} mm; print longer lines or a lower fast speed",
-                      fast_mm, segments[1].speed_mm_s, *motion.acceleration_mm_s2, needed_mm));
-    }
-  }
+  if (auto too_short = FindShortFastSegment(motion)) return Fail(std::move(*too_short));
   TRAMMEL_CHECK(unit == PositionUnit::kLineLength || motion.length_mm.has_value(),
                 "positions in mm need the line's length");
   const double length = unit == PositionUnit::kLineLength ? 1.0 : *motion.length_mm;

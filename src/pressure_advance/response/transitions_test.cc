@@ -33,7 +33,7 @@ TEST(Transitions, LieWhereTheSpeedChangesWithItsSignAndSize) {
 }
 
 TEST(Transitions, NeverShareAStretchWithEachOtherOrTheReference) {
-  for (const double length_mm : {20.0, 30.0, 60.0, 200.0}) {
+  for (const double length_mm : {22.0, 30.0, 60.0, 200.0}) {
     const TransitionPlan plan = Plan(Motion(length_mm));
     const Interval& acceleration = plan.acceleration.span;
     const Interval& deceleration = plan.deceleration.span;
@@ -88,11 +88,17 @@ TEST(Transitions, AreRefusedByNameWhereTheSegmentsHaveNone) {
     ASSERT_FALSE(plan);
     EXPECT_THAT(plan.error().message, HasSubstr("a slow, a fast and a slow one"));
   }
-  LineMotion shorter = Motion(14);  // 7 mm of fast segment, two ramps of 3.746 mm
-  const auto plan = PlanTransitions(shorter, PositionUnit::kMillimetre, 0.06);
-  ASSERT_FALSE(plan);
-  EXPECT_THAT(plan.error().message, HasSubstr("7 mm is too short"));
-  EXPECT_THAT(plan.error().message, HasSubstr("takes 7.49 mm"));
+}
+
+// Ramps of 3.746 mm, of which one may take 0.35 of the fast half.
+TEST(Transitions, AreRefusedWhereNoSteadyFlowPartsThem) {
+  for (const double length_mm : {14.0, 21.0}) {
+    const auto plan = PlanTransitions(Motion(length_mm), PositionUnit::kMillimetre, 0.06);
+    ASSERT_FALSE(plan) << length_mm;
+    EXPECT_THAT(plan.error().message, HasSubstr("is too short for a steady stretch"));
+    EXPECT_THAT(plan.error().message, HasSubstr("or lines of at least 22 mm"));
+  }
+  EXPECT_TRUE(PlanTransitions(Motion(22), PositionUnit::kMillimetre, 0.06));
 }
 
 // There the flow still rises, or the surplus still drains, however short the line is.
@@ -104,6 +110,7 @@ TEST(Transitions, OfAShortLineNeitherItsStartNorTheTailBehindTheSecondChangeIsAR
   EXPECT_NEAR(plan.reference[1].lo, 22, kRounding);
   LineMotion shorter = motion;
   shorter.length_mm = 12.5;
+  shorter.acceleration_mm_s2 = 6000;
   EXPECT_LE(Plan(shorter).reference[0].lo, Plan(shorter).reference[0].hi);
 }
 
