@@ -51,6 +51,8 @@ Result<void> CheckTarget(const Session& session, const std::string& heater, doub
   const auto idle = session.printer.WaitUntil(
       [](const PrinterState& state) { return state.idle_state == "Idle"; },
       "the printer to be idle", session.Within(kIdle_s));
+  // A restart takes the target first, and names itself a moment later.
+  if (auto ready = CheckStillReady(session); !ready) return ready;
   const auto state = session.printer.LastState();
   const auto found = state.heaters.find(heater);
   const double is_c = found == state.heaters.end() ? 0 : found->second.target_c;

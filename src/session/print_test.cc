@@ -29,6 +29,29 @@ TEST_F(PrintTest, AHeaterThatSomebodySwitchesOffEndsTheWaitWithTheCause) {
                                  HasSubstr("Cooldown"), HasSubstr("was to have 60 degC")));
 }
 
+// It tells of the restart while somebody waits to see whether it is idle.
+class RestartingPrinter : public testing::FakePrinter {
+ public:
+  Result<machine::PrinterState> WaitUntil(
+      const std::function<bool(const machine::PrinterState&)>& done, std::string_view what,
+      const machine::WaitLimit& limit) override {
+    if (what == "the printer to be idle") {
+      state.readiness = machine::PrinterReadiness::kDisconnected;
+      state.message = "Klipper restarts";
+    }
+    return FakePrinter::WaitUntil(done, what, limit);
+  }
+};
+
+TEST_F(PrintTest, ARestartWhileItHeatsIsNobodysCooldown) {
+  RestartingPrinter restarting;
+  restarting.state.heaters["heater_bed"] = {26, 0, {}};
+  const auto heated = HeatAndWait({restarting, {}, {}}, "heater_bed", 60, 900);
+  ASSERT_FALSE(heated);
+  EXPECT_THAT(heated.error().message,
+              AllOf(HasSubstr("disconnected"), HasSubstr("Klipper restarts")));
+}
+
 TEST_F(PrintTest, ThePrintersIdleTimeOutIsNamedWithItsRemedy) {
   printer_.state.heaters["heater_bed"] = {26, 0, {}};
   printer_.state.idle_state = "Idle";
