@@ -178,8 +178,7 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
                 .remaining_s = {},
                 .phase = "scanning",
                 .done = 0});
-  auto there =
-      Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
+  auto there = Go(session, FocusGcode(sweeps.z_mm, request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
   if (!there || request.laser_seen) return there;
   if (auto seen = CheckLaser(session, sweeping.recorder, request.settings); !seen) {

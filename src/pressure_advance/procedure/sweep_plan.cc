@@ -239,6 +239,10 @@ pressure_advance::PatternConfig ParkedForScan(const pressure_advance::PatternCon
   return above || FindProblem(parked) ? pattern : parked;
 }
 
+std::string FocusGcode(double z_mm, double speed_mm_s) {
+  return fmt::format("G90\nM220 S100\nG1 Z{:.3f} F{:.0f}", z_mm, 60 * speed_mm_s);
+}
+
 std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s) {
   return fmt::format("G1 X{:.3f} Y{:.3f} F{:.0f}", sweep.start_x_mm, sweep.start_y_mm,
                      60 * travel_speed_mm_s);
@@ -258,7 +262,7 @@ std::string DescribeSweeps(const SweepPlan& plan, const ScanSettings& settings,
                            double travel_speed_mm_s) {
   const auto optional = [](const std::string& gcode) { return gcode.empty() ? "" : gcode + "\n"; };
   std::string text = optional(settings.lights_off_gcode);
-  text += fmt::format("G90\nG1 Z{:.3f} F{:.0f}\n", plan.z_mm, 60 * 5.0);
+  text += FocusGcode(plan.z_mm, 5) + "\n";
   for (const SweepRun& run : plan.runs) {
     const auto sweeps = plan.Of(run);
     const std::string to =

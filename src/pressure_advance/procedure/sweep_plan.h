@@ -102,6 +102,10 @@ using machine::Reach;
                                          const settings::ScanSettings& settings,
                                          double travel_speed_mm_s);
 
+/// Brings the camera to its focus height, and speeds to those written: an override that somebody
+/// left over (M220) would let the laser burn longer than the printer's own limit, or blur frames.
+[[nodiscard]] std::string FocusGcode(double z_mm, double speed_mm_s);
+
 /// The move to a sweep's start, and the moves of a run in their order. Absolute millimetres (G90)
 /// must be in force.
 [[nodiscard]] std::string TravelGcode(const Sweep& sweep, double travel_speed_mm_s);

@@ -128,6 +128,14 @@ TEST(SweepPlan, TheDryRunSwitchesTheLaserOffAtTheEnd) {
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
+TEST(SweepPlan, SweepsRunAtTheirSpeedWhateverOverrideWasLeftOver) {
+  const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, {}, kReach);
+  ASSERT_TRUE(plan.has_value());
+  const std::string text = DescribeSweeps(*plan, {}, 150);
+  EXPECT_LT(text.find("M220 S100\n"), text.find("\nG1 X"));
+  EXPECT_EQ(FocusGcode(17, 5), "G90\nM220 S100\nG1 Z17.000 F300");
+}
+
 // The printer's own limit switches the laser off after 30 s, however slow the sweep.
 TEST(SweepPlan, CutsARunSoThatASlowerSweepKeepsTheLaserLitNoLonger) {
   constexpr double kLongest_s = 20;
