@@ -60,7 +60,8 @@ TEST(StatedSettings, FilamentAndNozzleComeFromThePrinterWhereNobodySetThem) {
 }
 
 TEST(StatedSettings, EveryUsualNozzleLaysLinesThatItCan) {
-  for (const double nozzle_mm : {0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2}) {
+  for (const double nozzle_mm :
+       {0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.8, 2.0}) {
     PrinterFacts facts = Usual();
     facts.nozzle_diameter_mm = nozzle_mm;
     Config config = Parsed("");
@@ -70,6 +71,11 @@ TEST(StatedSettings, EveryUsualNozzleLaysLinesThatItCan) {
     EXPECT_NEAR(config.pattern.line_width_mm / nozzle_mm, 0.495 / 0.4, 1e-9);
   }
 }
+    if (nozzle_mm < 0.4 || nozzle_mm > 1.0) continue;
+    const auto usual = files::DefaultConfig().pattern;  // and else nothing changes
+    EXPECT_EQ(config.pattern.frame_overlap_mm, usual.frame_overlap_mm) << nozzle_mm;
+    EXPECT_EQ(config.pattern.frame_margin_mm, usual.frame_margin_mm) << nozzle_mm;
+    EXPECT_EQ(config.pattern.line_spacing_mm, usual.line_spacing_mm) << nozzle_mm;
 
 TEST(StatedSettings, ADeltasBedIsRoundAndInTheMiddle) {
   PrinterFacts facts = Usual();

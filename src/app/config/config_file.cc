@@ -123,8 +123,11 @@ Config DefaultConfig() {
 
 void FollowNozzle(Config& config) {
   constexpr double kHighest = 0.625;  // of the nozzle: the default layer's share of its nozzle
-  const pressure_advance::PatternConfig usual = DefaultConfig().pattern;
   pressure_advance::PatternConfig& pattern = config.pattern;
+  pressure_advance::PatternConfig usual = DefaultConfig().pattern;
+  if (const auto preset = pressure_advance::ParsePatternPreset(pattern.preset)) {
+    ApplyPreset(*preset, usual);
+  }
   if (!config.IsSet("pressure_advance_pattern.line_width")) {
     pattern.line_width_mm =
         usual.line_width_mm * (pattern.nozzle_diameter_mm / usual.nozzle_diameter_mm);
@@ -132,6 +135,21 @@ void FollowNozzle(Config& config) {
   if (!config.IsSet("pressure_advance_pattern.layer_height")) {
     pattern.layer_height_mm =
         std::min(usual.layer_height_mm, kHighest * pattern.nozzle_diameter_mm);
+  }
+  // Between beads so wide a gap stays, and one so narrow is not run over.
+  if (!config.IsSet("pressure_advance_pattern.frame_overlap")) {
+    pattern.frame_overlap_mm =
+        usual.frame_overlap_mm * std::min(1.0, pattern.line_width_mm / usual.line_width_mm);
+  }
+  if (!config.IsSet("pressure_advance_pattern.line_spacing")) {
+    pattern.line_spacing_mm = std::max(usual.line_spacing_mm, 2 * pattern.line_width_mm);
+  }
+  if (!config.IsSet("pressure_advance_pattern.frame_margin") && pattern.frame_margin_mm) {
+    if (pattern.corner_mark) {
+      pattern.frame_margin_mm.reset();  // what the mark needs
+    } else if (usual.frame_margin_mm) {
+      pattern.frame_margin_mm = std::max(*usual.frame_margin_mm, 1.5 * pattern.line_width_mm);
+    }
   }
 }
 
