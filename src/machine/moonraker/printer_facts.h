@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -22,11 +23,12 @@ struct DualCarriage {
 /// The shape in x and y that the nozzle reaches between axis_minimum and axis_maximum.
 enum class ReachShape { kUnknown, kRectangle, kEllipse };
 
-/// What the nozzle reaches.
+/// The places that the nozzle reaches, in G-code's coordinates.
 struct Reach {
   std::array<double, 3> minimum_mm{};
   std::array<double, 3> maximum_mm{};
-  bool round = false;  ///< an ellipse inscribed in x and y, as of deltas
+  bool round = false;                 ///< an ellipse inscribed in x and y, as of deltas
+  std::array<double, 3> offset_mm{};  ///< SET_GCODE_OFFSET's, already taken off the two
 
   [[nodiscard]] bool Contains(double x_mm, double y_mm) const;
   /// All corners of bounds in x and y.
@@ -36,7 +38,7 @@ struct Reach {
            Contains(bounds.min_x_mm, bounds.max_y_mm) &&
            Contains(bounds.max_x_mm, bounds.min_y_mm) && Contains(bounds.max_x_mm, bounds.max_y_mm);
   }
-  /// "X 0.0 ... 250.0, Y 0.0 ... 250.0 mm", with " in a circle" where it is round.
+  /// "X 0.0 ... 250.0, Y 0.0 ... 250.0 mm", with " in a circle" where it is round, and the offset.
   [[nodiscard]] std::string Describe() const;
 };
 
@@ -50,7 +52,10 @@ struct PrinterFacts {
   double configured_max_velocity_mm_s = 0;  ///< of printer.cfg; 0: not stated
   double configured_max_accel_mm_s2 = 0;
 
-  std::string extruder;  ///< its section: the active one, or the one that was asked for
+  std::string extruder;         ///< its section: the active one, or the one that was asked for
+  bool configured = false;      ///< the configuration has that section
+  bool one_of_several = false;  ///< which of several is active the printer does not state
+  std::string unreadable = {};  ///< a diameter in it that is no size; empty: none
   std::optional<double> nozzle_diameter_mm;
   std::optional<double> filament_diameter_mm;
   std::optional<double> min_extrude_temp_c;
@@ -58,14 +63,23 @@ struct PrinterFacts {
   std::optional<double> bed_max_c;
   std::optional<double> max_extrude_cross_section_mm2;
   std::optional<double> max_extrude_only_distance_mm;
+  std::optional<double> max_extrude_only_velocity_mm_s;
+  std::optional<double> max_extrude_only_accel_mm_s2;
+  std::optional<double> instantaneous_corner_velocity_mm_s;
+  std::optional<double> max_angular_velocity_rad_s;  ///< of a polar printer; absent: any
+  bool no_bed_heater = false;  ///< the configuration has the extruder's section, no [heater_bed]
 
   /// Kalico's model other than the linear one: "tanh", "recipr". Empty: linear.
   std::string pressure_advance_model;
   /// The printer has the extruder, and reports no pressure advance of it.
   bool no_pressure_advance = false;
+  /// Whose filament the extruder's own motor pushes, where that is another's; else empty.
+  std::string pushes_for = {};
   /// Of the motors that push the extruder's filament, by their sections, the extruder's own first:
   /// "extruder", "extruder_stepper belted".
   std::vector<std::string> advance_motors;
+  /// Of these motors, those that report over which time Klipper smooths their pressure advance, s.
+  std::map<std::string, double> smooth_times_s;
 
   std::vector<DualCarriage> dual_carriages;
   std::set<std::string> sections;  ///< of printer.cfg, in lower case
