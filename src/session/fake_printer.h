@@ -25,7 +25,12 @@ class FakePrinter : public machine::Printer {
   bool comes_back = true;                           ///< whether WaitUntilReady succeeds
   std::vector<std::string> deleted;                 ///< files, in order
   std::map<std::string, std::string> config_files;  ///< beside the configuration
-  nlohmann::json told = nlohmann::json::object();   ///< what Query answers
+  /// What Query answers: at first a usual configuration.
+  nlohmann::json told = {{"configfile",
+                          {{"settings",
+                            {{"printer", {{"kinematics", "corexy"}}},
+                             {"extruder", {{"nozzle_diameter", 0.4}, {"filament_diameter", 1.75}}},
+                             {"heater_bed", {{"max_temp", 120}}}}}}}};
   std::map<std::string, std::function<void(const nlohmann::json&)>> methods;  ///< registered
   std::vector<std::pair<std::string, nlohmann::json>> events;                 ///< sent, in order
   /// Answers CallServer; without it there are no such methods.

@@ -20,6 +20,13 @@ using machine::PrinterFacts;
 constexpr double kAsk_s = 10;
 constexpr double kRounding = 1e-6;  // of numbers that went through a text
 
+std::string NotStated(std::string_view name, std::string_view section) {
+  return fmt::format(
+      "the printer states no {} of [{}] that can be read, and every Klipper does: RESTART it and "
+      "Moonraker",
+      name, section);
+}
+
 // What is in force, and how it comes back where somebody lowered it since Klipper started.
 struct Limit {
   const char* name;       // in [printer]
@@ -30,8 +37,10 @@ struct Limit {
 };
 
 std::optional<std::string> FindBeyond(const Limit& limit, double needed, const PrintNeeds& needs) {
-  const double most =
-      needs.printed_before ? std::max(limit.in_force, limit.configured) : limit.in_force;
+  const double most = needs.printed_before ? std::max(limit.in_force, limit.configured)
+                      : limit.in_force > 0 ? limit.in_force
+                                           : limit.configured;
+  if (most <= 0 && needed > 0 && !needs.printed_before) return NotStated(limit.name, "printer");
   if (most <= 0 || needed <= most * (1 + kRounding)) return std::nullopt;
   const bool lowered = limit.configured >= needed * (1 - kRounding);
   return fmt::format(
@@ -46,6 +55,28 @@ std::optional<std::string> FindBeyond(const Limit& limit, double needed, const P
                             limit.name, needs.motion_settings));
 }
 
+// Finds what a print cannot do without and every Klipper states.
+std::optional<Check> FindUnknown(const PrinterFacts& facts, const PrintNeeds& needs) {
+  constexpr const char* kName = "printer.cfg";
+  if (needs.printed_before) return std::nullopt;
+  if (!facts.configured) {
+    return Unsafe(kName, fmt::format("the printer states no [{}] of its configuration, so that "
+                                     "nothing is known of nozzle and filament: RESTART it and "
+                                     "Moonraker",
+                                     facts.extruder));
+  }
+  if (facts.one_of_several) {
+    return Unsafe(kName,
+                  "the printer has several extruders and does not state which one is active: "
+                  "RESTART it and Moonraker, or choose one (T0, ACTIVATE_EXTRUDER)");
+  }
+  if (!facts.unreadable.empty()) {
+    return Unsafe(kName, NotStated(facts.unreadable, facts.extruder));
+  }
+  if (facts.kinematics.empty()) return Unsafe(kName, NotStated("kinematics", "printer"));
+  return std::nullopt;
+}
+
 Check CompareLimits(const PrinterFacts& facts, const PrintNeeds& needs) {
   constexpr const char* kName = "limits";
   for (const NeededMotion& motion : needs.motions) {
@@ -57,28 +88,30 @@ Check CompareLimits(const PrinterFacts& facts, const PrintNeeds& needs) {
     if (!beyond) {
       beyond = FindBeyond(acceleration, motion.acceleration_mm_s2, needs);
       // As long a way to full speed, so that as much of each line is steady.
-      if (beyond && motion.speed_mm_s > 0) {
-        *beyond += fmt::format(
-            "; {:g} mm/s2 go with {:.0f} mm/s instead of {:g}", facts.max_accel_mm_s2,
-            motion.speed_mm_s * std::sqrt(facts.max_accel_mm_s2 / motion.acceleration_mm_s2),
-            motion.speed_mm_s);
+      const double most_mm_s2 =
+          acceleration.in_force > 0 ? acceleration.in_force : acceleration.configured;
+      if (beyond && motion.speed_mm_s > 0 && most_mm_s2 > 0) {
+        *beyond +=
+            fmt::format("; {:g} mm/s2 go with {:.0f} mm/s instead of {:g}", most_mm_s2,
+                        motion.speed_mm_s * std::sqrt(most_mm_s2 / motion.acceleration_mm_s2),
+                        motion.speed_mm_s);
       }
     }
     if (beyond) return Unsafe(kName, std::move(*beyond));
   }
-  if (facts.max_velocity_mm_s <= 0) return Pass(kName, "the printer states none");
+  if (facts.max_velocity_mm_s <= 0) return Pass(kName, "the printer states none in force");
   return Pass(kName, fmt::format("the printer allows {:g} mm/s and {:g} mm/s2",
                                  facts.max_velocity_mm_s, facts.max_accel_mm_s2));
 }
 
 Check CompareFilament(const PrinterFacts& facts, const PrintNeeds& needs) {
   constexpr const char* kName = "filament";
-  constexpr double kMeasured_mm =
-      0.1;  // by which a caliper's value may differ from the nominal one
+  // A caliper's value may differ from the nominal one by what filament is sold with.
+  constexpr double kMeasured_mm = 0.05;
   const double ours_mm = needs.filament_diameter_mm;
-  if (!facts.filament_diameter_mm || ours_mm <= 0) return Pass(kName, "its diameter is not stated");
+  if (!facts.filament_diameter_mm) return Pass(kName, "its diameter is not stated");
   const double theirs_mm = *facts.filament_diameter_mm;
-  if (std::abs(theirs_mm - ours_mm) <= kMeasured_mm) {
+  if (std::abs(theirs_mm - ours_mm) <= kMeasured_mm + kRounding) {
     return Pass(kName, fmt::format("{:g} mm", theirs_mm));
   }
   return Unsafe(kName,
@@ -93,9 +126,9 @@ Check CompareNozzle(const PrinterFacts& facts, const PrintNeeds& needs) {
   constexpr const char* kName = "nozzle";
   constexpr double kSame_mm = 0.01;
   const double ours_mm = needs.nozzle_diameter_mm;
-  if (!facts.nozzle_diameter_mm || ours_mm <= 0) return Pass(kName, "its diameter is not stated");
+  if (!facts.nozzle_diameter_mm) return Pass(kName, "its diameter is not stated");
   const double theirs_mm = *facts.nozzle_diameter_mm;
-  if (std::abs(theirs_mm - ours_mm) > kSame_mm) {
+  if (std::abs(theirs_mm - ours_mm) > kSame_mm + kRounding) {
     return Unsafe(kName, fmt::format("nozzle_diameter of [{}] in printer.cfg is {:g} mm, and {:g} "
                                      "mm is printed with: set nozzle_diameter = {:g} in [printer], "
                                      "or correct printer.cfg",
@@ -104,15 +137,35 @@ Check CompareNozzle(const PrinterFacts& facts, const PrintNeeds& needs) {
   return Pass(kName, fmt::format("{:g} mm", theirs_mm));
 }
 
-// What Klipper would refuse in the middle of the print.
+// Computes a bead's area as Klipper does: by the filament of its own configuration.
+double BeadOnPrinter_mm2(const PrinterFacts& facts, const PrintNeeds& needs) {
+  if (!facts.filament_diameter_mm || needs.filament_diameter_mm <= 0) return needs.bead_mm2;
+  const double wider = *facts.filament_diameter_mm / needs.filament_diameter_mm;
+  return needs.bead_mm2 * wider * wider;
+}
+
+// Computes how long the longest piece of filament moves alone; 0 where that is not known.
+double MovesAlone_s(const PrinterFacts& facts, const PrintNeeds& needs) {
+  if (needs.pushed_alone_mm <= 0 || needs.pushed_alone_mm_s <= 0) return 0;
+  const double speed_mm_s =
+      std::min(needs.pushed_alone_mm_s,
+               facts.max_extrude_only_velocity_mm_s.value_or(needs.pushed_alone_mm_s));
+  const double ramps_s =
+      facts.max_extrude_only_accel_mm_s2 ? speed_mm_s / *facts.max_extrude_only_accel_mm_s2 : 0;
+  const double cruise_s = needs.pushed_alone_mm / speed_mm_s - ramps_s;
+  if (cruise_s >= 0) return cruise_s + 2 * ramps_s;
+  return 2 * std::sqrt(needs.pushed_alone_mm / *facts.max_extrude_only_accel_mm_s2);
+}
+
+// What Klipper would refuse in the middle of the print, or do at its own pace.
 std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& needs) {
-  if (facts.max_extrude_cross_section_mm2 &&
-      needs.bead_mm2 > *facts.max_extrude_cross_section_mm2) {
-    return Unsafe(
-        "bead", fmt::format("a bead has {:.3g} mm2, and max_extrude_cross_section of "
-                            "[{}] in printer.cfg is {:.3g} mm2: raise it, or set a "
-                            "smaller line_width or layer_height",
-                            needs.bead_mm2, facts.extruder, *facts.max_extrude_cross_section_mm2));
+  const double bead_mm2 = BeadOnPrinter_mm2(facts, needs);
+  if (facts.max_extrude_cross_section_mm2 && bead_mm2 > *facts.max_extrude_cross_section_mm2) {
+    return Unsafe("bead",
+                  fmt::format("a bead has {:.3g} mm2, and max_extrude_cross_section of [{}] in "
+                              "printer.cfg is {:.3g} mm2: raise it, or set a smaller line_width or "
+                              "layer_height",
+                              bead_mm2, facts.extruder, *facts.max_extrude_cross_section_mm2));
   }
   if (facts.max_extrude_only_distance_mm &&
       needs.pushed_alone_mm > *facts.max_extrude_only_distance_mm) {
@@ -122,6 +175,47 @@ std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& ne
                                          "prime_length",
                                          needs.pushed_alone_mm, facts.extruder,
                                          *facts.max_extrude_only_distance_mm));
+  }
+  // A nozzle that stands longer oozes a blob onto the line's start. Our choice: 60 times what the
+  // default retraction takes, and more than a Bowden tube's.
+  constexpr double kLongest_s = 1;
+  const double asked_s = MovesAlone_s({}, needs), alone_s = MovesAlone_s(facts, needs);
+  if (alone_s > std::max(kLongest_s, 1.2 * asked_s)) {
+    return Unsafe("retract",
+                  fmt::format("{:g} mm of filament at {:g} mm/s would take {:.1f} s in place of "
+                              "{:.2f} s, by max_extrude_only_velocity and max_extrude_only_accel "
+                              "of [{}] in printer.cfg: raise them, or set a smaller retract_length "
+                              "or prime_length",
+                              needs.pushed_alone_mm, needs.pushed_alone_mm_s, alone_s, asked_s,
+                              facts.extruder));
+  }
+  return std::nullopt;
+}
+
+// Klipper slows down between two stretches whose filament per mm differs, if only by rounding.
+std::optional<Check> FindStops(const PrinterFacts& facts) {
+  // Positions have 1 um, filament 0.01 um: stretches of 4 mm differ by 2.8e-5, and pass at 35 mm/s.
+  constexpr double kLeast_mm_s = 0.001;
+  if (facts.instantaneous_corner_velocity_mm_s.value_or(1) >= kLeast_mm_s) return std::nullopt;
+  return Unsafe("corners",
+                fmt::format("instantaneous_corner_velocity of [{}] in printer.cfg is {:g} "
+                            "mm/s: the head would stop between a line's stretches; set "
+                            "it to 1, Klipper's default",
+                            facts.extruder, *facts.instantaneous_corner_velocity_mm_s));
+}
+
+// A longer smoothing spreads filament from one speed change to the other: answers of virtual lines
+// come out 1 to 5 ms too high.
+std::optional<Check> FindSmoothing(const PrinterFacts& facts) {
+  constexpr double kLongest_s = 0.06;  // response_study; tuned on virtual prints, seeds below 1000
+  for (const auto& [section, smooth_s] : facts.smooth_times_s) {
+    if (smooth_s <= kLongest_s * (1 + kRounding)) continue;
+    return Unsafe("smoothing",
+                  fmt::format("smooth_time of [{}] is {:g} s, and lines can be read up to {:g} s: "
+                              "SET_PRESSURE_ADVANCE EXTRUDER={} SMOOTH_TIME=0.04 sets Klipper's "
+                              "default until it restarts, pressure_advance_smooth_time in "
+                              "printer.cfg for good",
+                              section, smooth_s, kLongest_s, machine::NameInGcode(section)));
   }
   return std::nullopt;
 }
@@ -153,13 +247,18 @@ Result<PrinterFacts> ReadFacts(const Session& session, const std::string& extrud
 
 std::vector<Check> CompareFacts(const PrinterFacts& facts, const PrintNeeds& needs) {
   std::vector<Check> checks;
+  if (auto unknown = FindUnknown(facts, needs)) checks.push_back(std::move(*unknown));
   if (!needs.motions.empty()) checks.push_back(CompareLimits(facts, needs));
   if (needs.filament_diameter_mm > 0) checks.push_back(CompareFilament(facts, needs));
   if (needs.nozzle_diameter_mm > 0) checks.push_back(CompareNozzle(facts, needs));
   if (auto much = FindTooMuch(facts, needs)) checks.push_back(std::move(*much));
+  if (needs.bead_mm2 > 0) {
+    if (auto stops = FindStops(facts)) checks.push_back(std::move(*stops));
+  }
   checks.push_back(CompareShape(facts, needs));
   if (needs.sets_pressure_advance) {
     checks.push_back(ComparePressureAdvance(facts, needs.advance_motors));
+    if (auto smoothing = FindSmoothing(facts)) checks.push_back(std::move(*smoothing));
   }
   return checks;
 }
@@ -177,6 +276,13 @@ Check ComparePressureAdvance(const PrinterFacts& facts, const std::vector<std::s
     return Unsafe(kName, fmt::format("the printer reports no pressure advance of {}: [{}] in "
                                      "printer.cfg has no stepper of its own, and Klipper refuses "
                                      "SET_PRESSURE_ADVANCE for it; give it its motor there",
+                                     facts.extruder, facts.extruder));
+  }
+  if (!facts.pushes_for.empty() && facts.advance_motors.empty()) {
+    return Unsafe(kName, fmt::format("the stepper of [{}] is synchronised with {}, and none pushes "
+                                     "the filament of {}: SYNC_EXTRUDER_MOTION EXTRUDER={} "
+                                     "MOTION_QUEUE={}",
+                                     facts.extruder, facts.pushes_for, facts.extruder,
                                      facts.extruder, facts.extruder));
   }
   if (motors != facts.advance_names()) {
@@ -216,6 +322,11 @@ Check CompareTemperatures(const PrinterFacts& facts, const settings::FilamentSet
     if (facts.nozzle_max_c && asked_c > *facts.nozzle_max_c) {
       return refuse(key, asked_c, "max_temp of the extruder", *facts.nozzle_max_c);
     }
+  }
+  if (facts.no_bed_heater && asked.bed_c > 0) {
+    return Unsafe(kName, fmt::format("{}: the printer has no [heater_bed], and [filament] "
+                                     "bed_temperature = {:.4g} degC: set bed_temperature = 0",
+                                     shown, asked.bed_c));
   }
   if (facts.bed_max_c && asked.bed_c > *facts.bed_max_c) {
     return refuse("bed_temperature", asked.bed_c, "max_temp of the bed", *facts.bed_max_c);

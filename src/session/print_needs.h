@@ -26,8 +26,9 @@ struct PrintNeeds {
   bool printed_before = false;
   double filament_diameter_mm = 0;
   double nozzle_diameter_mm = 0;
-  double bead_mm2 = 0;         ///< cross-section of its beads
-  double pushed_alone_mm = 0;  ///< the longest piece of filament that moves without the head
+  double bead_mm2 = 0;           ///< cross-section of its beads
+  double pushed_alone_mm = 0;    ///< the longest piece of filament that moves without the head
+  double pushed_alone_mm_s = 0;  ///< and its speed; 0: any will do
   bool rectangular_bed = false;
   /// It changes the pressure advance, of these motors as EXTRUDER= names them; none: of the active
   /// extruder's own.
@@ -41,7 +42,8 @@ struct PrintNeeds {
                                                       const std::string& extruder = {});
 
 /// One check for each thing that the print needs and the printer states; all that is not passed is
-/// unsafe, and names the printer's value, the print's and the remedy.
+/// unsafe, and names the printer's value, the print's and the remedy. A printer that does not state
+/// what every Klipper does (limits, nozzle, filament) is refused, too.
 [[nodiscard]] std::vector<Check> CompareFacts(const machine::PrinterFacts& facts,
                                               const PrintNeeds& needs);
 

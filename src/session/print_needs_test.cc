@@ -29,6 +29,7 @@ PrinterFacts Usual() {
   facts.max_velocity_mm_s = facts.configured_max_velocity_mm_s = 300;
   facts.max_accel_mm_s2 = facts.configured_max_accel_mm_s2 = 5000;
   facts.extruder = "extruder";
+  facts.configured = true;
   facts.nozzle_diameter_mm = 0.4;
   facts.filament_diameter_mm = 1.75;
   facts.min_extrude_temp_c = 180;
@@ -61,7 +62,37 @@ std::string Refusal(const PrinterFacts& facts, const PrintNeeds& needs) {
 
 TEST(PrintNeeds, AUsualPrinterStatesNothingAgainstAUsualPattern) {
   EXPECT_EQ(Refusal(Usual(), Pattern()), "");
-  EXPECT_EQ(Refusal({}, Pattern()), "");  // one that states nothing at all
+}
+
+TEST(PrintNeeds, WithoutWhatEveryKlipperStatesNothingIsPrinted) {
+  EXPECT_THAT(Refusal({}, Pattern()), HasSubstr("states no [] of its configuration"));
+  PrinterFacts facts = Usual();
+  facts.kinematics.clear();
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("no kinematics of [printer]"));
+  facts = Usual();
+  facts.one_of_several = true;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("does not state which one is active"));
+  facts = Usual();
+  facts.unreadable = "filament_diameter";
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("no filament_diameter of [extruder]"));
+  facts = Usual();
+  facts.max_velocity_mm_s = facts.configured_max_velocity_mm_s = 0;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("no max_velocity of [printer]"));
+  PrintNeeds scan = Pattern();
+  scan.printed_before = true;
+  EXPECT_EQ(Refusal(facts, scan), "");
+}
+
+TEST(PrintNeeds, ALimitThatIsNotStatedInForceIsThatOfTheConfiguration) {
+  PrinterFacts facts = Usual();
+  facts.max_velocity_mm_s = facts.max_accel_mm_s2 = 0;
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+  facts.configured_max_velocity_mm_s = 60;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("max_velocity is 60 mm/s"));
+  facts.configured_max_velocity_mm_s = 300;
+  facts.configured_max_accel_mm_s2 = 500;
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("max_accel is 500"), HasSubstr("500 mm/s2 go with 61 mm/s")));
 }
 
 TEST(PrintNeeds, SpeedBeyondTheLimitInForceIsRefusedWithTheWayBack) {
@@ -106,8 +137,13 @@ TEST(PrintNeeds, AnotherFilamentOrNozzleIsRefusedByBothValues) {
   EXPECT_THAT(Refusal(facts, Pattern()),
               AllOf(HasSubstr("2.85 mm"), HasSubstr("1.75 mm"), HasSubstr("2.65 times"),
                     HasSubstr("filament_diameter = 2.85")));
-  facts.filament_diameter_mm = 1.72;  // as a caliper has it
-  EXPECT_EQ(Refusal(facts, Pattern()), "");
+  for (const double caliper_mm : {1.72, 1.8}) {
+    facts.filament_diameter_mm = caliper_mm;
+    EXPECT_EQ(Refusal(facts, Pattern()), "") << caliper_mm;
+  }
+  facts.filament_diameter_mm = 1.82;  // 8 % more filament
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("1.08 times"));
+  facts.filament_diameter_mm = 1.75;
   facts.nozzle_diameter_mm = 0.6;
   EXPECT_THAT(Refusal(facts, Pattern()),
               AllOf(HasSubstr("0.6 mm"), HasSubstr("nozzle_diameter = 0.6")));
@@ -120,6 +156,68 @@ TEST(PrintNeeds, WhatKlipperWouldRefuseInTheMiddleOfThePrintIsRefusedBefore) {
   facts = Usual();
   facts.max_extrude_only_distance_mm = 0.4;
   EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("max_extrude_only_distance"));
+  facts.max_extrude_only_distance_mm = 0;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("max_extrude_only_distance"));
+}
+
+// Klipper takes a bead's area by the filament of its own configuration.
+TEST(PrintNeeds, ABeadIsWeighedByThePrintersFilament) {
+  PrinterFacts facts = Usual();
+  facts.filament_diameter_mm = 1.79;
+  facts.max_extrude_cross_section_mm2 = 0.113;  // above 0.11, below 0.11 (1.79 / 1.75)^2
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("a bead has 0.115 mm2"));
+  facts.max_extrude_cross_section_mm2 = 0.116;
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+}
+
+TEST(PrintNeeds, FilamentThatMovesAloneForSecondsIsRefused) {
+  PrintNeeds needs = Pattern();
+  needs.pushed_alone_mm_s = 30;
+  PrinterFacts facts = Usual();
+  facts.max_extrude_only_velocity_mm_s = 5;
+  EXPECT_EQ(Refusal(facts, needs), "");
+  facts.max_extrude_only_velocity_mm_s = 0.4;
+  EXPECT_THAT(Refusal(facts, needs),
+              AllOf(HasSubstr("1.2 s in place of 0.02 s"), HasSubstr("max_extrude_only_velocity")));
+  facts.max_extrude_only_velocity_mm_s = 30;
+  facts.max_extrude_only_accel_mm_s2 = 1;  // twice the root of 0.5 mm over it
+  EXPECT_THAT(Refusal(facts, needs), HasSubstr("1.4 s in place"));
+  needs.pushed_alone_mm = 50;  // as the user wants it
+  needs.pushed_alone_mm_s = 5;
+  facts.max_extrude_only_accel_mm_s2 = 100;
+  EXPECT_EQ(Refusal(facts, needs), "");
+}
+
+TEST(PrintNeeds, AHeadThatStopsBetweenStretchesIsRefused) {
+  PrinterFacts facts = Usual();
+  facts.instantaneous_corner_velocity_mm_s = 0;
+  EXPECT_THAT(Refusal(facts, Pattern()), HasSubstr("instantaneous_corner_velocity of [extruder]"));
+  facts.instantaneous_corner_velocity_mm_s = 0.1;
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+}
+
+TEST(PrintNeeds, SmoothingThatReachesFromOneSpeedChangeToTheOtherIsRefusedOfEachMotor) {
+  PrinterFacts facts = Usual();
+  facts.smooth_times_s = {{"extruder", 0.06}};
+  EXPECT_EQ(Refusal(facts, Pattern()), "");
+  facts.advance_motors.emplace_back("extruder_stepper belted");
+  facts.smooth_times_s["extruder_stepper belted"] = 0.1;
+  PrintNeeds needs = Pattern();
+  needs.advance_motors = {"extruder", "belted"};
+  EXPECT_THAT(Refusal(facts, needs),
+              AllOf(HasSubstr("smooth_time of [extruder_stepper belted] is 0.1 s"),
+                    HasSubstr("EXTRUDER=belted SMOOTH_TIME=0.04")));
+  needs.sets_pressure_advance = false;
+  EXPECT_EQ(Refusal(facts, needs), "");
+}
+
+TEST(PrintNeeds, AMotorThatPushesAnothersFilamentIsRefusedWithTheWayBack) {
+  PrinterFacts facts = Usual();
+  facts.advance_motors.clear();
+  facts.pushes_for = "extruder1";
+  EXPECT_THAT(Refusal(facts, Pattern()),
+              AllOf(HasSubstr("synchronised with extruder1"),
+                    HasSubstr("SYNC_EXTRUDER_MOTION EXTRUDER=extruder MOTION_QUEUE=extruder")));
 }
 
 TEST(PrintNeeds, ARoundReachWantsARoundBed) {
@@ -187,6 +285,14 @@ TEST(CompareTemperatures, NozzleAndBedAboveWhatThePrinterMayHaveAreRefused) {
   EXPECT_TRUE(CompareTemperatures({}, Heated(255, 110)).passed);  // nothing is stated
 }
 
+TEST(CompareTemperatures, ABedWithoutAHeaterIsNotHeated) {
+  PrinterFacts facts = Usual();
+  facts.no_bed_heater = true;
+  EXPECT_THAT(CompareTemperatures(facts, Heated(215, 60)).detail,
+              AllOf(HasSubstr("no [heater_bed]"), HasSubstr("set bed_temperature = 0")));
+  EXPECT_TRUE(CompareTemperatures(facts, Heated(215, 0)).passed);
+}
+
 TEST(CompareTemperatures, WithoutAMaterialIsAdviceThatNamesBothWays) {
   const Check none = CompareTemperatures(Usual(), FilamentSettings{});
   EXPECT_FALSE(none.passed);
@@ -209,6 +315,52 @@ TEST(PrinterFacts, AreThoseOfTheExtruderThatIsActiveOrNamed) {
   EXPECT_EQ(active->configured_max_accel_mm_s2, 800);
   EXPECT_TRUE(active->reach.round);
   EXPECT_EQ(ReadFacts({printer, {}, {}}, "extruder")->nozzle_diameter_mm, 0.4);
+}
+
+TEST(PrinterFacts, AreReadFromAnExtrudersSection) {
+  const nlohmann::json section = {
+      {"nozzle_diameter", 0.4},         {"filament_diameter", "1.75"},
+      {"max_extrude_only_distance", 0}, {"max_extrude_only_velocity", 12},
+      {"max_extrude_only_accel", -1},   {"instantaneous_corner_velocity", 0}};
+  const nlohmann::json told = {
+      {"configfile",
+       {{"settings",
+         {{"extruder", section},
+          {"printer", {{"kinematics", "polar"}, {"max_angular_velocity", 30}}}}}}}};
+  machine::PrinterState state;
+  state.active_extruder = "extruder";
+  state.pressure_advance["extruder"] = {0.03, 0.12, "extruder1"};
+  state.pressure_advance["extruder1"] = {0.03, 0.02, "extruder"};
+  const PrinterFacts facts = machine::FactsOf(told, state);
+  EXPECT_TRUE(facts.configured);
+  EXPECT_EQ(facts.unreadable, "filament_diameter");
+  EXPECT_EQ(facts.max_extrude_only_distance_mm, 0);
+  EXPECT_EQ(facts.max_extrude_only_velocity_mm_s, 12);
+  EXPECT_FALSE(facts.max_extrude_only_accel_mm_s2);
+  EXPECT_EQ(facts.instantaneous_corner_velocity_mm_s, 0);
+  EXPECT_EQ(facts.max_angular_velocity_rad_s, 30);
+  EXPECT_TRUE(facts.no_bed_heater);
+  EXPECT_EQ(facts.pushes_for, "extruder1");
+  EXPECT_THAT(facts.smooth_times_s,
+              ElementsAre(std::pair<const std::string, double>("extruder1", 0.02)));
+  EXPECT_FALSE(facts.one_of_several);
+  nlohmann::json two = told;
+  two["configfile"]["settings"]["extruder1"] = section;
+  EXPECT_TRUE(machine::FactsOf(two, {}).one_of_several);
+}
+
+TEST(PrinterFacts, TheReachIsThatOfGcodeWithItsOffset) {
+  machine::PrinterState state;
+  state.active_extruder = "extruder";
+  state.axis_minimum_mm = {0, 0, -2};
+  state.axis_maximum_mm = {250, 250, 240};
+  state.gcode.homing_origin_mm = {20, -10, 0.5, 0};
+  const PrinterFacts facts = machine::FactsOf({}, state);
+  EXPECT_THAT(facts.reach.minimum_mm, ElementsAre(-20, 10, -2.5));
+  EXPECT_THAT(facts.reach.maximum_mm, ElementsAre(230, 260, 239.5));
+  EXPECT_THAT(facts.reach.Describe(), HasSubstr("with the G-code offset 20, -10, 0.5 mm"));
+  // The offset is the active tool's.
+  EXPECT_THAT(machine::FactsOf({}, state, "extruder1").reach.minimum_mm, ElementsAre(0, 0, -2));
 }
 
 TEST(PrinterFacts, AReachThatIsRoundHoldsNoCorner) {

@@ -158,6 +158,7 @@ std::vector<Check> CheckForPrint(const Session& session, const CheckedPattern& c
   checks.push_back(CheckCommands(session, "[printer] start_gcode", pattern.start_gcode));
   checks.push_back(CheckCommands(session, "[printer] end_gcode", pattern.end_gcode));
   checks.push_back(CheckLimit(session));
+  needs.pushed_alone_mm_s = pattern.retract_speed_mm_s;
   const auto facts = ReadFacts(session);
   if (!facts) {
     checks.push_back(NotMade("printer.cfg", facts.error()));
