@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <string>
 #include <utility>
 
 #include "gcode/bead.h"
 #include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 
 namespace trammel::procedure {
 namespace {
@@ -23,8 +25,57 @@ Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const R
   return Pass("bed", "pattern and scan lie within the nozzle's reach");
 }
 
+// That the nozzle's heights lie within its reach.
+std::optional<Check> FindHeightBeyond(const PatternConfig& pattern, const Reach& reach) {
+  double lowest_mm = ParkPoint(pattern).z_mm, highest_mm = lowest_mm;
+  for (const auto& move : LayOut(pattern).moves) {
+    lowest_mm = std::min(lowest_mm, move.to.z_mm);
+    highest_mm = std::max({highest_mm, move.from.z_mm, move.to.z_mm});
+  }
+  if (lowest_mm >= reach.minimum_mm[2] && highest_mm <= reach.maximum_mm[2]) return std::nullopt;
+  return Unsafe("bed",
+                fmt::format("the nozzle goes to Z = {:.2f} ... {:.2f} mm, and reaches {:.2f} "
+                            "... {:.2f} mm{}: set park_lift, approach_lift or z_offset, or "
+                            "position_min and position_max of [stepper_z]",
+                            lowest_mm, highest_mm, reach.minimum_mm[2], reach.maximum_mm[2],
+                            reach.offset_mm[2] != 0
+                                ? fmt::format(" with the G-code offset {:g} mm", reach.offset_mm[2])
+                                : ""));
+}
+
+// A line's stretch by which a polar printer's bed would have to turn too fast: Klipper then lowers
+// both limits in proportion.
+std::optional<Check> FindTurnTooFast(const PatternConfig& pattern,
+                                     const machine::PrinterFacts& facts) {
+  if (!facts.max_angular_velocity_rad_s) return std::nullopt;
+  const double most_rad_s = *facts.max_angular_velocity_rad_s;
+  for (const auto& move : LayOut(pattern).moves) {
+    if (move.kind != pressure_advance::MoveKind::kLine) continue;
+    // Lines run along X.
+    const double lo_mm = std::min(move.from.x_mm, move.to.x_mm) + facts.reach.offset_mm[0];
+    const double hi_mm = std::max(move.from.x_mm, move.to.x_mm) + facts.reach.offset_mm[0];
+    const double nearest_mm =
+        std::hypot(std::clamp(0.0, lo_mm, hi_mm), move.from.y_mm + facts.reach.offset_mm[1]);
+    const double turns_rad_s = move.speed_mm_s / nearest_mm;
+    if (nearest_mm == 0 || turns_rad_s <= most_rad_s) continue;  // Klipper lets the centre pass
+    const double acceleration_mm_s2 = SettingsOf(pattern, move.pattern).acceleration_mm_s2;
+    const double needed = std::max(move.speed_mm_s / facts.configured_max_velocity_mm_s,
+                                   acceleration_mm_s2 / facts.configured_max_accel_mm_s2);
+    if (most_rad_s / turns_rad_s >= needed) continue;
+    return Unsafe(
+        "limits",
+        fmt::format("{:g} mm/s turn the bed at {:.3g} rad/s {:.1f} mm from the centre, and "
+                    "max_angular_velocity of [printer] in printer.cfg is {:g}: set position_x or "
+                    "position_y {:.0f} mm off the centre, lower the speed, or raise it",
+                    move.speed_mm_s, turns_rad_s, nearest_mm, most_rad_s,
+                    std::ceil(std::min(1.0, needed) * move.speed_mm_s / most_rad_s)));
+  }
+  return std::nullopt;
+}
+
 // Whether the nozzle reaches the whole pattern.
-Check CheckPattern(const PatternConfig& pattern, const Reach& reach) {
+Check CheckPattern(const PatternConfig& pattern, const machine::PrinterFacts& facts) {
+  const Reach& reach = facts.reach;
   if (const auto problem = FindProblem(pattern)) {
     return Unsafe("bed",
                   fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
@@ -45,13 +96,16 @@ Check CheckPattern(const PatternConfig& pattern, const Reach& reach) {
                                      "{}: {}, or park_x and park_y",
                                      park.x_mm, park.y_mm, reach.Describe(), kSetBed));
   }
+  if (auto beyond = FindHeightBeyond(pattern, reach)) return *std::move(beyond);
+  if (auto turn = FindTurnTooFast(pattern, facts)) return *std::move(turn);
   return Pass("bed", "the pattern lies within the nozzle's reach");
 }
 
-Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const Reach& reach) {
-  Check reached = CheckPattern(pattern, reach);
+Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
+               const machine::PrinterFacts& facts) {
+  Check reached = CheckPattern(pattern, facts);
   if (!reached.passed) return reached;
-  return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, reach);
+  return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, facts.reach);
 }
 
 // The diameter for which a file of pa pattern was written: "; bead …, 0.05 mm of 1.75 mm filament".
@@ -104,6 +158,7 @@ PrintNeeds NeedsOf(const CheckedPattern& checked) {
   needs.nozzle_diameter_mm = pattern.nozzle_diameter_mm;
   needs.bead_mm2 = gcode::BeadArea_mm2(pattern.line_width_mm, pattern.layer_height_mm);
   needs.pushed_alone_mm = std::max(pattern.retract_length_mm, pattern.prime_length_mm);
+  needs.pushed_alone_mm_s = pattern.retract_speed_mm_s;
   return needs;
 }
 
@@ -145,9 +200,8 @@ std::vector<Check> CheckPrinter(const Session& session, const CheckedPattern& ch
     return checks;
   }
   AddFacts(*facts, checked, checks);
-  const Reach& reach = facts->reach;
-  checks.push_back(checked.plan ? CheckSweeps(*checked.plan, settings, reach)
-                                : CheckBed(checked.pattern, settings, reach));
+  checks.push_back(checked.plan ? CheckSweeps(*checked.plan, settings, facts->reach)
+                                : CheckBed(checked.pattern, settings, *facts));
   return checks;
 }
 
@@ -158,14 +212,13 @@ std::vector<Check> CheckForPrint(const Session& session, const CheckedPattern& c
   checks.push_back(CheckCommands(session, "[printer] start_gcode", pattern.start_gcode));
   checks.push_back(CheckCommands(session, "[printer] end_gcode", pattern.end_gcode));
   checks.push_back(CheckLimit(session));
-  needs.pushed_alone_mm_s = pattern.retract_speed_mm_s;
   const auto facts = ReadFacts(session);
   if (!facts) {
     checks.push_back(NotMade("printer.cfg", facts.error()));
     return checks;
   }
   AddFacts(*facts, checked, checks);
-  checks.push_back(CheckPattern(pattern, facts->reach));
+  checks.push_back(CheckPattern(pattern, *facts));
   return checks;
 }
 
