@@ -97,6 +97,13 @@ void TakeBed(const PrinterFacts& facts, Config& config, std::vector<std::string>
                   x.origin_mm, x.origin_mm + x.size_mm, y.origin_mm, y.origin_mm + y.size_mm));
 }
 
+// Each material has a bed's temperature, which a bed without a heater cannot have.
+void TakeBedHeater(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
+  if (!facts.no_bed_heater || config.IsSet("filament.bed_temperature")) return;
+  config.pattern.bed_temperature_c = 0;
+  taken.emplace_back("an unheated bed (no [heater_bed])");
+}
+
 void TakeMotors(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
   config.pattern.advance_motors = facts.advance_names();
   if (config.pattern.advance_motors.empty()) return;
@@ -111,6 +118,7 @@ std::vector<std::string> TakeStated(const PrinterFacts& facts, StatedFor purpose
   TakeFilament(facts, config, taken);
   TakeNozzle(facts, config, taken);
   TakeBed(facts, config, taken);
+  TakeBedHeater(facts, config, taken);
   if (purpose == StatedFor::kPrinter) return taken;
   const PatternConfig& pattern = config.pattern;
   if (pattern.line_width_mm != before.line_width_mm) {
@@ -121,19 +129,36 @@ std::vector<std::string> TakeStated(const PrinterFacts& facts, StatedFor purpose
   return taken;
 }
 
-Result<std::optional<PrinterFacts>> TakeStatedBy(const procedure::Session& session,
-                                                 StatedFor purpose, Config& config) {
+namespace {
+
+// The facts of a printer that is ready, and what was taken over, in words; nothing of another.
+struct TakenFacts {
+  PrinterFacts facts;
+  std::string words;
+};
+
+Result<std::optional<TakenFacts>> TakeFrom(const procedure::Session& session, StatedFor purpose,
+                                           Config& config) {
   constexpr double kAsk_s = 10;
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
-  if (state->readiness != machine::PrinterReadiness::kReady) return std::optional<PrinterFacts>();
+  if (state->readiness != machine::PrinterReadiness::kReady) return std::optional<TakenFacts>();
   auto facts = procedure::ReadFacts(session);
   if (!facts) return tl::unexpected(facts.error());
   const auto taken = TakeStated(*facts, purpose, config);
-  if (!taken.empty()) {
-    session.Say(fmt::format("as the printer states: {}", fmt::join(taken, "; ")));
-  }
-  return std::optional(std::move(*facts));
+  std::string words = fmt::format("{}", fmt::join(taken, "; "));
+  if (!taken.empty()) session.Say("as the printer states: " + words);
+  return std::optional(TakenFacts{std::move(*facts), std::move(words)});
+}
+
+}  // namespace
+
+Result<std::optional<PrinterFacts>> TakeStatedBy(const procedure::Session& session,
+                                                 StatedFor purpose, Config& config) {
+  auto taken = TakeFrom(session, purpose, config);
+  if (!taken) return tl::unexpected(taken.error());
+  if (!*taken) return std::optional<PrinterFacts>();
+  return std::optional(std::move((*taken)->facts));
 }
 
 Result<void> FitPattern(const procedure::Session& session, Config& config) {
@@ -141,11 +166,13 @@ Result<void> FitPattern(const procedure::Session& session, Config& config) {
     auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
     if (!ready) return ready;
   }
-  const auto taken = TakeStatedBy(session, StatedFor::kPattern, config);
+  const auto taken = TakeFrom(session, StatedFor::kPattern, config);
   if (!taken) return tl::unexpected(taken.error());
   auto valid = Validate(config.pattern);
   if (valid) return {};
-  return Fail("with what the printer states of itself: " + valid.error().message,
+  const std::string words = *taken ? (*taken)->words : "";
+  return Fail(fmt::format("with what the printer states of itself{}: {}",
+                          words.empty() ? "" : fmt::format(" ({})", words), valid.error().message),
               ErrorKind::kSafety);
 }
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "session/fake_printer.h"
+
 namespace trammel::app {
 namespace {
 
@@ -69,13 +71,13 @@ TEST(StatedSettings, EveryUsualNozzleLaysLinesThatItCan) {
     const auto valid = Validate(config.pattern);
     EXPECT_TRUE(valid) << nozzle_mm << ": " << valid.error().message;
     EXPECT_NEAR(config.pattern.line_width_mm / nozzle_mm, 0.495 / 0.4, 1e-9);
-  }
-}
     if (nozzle_mm < 0.4 || nozzle_mm > 1.0) continue;
     const auto usual = files::DefaultConfig().pattern;  // and else nothing changes
     EXPECT_EQ(config.pattern.frame_overlap_mm, usual.frame_overlap_mm) << nozzle_mm;
     EXPECT_EQ(config.pattern.frame_margin_mm, usual.frame_margin_mm) << nozzle_mm;
     EXPECT_EQ(config.pattern.line_spacing_mm, usual.line_spacing_mm) << nozzle_mm;
+  }
+}
 
 TEST(StatedSettings, ADeltasBedIsRoundAndInTheMiddle) {
   PrinterFacts facts = Usual();
@@ -130,6 +132,39 @@ TEST(StatedSettings, AnAccelerationThatThePrinterForbidsIsNotLoweredUnasked) {
   Config config = Parsed("");
   EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config), IsEmpty());
   EXPECT_EQ(config.pattern.acceleration_mm_s2, 3000);  // the comparison refuses it
+}
+
+TEST(StatedSettings, WhereBeadsAreWideOrNarrowWhatIsSetStays) {
+  PrinterFacts facts = Usual();
+  facts.nozzle_diameter_mm = 1.8;
+  Config config =
+      Parsed("[pressure_advance_pattern]\nframe_margin = 5\nline_spacing = 6\nframe_overlap = 0\n");
+  (void)TakeStated(facts, StatedFor::kPattern, config);
+  EXPECT_EQ(config.pattern.frame_margin_mm, 5);
+  EXPECT_EQ(config.pattern.line_spacing_mm, 6);
+  EXPECT_EQ(config.pattern.frame_overlap_mm, 0);
+}
+
+TEST(StatedSettings, ABedWithoutAHeaterStaysCold) {
+  PrinterFacts facts = Usual();
+  facts.no_bed_heater = true;
+  Config config = Parsed("[filament]\nmaterial = \"pla\"\n");
+  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config),
+              ElementsAre(HasSubstr("an unheated bed")));
+  EXPECT_EQ(config.pattern.bed_temperature_c, 0);
+  Config set = Parsed("[filament]\nmaterial = \"pla\"\nbed_temperature = 60\n");
+  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, set), IsEmpty());
+  EXPECT_EQ(set.pattern.bed_temperature_c, 60);  // the comparison refuses it
+}
+
+TEST(StatedSettings, APatternThatDoesNotFitThemIsRefusedByTheirNames) {
+  procedure::testing::FakePrinter printer;
+  printer.told["configfile"]["settings"]["extruder"]["nozzle_diameter"] = 1.8;
+  Config config = Parsed("[pressure_advance_pattern]\nline_width = 0.45\n");
+  const auto fitted = FitPattern({printer, {}, {}}, config);
+  ASSERT_FALSE(fitted);
+  EXPECT_EQ(fitted.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(fitted.error().message, HasSubstr("states of itself (nozzle of 1.8 mm): ["));
 }
 
 TEST(StatedSettings, EveryMotorOnTheFilamentIsSet) {
