@@ -294,6 +294,35 @@ TEST(ResponseStudy, HoldsTheLagAtBothSpeedsAndSlip) {
   }
 }
 
+// Up to the smoothing that session/print_needs.cc lets a print have; what is beyond is only shown.
+TEST(ResponseStudy, HoldsTheTruthUpToTheLongestSmoothingOfAPrint) {
+  constexpr double kLongest_s = 0.06;
+  const int patterns = Patterns(100);
+  fmt::print("\nsmoothing of pressure advance: both transitions, linear and power 0.5\n");
+  for (const double smooth_time_s : {0.005, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2}) {
+    std::string text;
+    for (const double exponent : {1.0, 0.5}) {
+      Tally tally;
+      for (int i = 0; i < patterns; ++i) {
+        Random random = SeedOf(i);
+        ExtruderWorld world = World();
+        world.law = test::PowerLaw(exponent);
+        world.smooth_time_s = smooth_time_s;
+        world.pressure_advance_s = Values(0, 0.06, 10);
+        world.k_star_s = 0.06 * random.Uniform(0.25, 0.75);
+        const double truth_s = test::TruePressureAdvance(world);
+        tally.Add(PrintAndFit(world, false, random).result.pressure_advance, truth_s);
+      }
+      text += " | " + tally.Text();
+      if (smooth_time_s > kLongest_s) continue;
+      EXPECT_GE(tally.good, 0.9 * patterns) << smooth_time_s;
+      EXPECT_GE(tally.covered, 0.88 * tally.good) << smooth_time_s;
+    }
+    fmt::print("{:.3f} s{}\n", smooth_time_s, text);
+    std::fflush(stdout);
+  }
+}
+
 // Why intervals hold more than 95 % where nothing is odd: what they allow for is not there then.
 TEST(ResponseStudy, AllowsForADriftThatMostPrintersDoNotHave) {
   const int patterns = Patterns(200);
