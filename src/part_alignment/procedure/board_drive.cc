@@ -9,6 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
+#include "base/statistics.h"
 #include "geometry/euler.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_poses.h"
@@ -68,17 +69,13 @@ std::vector<View> ViewsAt(const std::vector<Vector3d>& places) {
   return views;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class Driving {
  public:
   Driving(const BoardDriveOptions& options, const BoardHooks& shop)
-      : options_(options), shop_(shop), board_(options.board) {
-    hooks_ = shop;
+      : options_(options),
+        shop_(shop),
+        hooks_(static_cast<const ViewHooks&>(shop)),
+        board_(options.board) {
     hooks_.move_to = [this](const Vector3d& mm) {
       moved_ = true;
       return Noted(shop_.move_to(mm));

@@ -184,8 +184,8 @@ Result<LyingPattern> FindLyingPattern(const std::string& address) {
   const auto folder = files::StateFolder();
   if (!folder) return tl::unexpected(folder.error());
   const std::string printer = procedure::PrinterName(address);
-  const auto print = files::LastPatternPrint(*folder / files::kPatternPrintsFile, printer,
-                                             files::PrintsFor::kEither);
+  auto print = files::LastPatternPrint(*folder / files::kPatternPrintsFile, printer,
+                                       files::PrintsFor::kEither);
   if (!print) return tl::unexpected(print.error());
   if (!*print) {
     return Fail(
