@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <semaphore>
@@ -18,6 +17,7 @@
 
 #include "base/random.h"
 #include "frame_truth.h"
+#include "from_environment.h"
 #include "machine_shop.h"
 #include "sim/print/conditions.h"
 #include "sim/print/world.h"
@@ -152,11 +152,6 @@ class BusyLoops {
   std::vector<pid_t> children_;
 };
 
-int FromEnvironment(const char* name, int otherwise) {
-  const char* asked = std::getenv(name);
-  return asked == nullptr ? otherwise : std::max(0, std::atoi(asked));
-}
-
 void Tell(const Row& row) {
   fmt::print("{} {:<22} truth {:.4f}  ", row.seed, row.condition, row.truth_s);
   if (row.verdict == "good") {
@@ -199,7 +194,8 @@ TEST(CalibrationStudy, FindsWhatThePrinterReallyIs) {
 
 // The computer beside Klipper has other work; eight loops are more than two cores get done.
 TEST(CalibrationStudy, HoldsBesideEightBusyLoops) {
-  const int wanted = FromEnvironment("TRAMMEL_BUSY_LOOPS", 8);  // fewer where others are busy, too
+  const int wanted =
+      std::max(0, FromEnvironment("TRAMMEL_BUSY_LOOPS", 8));  // fewer where others are busy, too
   const BusyLoops loops(wanted);
   ASSERT_EQ(loops.count(), wanted);
   const int count = std::max(1, FromEnvironment("TRAMMEL_CALIBRATIONS", 10));

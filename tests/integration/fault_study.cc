@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <string>
@@ -15,6 +14,7 @@
 
 #include "fault_kinds.h"
 #include "frame_truth.h"
+#include "from_environment.h"
 #include "play_all.h"
 
 namespace trammel::test {
@@ -22,11 +22,6 @@ namespace {
 
 constexpr int kWidth = 5;
 constexpr std::uint64_t kFirstSeed = 1000;
-
-int FromEnvironment(const char* name, int otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::max(0, std::atoi(text));
-}
 
 struct Tally {
   int runs = 0, unsafe = 0, lost = 0, numbers = 0, other = 0;
@@ -60,7 +55,7 @@ void PrintRow(const std::string& name, const Tally& tally) {
 
 TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber) {
   const int runs = std::max(1, FromEnvironment("TRAMMEL_STUDY_RUNS", 500));
-  const int first = FromEnvironment("TRAMMEL_STUDY_FIRST", 0);
+  const int first = std::max(0, FromEnvironment("TRAMMEL_STUDY_FIRST", 0));
   SideBySide side(std::clamp(FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth), 1, SideBySide::kMost));
   const auto& kinds = FaultKinds();
   const auto& stages = StageWords();

@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "base/square.h"
+#include "from_environment.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/flow/flow_table.h"
@@ -29,6 +29,7 @@ namespace trammel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FromEnvironment;
 
 constexpr double kSlow_mm_s = 10;  // of the default pattern
 constexpr double kSpeeds_mm_s[] = {60, 100, 150};
@@ -117,11 +118,6 @@ Outcome RunOne(std::uint64_t seed, const fs::path& scratch) {
   }
   outcome.table = *std::move(table);
   return outcome;
-}
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
 }
 
 TEST(FlowStudy, SaysHowTheValueGoesWithFlowWhateverTheExtruder) {

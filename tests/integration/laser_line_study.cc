@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "from_environment.h"
 #include "geometry/robust_line.h"
 #include "line_finders.h"
 #include "pressure_advance/laser/deviation.h"
@@ -28,14 +29,10 @@ namespace trammel {
 namespace {
 
 using test::Centres;
+using test::FromEnvironment;
 using test::StripeLook;
 
 constexpr int kFrames = 8;  // of a sweep, as many as the eye learns the stripe's looks from
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
 
 /// How one finder did on one look. What all rows of a sweep share is bias, not scatter: it shifts
 /// plate and bead alike.

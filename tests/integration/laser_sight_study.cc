@@ -20,6 +20,7 @@
 
 #include "base/parallel.h"
 #include "base/statistics.h"
+#include "from_environment.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -34,11 +35,7 @@ namespace trammel {
 namespace {
 
 namespace fs = std::filesystem;
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
+using test::FromEnvironment;
 
 /// Whether anything must be said of a line.
 enum class Told { kNothing, kEither, kMostly };

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "base/random.h"
 #include "base/square.h"
 #include "base/statistics.h"
+#include "from_environment.h"
 #include "melt_rows.h"
 #include "melt_world.h"
 #include "pressure_advance/pattern/pattern_presets.h"
@@ -23,19 +23,11 @@ namespace trammel {
 namespace {
 
 namespace pa = pressure_advance;
+using test::FromEnvironment;
 using test::MeltPrint;
 using test::MeltRow;
 using test::MeltWorld;
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
-
-std::string TextFromEnvironment(const char* name) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? "" : text;
-}
+using test::TextFromEnvironment;
 
 MeltWorld Usual() {
   return test::MeltWorldOf(pa::ParsePatternPreset(TextFromEnvironment("TRAMMEL_STUDY_PRESET"))

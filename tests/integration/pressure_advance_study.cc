@@ -18,6 +18,7 @@
 
 #include "base/square.h"
 #include "base/statistics.h"
+#include "from_environment.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -34,6 +35,7 @@ namespace trammel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FromEnvironment;
 
 constexpr double kNear_s = 0.002;
 constexpr std::uint64_t kFirstReportedSeed = 1000;  // CONVENTIONS.md: below it is development
@@ -320,11 +322,6 @@ void PrintReading(const char* name, const std::vector<double>& read, double shar
       "{:.3f}, stated {:.2f}\n",
       name, Mean(read), Quantile(read, 0.025), Quantile(read, 0.975), rms, share);
   EXPECT_LE(rms, 1.1 * share) << name;
-}
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
 }
 
 TEST(PressureAdvanceStudy, ResponseIsWithin2MillisecondsOfTheTruthUnderTheTwelveConditions) {

@@ -12,13 +12,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/stated_settings.h"
+#include "from_environment.h"
 #include "machine/moonraker/moonraker_status.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/procedure/scan_checks.h"
@@ -31,10 +31,6 @@ namespace {
 using files::Config;
 using nlohmann::json;
 
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
 Config Configured(const std::vector<std::string>& settings) {
   Config config = files::DefaultConfig();
   EXPECT_TRUE(files::OverrideConfig("material=pla", config));

@@ -14,6 +14,7 @@
 #include "base/square.h"
 #include "base/statistics.h"
 #include "extruder_world.h"
+#include "from_environment.h"
 #include "pressure_advance/pattern/pattern_presets.h"
 #include "pressure_advance/response/repeats.h"
 #include "pressure_advance/response/response.h"
@@ -23,11 +24,7 @@ namespace {
 
 namespace pa = pressure_advance;
 using test::ExtruderWorld;
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
+using test::FromEnvironment;
 
 struct Tally {
   std::vector<double> error_ms, half_ms;

@@ -15,6 +15,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 #include "extruder_world.h"
+#include "from_environment.h"
 #include "pressure_advance/pattern/pattern_presets.h"
 #include "pressure_advance/response/response.h"
 
@@ -23,13 +24,9 @@ namespace {
 
 namespace pa = pressure_advance;
 using test::ExtruderWorld;
+using test::FromEnvironment;
 
 constexpr std::uint64_t kFirstReportedSeed = 1000;  // CONVENTIONS.md: below it is development
-
-int FromEnvironment(const char* name, int fallback) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? fallback : std::atoi(text);
-}
 
 int Patterns(int fallback) { return FromEnvironment("TRAMMEL_STUDY_SEEDS", fallback); }
 

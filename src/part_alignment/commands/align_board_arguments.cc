@@ -129,10 +129,7 @@ void AddPlaces(CLI::App& command, BoardCommandArguments& arguments) {
       ->check(NumberIn(10.0, 1e5))
       ->capture_default_str()
       ->group(kGroup);
-  AddMachineBoxes(command, arguments.boxes);
-  for (const char* name : {"--travel", "--obstacle", "--camera-radius", "--camera-below"}) {
-    command.get_option(name)->group(kGroup);
-  }
+  AddMachineBoxes(command, arguments.boxes, kGroup);
 }
 
 void AddTouches(CLI::App& command, BoardCommandArguments& arguments) {

@@ -208,10 +208,7 @@ void AddRoute(CLI::App& command, MeasureArguments& arguments) {
       ->check(NumberIn(10.0, 1e5))
       ->capture_default_str()
       ->group(kGroup);
-  AddMachineBoxes(command, arguments.boxes);
-  for (const char* name : {"--travel", "--obstacle", "--camera-radius", "--camera-below"}) {
-    command.get_option(name)->group(kGroup);
-  }
+  AddMachineBoxes(command, arguments.boxes, kGroup);
 }
 
 void AddReading(CLI::App& command, MeasureArguments& arguments) {

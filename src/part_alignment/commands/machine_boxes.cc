@@ -16,26 +16,30 @@ MachineBox BoxOf(const std::vector<double>& n, std::size_t from) {
 
 }  // namespace
 
-void AddMachineBoxes(CLI::App& command, MachineBoxArguments& arguments) {
+void AddMachineBoxes(CLI::App& command, MachineBoxArguments& arguments, const std::string& group) {
   command
       .add_option("--travel", arguments.travel,
                   "of the spindle: the least X,Y,Z and the most X,Y,Z")
       ->expected(static_cast<int>(kNumbers))
-      ->delimiter(',');
+      ->delimiter(',')
+      ->group(group);
   command
       .add_option("--obstacle", arguments.obstacles,
                   "least X,Y,Z and most X,Y,Z of part or fixture; may be repeated")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->group(group);
   command
       .add_option("--camera-radius", arguments.camera_radius_mm, "of what hangs in the spindle, mm")
       ->check(NumberIn(0.0, 1e4))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group);
   command
       .add_option("--camera-below", arguments.camera_below_mm,
                   "from the spindle's reference point to the camera's lower end, mm; 0: 30 mm "
                   "beyond the camera's origin by its file")
       ->check(NumberIn(0.0, 1e4))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group);
 }
 
 Result<std::vector<MachineBox>> ObstaclesOf(const MachineBoxArguments& arguments) {

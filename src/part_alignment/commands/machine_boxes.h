@@ -1,6 +1,7 @@
 // What a machine has room for, on the command line: its travel, what stands in it, the camera.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -19,8 +20,9 @@ struct MachineBoxArguments {
   double camera_below_mm = 0;     ///< as part_alignment::ToolLength takes it
 };
 
-/// --travel, --obstacle, --camera-radius, --camera-below.
-void AddMachineBoxes(CLI::App& command, MachineBoxArguments& arguments);
+/// Adds --travel, --obstacle, --camera-radius, --camera-below, in a group of the help.
+void AddMachineBoxes(CLI::App& command, MachineBoxArguments& arguments,
+                     const std::string& group = "Options");
 
 /// @returns One box for each six numbers: the least X, Y, Z and the most X, Y, Z.
 /// Errors: numbers left over.

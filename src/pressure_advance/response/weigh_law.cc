@@ -133,9 +133,9 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   }
   if (trust < 1) {
     crossings.notices.push_back(fmt::format(
-        "neighbouring lines differ from the learnt law in the same way (correlation {:.2f}): this "
-        "extruder follows another law, and the answer leans on the changes of speed",
-        law.shared_misfit));
+        "neighbouring lines differ from the learnt law in the same way (correlation {:.2f}), as "
+        "where an extruder follows another law: it counts for {:.0f} % of its usual weight",
+        law.shared_misfit, 100 * trust));
   }
   if (const auto sigmas = Widen(trust * differ_s, apart, budget)) {
     crossings.notices.push_back(fmt::format(
