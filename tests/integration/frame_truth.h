@@ -14,6 +14,10 @@ struct PlacedFrames {
   int unmatched = 0;             ///< frames whose truth could not be told; must be 0
 };
 
+/// Returns the magnitude (mm) that 99 % of the placed frames stay within. The rest may carry a
+/// delay of the computer that runs the test. REQUIRES a placed frame.
+[[nodiscard]] double PlaceErrorOf99Percent_mm(const PlacedFrames& placed);
+
 /// Compares a recorded scan (scan.json, the .times of its videos, pattern.plan.json) with the
 /// camera's own log. Frames with a capture time are found by it, others by their order.
 /// REQUIRES a camera that lost no frame on its way where it names no capture times, and lines in x.
