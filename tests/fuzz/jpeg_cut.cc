@@ -5,7 +5,6 @@
 
 #include "fuzz.h"
 #include "image/jpeg_cutter.h"
-#include "image/jpeg_excerpt.h"
 #include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
 
@@ -18,9 +17,7 @@ using trammel::image::JpegReader;
 
 constexpr double kMostPixels = 1 << 20;
 
-/// @param all  of the data are read, as by who has no excerpt.
-std::vector<std::uint8_t> Pixels(std::span<const std::uint8_t> jpeg, const PixelRect& part,
-                                 bool all = false) {
+std::vector<std::uint8_t> Pixels(std::span<const std::uint8_t> jpeg, const PixelRect& part) {
   auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
   if (!reader || !reader->StartPart(JpegPixels::kBgr, part)) return {};
   const auto row_bytes = 3 * static_cast<std::size_t>(part.width);
@@ -28,24 +25,7 @@ std::vector<std::uint8_t> Pixels(std::span<const std::uint8_t> jpeg, const Pixel
   for (int y = 0; y < part.height; ++y) {
     if (!reader->ReadRow(pixels.data() + static_cast<std::size_t>(y) * row_bytes)) return {};
   }
-  if (all && !reader->ReadRest()) return {};
   return pixels;
-}
-
-// Only of what a decoder would read to the end, and with the same pixels.
-void TakeExcerpt(std::span<const std::uint8_t> jpeg, const PixelRect& part,
-                 const trammel::image::JpegOutline& outline) {
-  if (part.x < 0 || part.y < 0 || part.width < 1 || part.height < 1 ||
-      part.x > outline.width_px - part.width || part.y > outline.height_px - part.height) {
-    return;
-  }
-  static trammel::image::JpegExcerpter excerpter;
-  if (!excerpter.Take(jpeg, part)) return;
-  const PixelRect& rect = excerpter.rect();
-  const auto pixels =
-      Pixels(excerpter.bytes(), {part.x - rect.x, part.y - rect.y, part.width, part.height});
-  trammel::fuzz::Require(pixels.empty() || pixels == Pixels(jpeg, part, /*all=*/true),
-                         "an excerpt has the whole's pixels");
 }
 
 }  // namespace
@@ -62,7 +42,6 @@ TRAMMEL_FUZZ_TARGET(jpeg_cut)(const std::uint8_t* data, std::size_t size) {
       static_cast<double>(outline->width_px) * outline->height_px > kMostPixels) {
     return 0;
   }
-  TakeExcerpt(jpeg, part, *outline);
   std::vector<std::uint8_t> bytes;
   if (!fuzz::Good(image::CutJpeg(jpeg, part, bytes))) return 0;
   const auto cut = JpegReader::Open(bytes, JpegDamage::kRefuse);

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/pixel_rects.h"
-#include "image/jpeg_excerpt.h"
 #include "image/jpeg_reader.h"
 #include "machine/video/video_budget.h"
 
@@ -43,8 +42,6 @@ class MjpegVideo final : public VideoDecoder {
   }
   Result<void> OpenFrame();
   Result<void> DecodeFrame(const PixelRect& part);
-  bool ReadExcerpt(const PixelRect& stored);
-  Result<void> ReadRows(image::JpegReader& reader, const PixelRect& stored);
 
   std::filesystem::path path_;
   std::unique_ptr<VideoPackets> packets_;
@@ -52,7 +49,6 @@ class MjpegVideo final : public VideoDecoder {
   VideoPacket packet_;
   std::optional<image::JpegReader> reader_;  // of packet_
   image::JpegPlace place_;                   // of what is stored in the frame
-  image::JpegExcerpter excerpter_;
   Frame frame_;
 };
 
@@ -88,29 +84,10 @@ Result<void> MjpegVideo::DecodeFrame(const PixelRect& part) {
     frame_ = Frame(part.width, part.height);
   }
   frame_.time_s = packet_.time_s;
-  if (ReadExcerpt(stored)) return {};
-  auto read = ReadRows(*reader_, stored);
+  auto read = reader_->StartPart(image::JpegPixels::kBgr, stored);
+  for (int y = 0; read && y < stored.height; ++y) read = reader_->ReadRow(frame_.row(y));
   if (read) read = reader_->ReadRest();
   return read ? read : Damaged(number, read.error());
-}
-
-/// Fills `frame_` from an excerpt; false where the whole frame has to be read, or to be refused.
-bool MjpegVideo::ReadExcerpt(const PixelRect& stored) {
-  constexpr double kLargestShare = 0.25;  // of the frame: more is not worth an excerpt
-  const image::JpegHeader& header = reader_->header();
-  const double pixels = static_cast<double>(stored.width) * stored.height;
-  if (pixels > kLargestShare * header.width_px * header.height_px) return false;
-  if (!excerpter_.Take(packet_.bytes, stored)) return false;
-  auto reader = image::JpegReader::Open(excerpter_.bytes(), image::JpegDamage::kRefuse);
-  const PixelRect& rect = excerpter_.rect();
-  return reader &&
-         ReadRows(*reader, {stored.x - rect.x, stored.y - rect.y, stored.width, stored.height});
-}
-
-Result<void> MjpegVideo::ReadRows(image::JpegReader& reader, const PixelRect& stored) {
-  auto read = reader.StartPart(image::JpegPixels::kBgr, stored);
-  for (int y = 0; read && y < stored.height; ++y) read = reader.ReadRow(frame_.row(y));
-  return read;
 }
 
 Result<bool> MjpegVideo::Advance() {
