@@ -28,15 +28,6 @@ if(TRAMMEL_TOOL_OFFSET OR TRAMMEL_PART_ALIGNMENT)
 endif()
 
 # Those of modules that are loaded on demand, and the packages to name where they are not installed.
-set(TRAMMEL_VIDEO_PACKAGES "")
-if(TRAMMEL_VIDEO)
-  pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
-  foreach(library libavformat libswscale)  # Debian's names end in the soname's number
-    string(REGEX MATCH "^[0-9]+" major "${libav_${library}_VERSION}")
-    string(APPEND TRAMMEL_VIDEO_PACKAGES "${library}${major} ")
-  endforeach()
-  string(STRIP "${TRAMMEL_VIDEO_PACKAGES}" TRAMMEL_VIDEO_PACKAGES)
-endif()
 if(TRAMMEL_ARAVIS)
   pkg_check_modules(aravis REQUIRED IMPORTED_TARGET aravis-0.8)
   # Its -pthread defines _REENTRANT, with which no precompiled header matches; threads are linked

@@ -8,7 +8,7 @@
 #   traced: they take half of the time and teach nothing.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [LOCK NAME] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest
 #   executable, one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
-#   FFmpeg and imgcodecs behind them take longer to start than most of them.
+#   imgcodecs behind them takes longer to start than most of them.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
 #   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes a third of the room
 #   (all of it with a sanitizer, by which the virtual machine and its camera are slow).

@@ -9,8 +9,8 @@
 
 namespace trammel::machine {
 
-/// An MJPEG video, whose frames come out as they are stored. Another codec is an error that says
-/// how to convert the file. Errors are kMeasurement. A recording that was killed ends where it was
+/// MJPEG in AVI, whose frames come out as they are stored. Another video is an error with the
+/// command that converts it. Errors are kMeasurement. A recording that was killed ends where it was
 /// cut.
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> OpenVideoFrames(
     const std::filesystem::path& path, const CameraOptions& options);

@@ -155,8 +155,6 @@ Result<const void*> LoadOnce(const ModuleName& name, const fs::path& path) {
 
 }  // namespace
 
-const ModuleName kVideoModule = {"trammel-video", "reading a video", "trammel-video",
-                                 TRAMMEL_VIDEO_PACKAGES};
 const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed", "trammel-scanners",
                                    "libsane1"};
 const ModuleName kAravisModule = {"trammel-aravis", "a GigE Vision or USB3 Vision camera",

@@ -11,14 +11,13 @@
 namespace trammel::machine {
 
 struct ModuleName {
-  std::string_view file;      ///< without its ending: "trammel-video"
-  std::string_view purpose;   ///< of whoever asks, which begins every message: "reading this video"
-  std::string_view package;   ///< of trammel's own, in which it comes: "trammel-video"
+  std::string_view file;      ///< without its ending: "trammel-step"
+  std::string_view purpose;   ///< of whoever asks, which begins every message: "reading STEP"
+  std::string_view package;   ///< of trammel's own, in which it comes: "trammel-step"
   std::string_view packages;  ///< of Debian, in which its libraries come
 };
 
 /// Those that there are; each has a header of its own that states its table.
-extern const ModuleName kVideoModule;    ///< video_module.h
 extern const ModuleName kScannerModule;  ///< scanner_module.h
 extern const ModuleName kAravisModule;   ///< aravis_module.h
 extern const ModuleName kPdfModule;      ///< page/pdf_module.h

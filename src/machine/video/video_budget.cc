@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "image/jpeg_outline.h"
 
 namespace trammel::machine {
@@ -27,14 +25,6 @@ Result<void> VideoBudget::AddFrame(int width_px, int height_px, double stored_pi
         fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "
                     "one sweep per file, or with smaller frames",
                     frames_ + 1, limits_.max_pixels_in_all / 1e6));
-  }
-  // A few bytes can stand for millions of pixels.
-  const double spared = std::max(0.0, pixels_ - limits_.pixels_for_nothing);
-  if (spared > limits_.max_pixels_per_byte * static_cast<double>(file_bytes_)) {
-    return Beyond(
-        fmt::format("its first {} frames have {:.0f} megapixels from {} bytes, more than {:.0f} "
-                    "pixels a byte: nothing moves in them; record the line again",
-                    frames_ + 1, pixels_ / 1e6, file_bytes_, limits_.max_pixels_per_byte));
   }
   if (width_px < 1 || height_px < 1 || width_px > limits_.max_width_px ||
       height_px > limits_.max_height_px ||
@@ -60,8 +50,7 @@ Result<void> VideoBudget::AddTime(std::chrono::steady_clock::duration time) {
   decoding_ += time;
   if (decoding_ <= std::chrono::duration<double>(limits_.max_decoding_s)) return {};
   return Beyond(
-      fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file, or "
-                  "as MJPEG",
+      fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file",
                   frames_ + 1, limits_.max_decoding_s));
 }
 

@@ -1,4 +1,4 @@
-// What the frames of one video may cost, whichever decoder they are for.
+// Limits what the frames of one video may cost.
 #pragma once
 
 #include <chrono>
@@ -15,11 +15,10 @@ namespace trammel::machine {
 /// Counts frames, pixels and time. Messages do not name the file.
 class VideoBudget {
  public:
-  VideoBudget(const VideoLimits& limits, std::int64_t file_bytes)
-      : limits_(limits), file_bytes_(file_bytes) {}
+  explicit VideoBudget(const VideoLimits& limits) : limits_(limits) {}
 
   /// Accepts the next frame's size, or says what is wrong: too many frames, too large a one, one of
-  /// another size than the first, too many pixels in all or for the file's bytes.
+  /// another size than the first, too many pixels in all.
   /// @param stored_pixels  that the file has of the frame: all of them, but of a cut one.
   [[nodiscard]] Result<void> AddFrame(int width_px, int height_px, double stored_pixels);
 
@@ -31,7 +30,6 @@ class VideoBudget {
 
  private:
   VideoLimits limits_;
-  std::int64_t file_bytes_;
   std::size_t frames_ = 0;
   int width_px_ = 0;
   int height_px_ = 0;

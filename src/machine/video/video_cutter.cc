@@ -14,7 +14,7 @@
 #include "base/check.h"
 #include "image/avi_form.h"
 #include "image/jpeg_cutter.h"
-#include "machine/video/avi_packets.h"
+#include "machine/video/avi_reader.h"
 #include "machine/video/video_budget.h"
 
 namespace trammel::machine {
@@ -74,21 +74,21 @@ class AviFile {
 };
 
 /// Copies all frames, those that are to be cut as their cuts.
-Result<void> Fill(VideoPackets& packets, const VideoCut& cut, const std::stop_token& stop,
+Result<void> Fill(AviReader& reader, const VideoCut& cut, const std::stop_token& stop,
                   AviFile& avi) {
   const VideoLimits limits;
-  VideoPacket packet;
+  AviFrame frame;
   Bytes part;
   for (;;) {
     if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-    const auto more = packets.Next(packet);
+    const auto more = reader.Next(frame);
     if (!more) return tl::unexpected(more.error());
     if (!*more) return {};
-    if (auto fits = CheckMjpegFrame(packet.bytes, limits.max_pixels); !fits) return fits;
+    if (auto fits = CheckMjpegFrame(frame.bytes, limits.max_pixels); !fits) return fits;
     const bool whole = avi.frames() % cut.whole_every == 0;
     const bool smaller =
-        !whole && image::CutJpeg(packet.bytes, cut.part, part) && part.size() < packet.bytes.size();
-    if (auto added = avi.Add(smaller ? part : packet.bytes); !added) return added;
+        !whole && image::CutJpeg(frame.bytes, cut.part, part) && part.size() < frame.bytes.size();
+    if (auto added = avi.Add(smaller ? part : frame.bytes); !added) return added;
     if (avi.frames() > limits.max_frames) return Fail("it has more frames than are read");
   }
 }
@@ -100,10 +100,9 @@ Result<CutVideo> CutVideo::Write(const std::filesystem::path& video, const Video
   TRAMMEL_CHECK(cut.whole_every >= 1 && cut.frames_per_s > 0, "every {} frames, {} frames/s",
                 cut.whole_every, cut.frames_per_s);
   constexpr std::size_t kMostBytes = std::size_t{3} * VideoLimits{}.max_pixels;
-  auto packets = OpenAviPackets(video, kMostBytes);
-  if (!packets) return tl::unexpected(packets.error());
-  if (*packets == nullptr) return NotCut(video, "it is not MJPEG in AVI");
-  const image::AviForm form{(*packets)->width_px(), (*packets)->height_px(), cut.frames_per_s};
+  auto reader = AviReader::Open(video, kMostBytes);
+  if (!reader) return tl::unexpected(reader.error());
+  const image::AviForm form{reader->width_px(), reader->height_px(), cut.frames_per_s};
   if (form.width_px < 1 || form.width_px > 65535 || form.height_px < 1 || form.height_px > 65535) {
     return NotCut(video, fmt::format("its head states {}x{} px", form.width_px, form.height_px));
   }
@@ -111,7 +110,7 @@ Result<CutVideo> CutVideo::Write(const std::filesystem::path& video, const Video
   if (!file) return tl::unexpected(file.error());
   AviFile avi(*file);
   auto written = avi.Begin(form);
-  if (written) written = Fill(**packets, cut, stop, avi);
+  if (written) written = Fill(*reader, cut, stop, avi);
   if (written) written = avi.Finish();
   if (!written) return tl::unexpected(written.error());
   return CutVideo(video, std::move(*file));

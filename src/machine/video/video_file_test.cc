@@ -11,6 +11,7 @@
 #include <string>
 
 #include "support/laser_world.h"
+#include "support/little_memory.h"
 
 namespace trammel::machine {
 namespace {
@@ -154,6 +155,27 @@ TEST_F(VideoFileTest, RefusesWhatExceedsItsLimits) {
   limits = {};
   limits.max_width_px = 63;
   EXPECT_THAT(ReadAll(At("a.avi"), limits).second, HasSubstr("64x48"));
+}
+
+TEST_F(VideoFileTest, AFrameOfAGigapixelIsRefusedBeforeItIsDecoded) {
+  test::WriteAvi(At("a.avi"), std::vector<Frame>(2, Frame(64, 48)), 2);
+  std::string avi = test::ReadWhole(At("a.avi"));
+  const std::size_t frame = avi.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  avi.replace(frame + 5, 4, "\xFF\xDC\xFF\xDC");
+  test::WriteWhole(At("large.avi"), avi);
+  EXPECT_THAT(test::WithLittleMemory([&] { return ReadAll(At("large.avi")).second; }),
+              AllOf(HasSubstr("frame 1"), HasSubstr("65500x65500 px")));
+}
+
+TEST_F(VideoFileTest, PixelsAndTimeInAllAreLimited) {
+  test::WriteAvi(At("a.avi"), std::vector<Frame>(20, Frame(64, 48)), 20);
+  VideoLimits limits;
+  limits.max_pixels_in_all = 10 * 64 * 48;
+  EXPECT_THAT(ReadAll(At("a.avi"), limits).second, HasSubstr("its first 11 frames"));
+  limits = {};
+  limits.max_decoding_s = 0;
+  EXPECT_THAT(ReadAll(At("a.avi"), limits).second, HasSubstr("took over 0 s"));
 }
 
 }  // namespace

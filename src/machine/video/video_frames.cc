@@ -5,43 +5,40 @@
 
 #include "machine/camera/frame_check.h"
 #include "machine/camera/frame_files.h"
-#include "machine/module/module.h"
 #include "machine/net/host_clock.h"
-#include "machine/video/avi_packets.h"
-#include "machine/video/video_module.h"
+#include "machine/video/avi_reader.h"
 
 namespace trammel::machine {
 namespace {
 
 class VideoFrames final : public FrameSource {
  public:
-  VideoFrames(std::filesystem::path path, std::unique_ptr<VideoPackets> packets)
-      : path_(std::move(path)), packets_(std::move(packets)) {}
+  VideoFrames(std::filesystem::path path, AviReader avi)
+      : path_(std::move(path)), avi_(std::move(avi)) {}
 
   Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
   [[nodiscard]] std::string Describe() const override {
-    return fmt::format("video {}, {}x{} px", path_.string(), packets_->width_px(),
-                       packets_->height_px());
+    return fmt::format("video {}, {}x{} px", path_.string(), avi_.width_px(), avi_.height_px());
   }
   [[nodiscard]] bool live() const override { return false; }
 
  private:
   std::filesystem::path path_;
-  std::unique_ptr<VideoPackets> packets_;
+  AviReader avi_;
   std::uint64_t frames_ = 0;
   FrameChecker checker_;
 };
 
 Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-  VideoPacket packet;
-  const auto more = packets_->Next(packet);
+  AviFrame stored;
+  const auto more = avi_.Next(stored);
   if (!more) return tl::unexpected(more.error());
   if (!*more) return std::nullopt;
   CapturedFrame frame;
   frame.arrival_s = HostNow();
-  frame.image = std::move(packet.bytes);
-  if (const auto time_s = packet.time_s) {
+  frame.image = std::move(stored.bytes);
+  if (const auto time_s = stored.time_s) {
     frame.captured = CameraTime{*time_s, CameraClock::kRecording};
   }
   frame.sequence = frames_++;
@@ -53,14 +50,9 @@ Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token s
 
 Result<std::unique_ptr<FrameSource>> OpenVideoFrames(const std::filesystem::path& path,
                                                      const CameraOptions& options) {
-  auto packets = OpenAviPackets(path, options.max_frame_bytes);
-  if (packets && *packets == nullptr) {
-    const auto module = LoadModule<VideoModule>(kVideoModule);
-    if (!module) return tl::unexpected(module.error());
-    packets = (*module)->open_packets(path, options.max_frame_bytes);
-  }
-  if (!packets) return tl::unexpected(packets.error());
-  return std::make_unique<VideoFrames>(path, std::move(*packets));
+  auto avi = AviReader::Open(path, options.max_frame_bytes);
+  if (!avi) return tl::unexpected(avi.error());
+  return std::make_unique<VideoFrames>(path, std::move(*avi));
 }
 
 }  // namespace trammel::machine

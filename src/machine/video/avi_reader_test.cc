@@ -1,7 +1,8 @@
-#include "machine/video/avi_packets.h"
+#include "machine/video/avi_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -49,46 +50,45 @@ std::string Head(const std::string& codec, int streams_before = 0, std::uint32_t
 
 std::string Riff(const std::string& body) { return Chunk("RIFF", "AVI " + body); }
 
-class AviPacketsTest : public testing::Test {
+class AviReaderTest : public testing::Test {
  protected:
   std::filesystem::path Written(const std::string& bytes) {
     test::WriteWhole(folder_.path() / "a.avi", bytes);
     return folder_.path() / "a.avi";
   }
-  /// Bytes of each packet, or the error in its place; "none" where another reader is wanted.
+  /// Bytes of each frame, or the error in its place.
   std::vector<std::string> Read(const std::string& bytes) {
-    auto packets = OpenAviPackets(Written(bytes), kMostBytes);
-    if (!packets) return {packets.error().message};
-    if (*packets == nullptr) return {"none"};
+    auto avi = AviReader::Open(Written(bytes), kMostBytes);
+    if (!avi) return {avi.error().message};
     std::vector<std::string> read;
-    for (VideoPacket packet;;) {
-      const auto more = (*packets)->Next(packet);
+    for (AviFrame frame;;) {
+      const auto more = avi->Next(frame);
       if (!more) read.push_back(more.error().message);
       if (!more || !*more) return read;
-      read.emplace_back(packet.bytes.begin(), packet.bytes.end());
+      read.emplace_back(frame.bytes.begin(), frame.bytes.end());
     }
   }
   test::TemporaryFolder folder_;
 };
 
-TEST_F(AviPacketsTest, GivesTheFramesInOrderWithTheirTimes) {
+TEST_F(AviReaderTest, GivesTheFramesInOrderWithTheirTimes) {
   const std::string movie =
       Chunk("00dc", Jpeg(1)) + Chunk("00dc", "") + Chunk("JUNK", "xyz") + Chunk("00db", Jpeg(2));
-  auto packets =
-      OpenAviPackets(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMostBytes);
-  ASSERT_TRUE(packets && *packets != nullptr);
-  EXPECT_EQ((*packets)->width_px(), 64);
-  EXPECT_EQ((*packets)->height_px(), 48);
-  VideoPacket packet;
-  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
-  EXPECT_DOUBLE_EQ(packet.time_s.value_or(-1), 0);
-  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
+  auto avi =
+      AviReader::Open(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMostBytes);
+  ASSERT_TRUE(avi);
+  EXPECT_EQ(avi->width_px(), 64);
+  EXPECT_EQ(avi->height_px(), 48);
+  AviFrame frame;
+  ASSERT_EQ(avi->Next(frame).value_or(false), true);
+  EXPECT_DOUBLE_EQ(frame.time_s.value_or(-1), 0);
+  ASSERT_EQ(avi->Next(frame).value_or(false), true);
   constexpr double kPeriod_s = 2.0 / 50;
-  EXPECT_DOUBLE_EQ(packet.time_s.value_or(-1), 2 * kPeriod_s) << "an empty chunk took one";
-  EXPECT_EQ((*packets)->Next(packet).value_or(true), false);
+  EXPECT_DOUBLE_EQ(frame.time_s.value_or(-1), 2 * kPeriod_s) << "an empty chunk took one";
+  EXPECT_EQ(avi->Next(frame).value_or(true), false);
 }
 
-TEST_F(AviPacketsTest, ReadsListsWithinListsAndFurtherSegments) {
+TEST_F(AviReaderTest, ReadsListsWithinListsAndFurtherSegments) {
   const std::string first = Chunk("LIST", "rec " + Chunk("01dc", Jpeg(1)) + Chunk("00wb", "sound"));
   const std::string more = Chunk("RIFF", "AVIX" + Chunk("LIST", "movi" + Chunk("01dc", Jpeg(2))));
   EXPECT_THAT(
@@ -96,16 +96,28 @@ TEST_F(AviPacketsTest, ReadsListsWithinListsAndFurtherSegments) {
       ElementsAre(Jpeg(1), Jpeg(2)));
 }
 
-TEST_F(AviPacketsTest, LeavesWhatItDoesNotKnowToOthers) {
+TEST_F(AviReaderTest, OtherVideosAreRefusedWithTheCommandThatConvertsThem) {
   const std::string movie = Chunk("LIST", "movi" + Chunk("00dc", Jpeg(1)));
-  EXPECT_THAT(Read(Riff(Head("H264") + movie)), ElementsAre("none"));
-  EXPECT_THAT(Read(Riff(Head("MJPG", 0, 96) + movie)), ElementsAre("none")) << "two fields a frame";
-  EXPECT_THAT(Read(Riff(movie)), ElementsAre("none"));
-  EXPECT_THAT(Read("\x1A\x45\xDF\xA3 a Matroska file"), ElementsAre("none"));
-  EXPECT_THAT(Read(""), ElementsAre("none"));
+  const auto foreign = ElementsAre(HasSubstr("ffmpeg -i IN -c:v mjpeg -q:v 2 OUT.avi"));
+  EXPECT_THAT(Read(Riff(Head("H264") + movie)), foreign);
+  EXPECT_THAT(Read(Riff(Head("MJPG", 0, 96) + movie)), foreign) << "two fields a frame";
+  EXPECT_THAT(Read(Riff(movie)), foreign);
+  EXPECT_THAT(Read("\x1A\x45\xDF\xA3 a Matroska file"), foreign);
+  EXPECT_THAT(Read("#EXTM3U\n#EXTINF:10,\n/etc/passwd\n"), foreign) << "a list of other files";
 }
 
-TEST_F(AviPacketsTest, NamesWhereAFinishedFileIsDamaged) {
+TEST_F(AviReaderTest, OnlyRegularFilesAreOpened) {
+  const auto refused = [&](const std::string& name) {
+    const auto avi = AviReader::Open(folder_.path() / name, kMostBytes);
+    return avi ? std::string() : avi.error().message;
+  };
+  ASSERT_EQ(mkfifo((folder_.path() / "pipe.avi").c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder_.path() / "zero.avi");
+  EXPECT_THAT(refused("pipe.avi"), HasSubstr("not a regular file"));
+  EXPECT_THAT(refused("zero.avi"), HasSubstr("not a regular file"));
+}
+
+TEST_F(AviReaderTest, NamesWhereAFinishedFileIsDamaged) {
   const std::string good = Chunk("00dc", Jpeg(1));
   const auto damaged = Read(Riff(
       Head("MJPG") + Chunk("LIST", "movi" + good + std::string(8, '\0') + Chunk("00dc", Jpeg(2)))));
@@ -118,7 +130,7 @@ TEST_F(AviPacketsTest, NamesWhereAFinishedFileIsDamaged) {
   EXPECT_THAT(beyond[1], HasSubstr("frame 2"));
 }
 
-TEST_F(AviPacketsTest, EndsWhereAKilledRecorderEnded) {
+TEST_F(AviReaderTest, EndsWhereAKilledRecorderEnded) {
   std::string file = Riff(Head("MJPG") + Chunk("LIST", "movi"));
   file.replace(4, 4, std::string(4, '\0'));
   file.replace(file.size() - 8, 4, std::string(4, '\0'));
@@ -128,7 +140,7 @@ TEST_F(AviPacketsTest, EndsWhereAKilledRecorderEnded) {
   EXPECT_THAT(Read(file.substr(0, file.size() - 3)), ElementsAre(Jpeg(1)));
 }
 
-TEST_F(AviPacketsTest, SkipsIndicesAndCountsThatLie) {
+TEST_F(AviReaderTest, SkipsIndicesAndCountsThatLie) {
   const std::string movie = Chunk("LIST", "movi" + Chunk("00dc", Jpeg(1)));
   std::string index = Chunk("idx1", "00dc" + Little(0x10) + Little(0xFFFFFFF0U) + Little(1U << 30));
   EXPECT_THAT(Read(Riff(Head("MJPG") + movie + index)), ElementsAre(Jpeg(1)));
@@ -136,14 +148,14 @@ TEST_F(AviPacketsTest, SkipsIndicesAndCountsThatLie) {
   EXPECT_THAT(Read(Riff(Head("MJPG") + movie + index)), ElementsAre(Jpeg(1)));
 }
 
-TEST_F(AviPacketsTest, RefusesAFrameOfMoreBytesThanAskedFor) {
+TEST_F(AviReaderTest, RefusesAFrameOfMoreBytesThanAskedFor) {
   const std::string movie = Chunk("00dc", Jpeg(1)) + Chunk("00dc", Jpeg(kMostBytes));
   const auto read = Read(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie)));
   ASSERT_EQ(read.size(), 2U);
   EXPECT_THAT(read[1], HasSubstr("more than the 1048576 that are read"));
 }
 
-TEST_F(AviPacketsTest, ReadsFramesBeyondThreeGigabytes) {
+TEST_F(AviReaderTest, ReadsFramesBeyondThreeGigabytes) {
   constexpr std::uint64_t kHole = 3'000'000'000;
   const std::string last = Chunk("00dc", Jpeg(2));
   const std::string list =
@@ -154,15 +166,15 @@ TEST_F(AviPacketsTest, ReadsFramesBeyondThreeGigabytes) {
   const auto end = std::filesystem::file_size(path) + kHole;
   std::filesystem::resize_file(path, end);  // takes no room on the disk
   std::ofstream(path, std::ios::binary | std::ios::app) << last;
-  auto packets = OpenAviPackets(path, kMostBytes);
-  ASSERT_TRUE(packets && *packets != nullptr);
-  VideoPacket packet;
-  ASSERT_TRUE((*packets)->Next(packet));
-  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
-  EXPECT_EQ(std::string(packet.bytes.begin(), packet.bytes.end()), Jpeg(2));
+  auto avi = AviReader::Open(path, kMostBytes);
+  ASSERT_TRUE(avi);
+  AviFrame frame;
+  ASSERT_TRUE(avi->Next(frame));
+  ASSERT_EQ(avi->Next(frame).value_or(false), true);
+  EXPECT_EQ(std::string(frame.bytes.begin(), frame.bytes.end()), Jpeg(2));
 }
 
-TEST_F(AviPacketsTest, SurvivesEveryTruncationAndEveryChangedByte) {
+TEST_F(AviReaderTest, SurvivesEveryTruncationAndEveryChangedByte) {
   const std::string whole =
       Riff(Head("MJPG") + Chunk("LIST", "movi" + Chunk("00dc", Jpeg(1)) + Chunk("00dc", Jpeg(2))));
   for (std::size_t size = 0; size < whole.size(); ++size) {

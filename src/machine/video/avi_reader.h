@@ -1,0 +1,85 @@
+// Reads the JPEG frames of an AVI file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/net/file_bytes.h"
+
+namespace trammel::machine {
+
+/// One frame as it is stored.
+struct AviFrame {
+  std::vector<std::uint8_t> bytes;
+  std::optional<double> time_s;  ///< on the recording's clock
+};
+
+/// Reads the chunks of an AVI in the order of the file, by their own sizes: the indices and counts
+/// in its heads are ignored. Of any size; OpenDML's further segments are read, too.
+///
+/// A frame's time is its place among the stream's chunks, empty ones included, at the rate that the
+/// stream states; absent where it states none. A recording that was killed ends where it was cut.
+class AviReader {
+ public:
+  /// @param most_bytes  of a frame.
+  /// Errors (kMeasurement), which name the file: missing, cut off, or a video of another kind; that
+  /// one has the command that converts it.
+  [[nodiscard]] static Result<AviReader> Open(const std::filesystem::path& path,
+                                              std::size_t most_bytes);
+
+  /// Fills in the next frame, in memory that is reused; false after the last.
+  /// Errors (kMeasurement): damage, a frame of more bytes, no frame at all, a million chunks.
+  [[nodiscard]] Result<bool> Next(AviFrame& frame);
+
+  [[nodiscard]] int width_px() const { return stream_.width_px; }    ///< that its head states
+  [[nodiscard]] int height_px() const { return stream_.height_px; }  ///< that its head states
+
+ private:
+  /// The first video of the head's streams.
+  struct Stream {
+    int number = -1;  ///< in the names of its chunks; -1: none was found
+    bool jpeg = false;
+    int width_px = 0;
+    int height_px = 0;
+    double frames_per_s = 0;  ///< 0: not stated
+    double start_s = 0;
+  };
+  struct Chunk {
+    std::string tag;
+    std::string list;  ///< a list's or RIFF's type, else empty
+    std::int64_t at = 0;
+    std::int64_t size = 0;  ///< of what follows its head
+
+    [[nodiscard]] std::int64_t end() const { return at + 8 + size + size % 2; }
+  };
+
+  AviReader(std::filesystem::path path, std::size_t most_bytes, OpenFile file)
+      : path_(std::move(path)), most_bytes_(most_bytes), file_(std::move(file)) {}
+
+  [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const;
+  [[nodiscard]] std::vector<std::uint8_t> BytesAt(std::int64_t at, std::size_t count) const;
+  [[nodiscard]] std::optional<Chunk> ChunkAt(std::int64_t at) const;
+  [[nodiscard]] Result<void> CheckHead();
+  void TakeStream(const std::vector<std::uint8_t>& list, int number);
+  [[nodiscard]] bool FindStream();
+  [[nodiscard]] Result<bool> HasWholeFrames();
+  [[nodiscard]] Result<std::optional<Chunk>> NextChunk();
+
+  std::filesystem::path path_;
+  std::size_t most_bytes_;
+  OpenFile file_;
+  Stream stream_;
+  bool unfinished_ = false;  ///< its recorder was killed before it could state a size
+  std::int64_t at_ = 0;
+  std::int64_t frames_end_ = 0;  ///< of the list that holds them; 0: not stated
+  std::size_t parts_ = 0;        ///< chunks of any kind, so far
+  std::uint64_t chunks_ = 0;     ///< of the stream, so far
+  std::uint64_t frames_ = 0;
+};
+
+}  // namespace trammel::machine
