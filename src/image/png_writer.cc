@@ -140,4 +140,27 @@ Result<void> PngWriter::Finish() {
   return {};
 }
 
+Result<std::vector<std::uint8_t>> EncodePng(const PageView& pixels, std::optional<double> dpi_x,
+                                            std::optional<double> dpi_y) {
+  PngForm form;
+  form.width_px = pixels.width;
+  form.height_px = pixels.height;
+  form.channels = pixels.channels;
+  form.dpi_x = dpi_x;
+  form.dpi_y = dpi_y;
+  std::vector<std::uint8_t> bytes;
+  auto png = PngWriter::Create(form, [&bytes](std::span<const std::uint8_t> more) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+    return Result<void>();
+  });
+  if (!png) return tl::unexpected(png.error());
+  for (int y = 0; y < pixels.height; ++y) {
+    if (auto written = png->WriteRow(pixels.row(y)); !written) {
+      return tl::unexpected(written.error());
+    }
+  }
+  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  return bytes;
+}
+
 }  // namespace trammel::image

@@ -6,7 +6,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "base/page.h"
 #include "base/result.h"
 
 namespace trammel::image {
@@ -49,5 +51,11 @@ class PngWriter {
   explicit PngWriter(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// Encodes grey or BGR pixels. @param dpi_x, dpi_y  stated where both are there.
+/// Errors (kInput): a side of less than 1 or more than 1,000,000 px.
+[[nodiscard]] Result<std::vector<std::uint8_t>> EncodePng(const PageView& pixels,
+                                                          std::optional<double> dpi_x = {},
+                                                          std::optional<double> dpi_y = {});
 
 }  // namespace trammel::image

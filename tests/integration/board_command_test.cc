@@ -12,6 +12,7 @@
 #include "base/chi_square.h"
 #include "board_scene.h"
 #include "geometry/linear_systems.h"
+#include "image/png_test_support.h"
 #include "part_alignment/files/camera_file.h"
 #include "sim/spindle/spindle_camera.h"
 #include "support/run_trammel.h"
@@ -24,7 +25,7 @@ using ::testing::HasSubstr;
 
 constexpr double kRadius_mm = 3;
 
-std::string NameOf(std::size_t stop) { return "p" + std::to_string(stop + 10) + ".pgm"; }
+std::string NameOf(std::size_t stop) { return "p" + std::to_string(stop + 10) + ".png"; }
 
 class BoardCommand : public testing::Test {
  protected:
@@ -87,8 +88,7 @@ class BoardCommand : public testing::Test {
       const auto picture = sim::BoardPictureAt(world, stop, patterns, like);
       const auto page = sim::TakePicture(picture, world.noise.Fork(stop));
       ASSERT_TRUE(page) << page.error().message;
-      Write(NameOf(stop), "P5 " + std::to_string(page->width) + " " + std::to_string(page->height) +
-                              " 255\n" + std::string(page->samples.begin(), page->samples.end()));
+      test::WriteWhole(At(NameOf(stop)), image::PngOf(*page));
     }
   }
 
@@ -155,7 +155,7 @@ TEST_F(BoardCommand, CalibratesACameraByPicturesOfAPrintedSheet) {
   Write("board.json", fewer.dump());
   const auto unknown = Run("calibrate --board board.json --observations seen.json");
   EXPECT_EQ(unknown.exit_code, 1) << unknown.output;
-  EXPECT_THAT(unknown.output, HasSubstr("no view names the picture p10.pgm"));
+  EXPECT_THAT(unknown.output, HasSubstr("no view names the picture p10.png"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "image/png_test_support.h"
 #include "machine_shop.h"
 
 namespace trammel::test {
@@ -360,8 +361,10 @@ TEST_F(OffsetMeasure, WhatCannotBeReadLeavesNoFolderBehind) {
   EXPECT_THAT(printed.standard_output,
               AllOf(HasSubstr("offset start --continue recordings/offset_sheet-1"),
                     Not(HasSubstr("nothing applied"))));
-  // A page without any sheet on it.
-  Store("empty.pgm.png", "P5 1000 1000 255\n" + std::string(1'000'000, '\xF0'));
+  Page blank;  // without any sheet on it
+  blank.width = blank.height = 1000;
+  blank.samples.assign(1'000'000, 0xF0);
+  Store("empty.png", image::PngOf(blank));
   const ProcessEnd none =
       shop_->Run(Words({"offset", "measure", "--out", "recordings/none"}), kEnough_s);
   EXPECT_EQ(none.exit_code, kNotTrusted) << none.standard_error;

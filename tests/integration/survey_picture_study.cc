@@ -15,6 +15,7 @@
 #include <set>
 #include <string>
 
+#include "image/png_test_support.h"
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_picture_test_support.h"
@@ -93,9 +94,9 @@ TEST(SurveyPictureStudy, MeasuresAPartFromAHundredPictures) {
     fs::create_directory(folder.path() / "pictures");
     Random random(seed);
     for (std::size_t s = 0; s < world.shots.size(); ++s) {
-      std::ofstream(folder.path() / "pictures" / fmt::format("{}.pgm", kFirstNumber + s),
+      std::ofstream(folder.path() / "pictures" / fmt::format("{}.png", kFirstNumber + s),
                     std::ios::binary)
-          << part_alignment::test::PictureOf(world, world.shots[s], *book, random);
+          << image::PngOf(part_alignment::test::PictureOf(world, world.shots[s], *book, random));
     }
     std::ofstream(folder.path() / "bars.json") << BarsOf(world).dump();
     const Clock::time_point begin = Clock::now();

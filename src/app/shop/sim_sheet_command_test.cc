@@ -87,8 +87,8 @@ TEST_F(SimSheetCommand, RefusesArgumentsByName) {
 }
 
 TEST_F(SimSheetCommand, OverwritesNothing) {
-  ASSERT_EQ(Run("--out a.pnm").exit_code, 0);
-  const CommandResult again = Run("--out a.pnm");
+  ASSERT_EQ(Run("--out a.png").exit_code, 0);
+  const CommandResult again = Run("--out a.png");
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.output, HasSubstr("is there already"));
 }

@@ -20,7 +20,7 @@
 #include "app/shop/sim_spindle_views.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
-#include "machine/page/page_writer.h"
+#include "image/png_writer.h"
 #include "part_alignment/targets/code_book.h"
 #include "sim/spindle/spindle_files.h"
 #include "sim/spindle/spindle_scene.h"
@@ -192,7 +192,11 @@ Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
       const auto page =
           sim::TakePicture(sim::PictureAt(world, stop, *patterns, *wedges, like), noise.Fork(stop));
       if (!page) return tl::unexpected(page.error());
-      const auto done = machine::WritePage(*page, out / sim::PictureName(stop));
+      const auto png = image::EncodePng(page->view(), page->dpi_x, page->dpi_y);
+      if (!png) return tl::unexpected(png.error());
+      const auto done = files::WriteWholeFile(
+          out / sim::PictureName(stop), {reinterpret_cast<const char*>(png->data()), png->size()},
+          files::IfThere::kRefuse);
       if (!done) return done;
     }
     if (auto done = WriteText(sim::ViewsJson(world), out / "views.json"); !done) return done;

@@ -45,33 +45,11 @@ const ReadFormat* FindFormat(std::uint32_t code) {
   return found == kFormats.end() ? nullptr : found;
 }
 
-Result<std::vector<std::uint8_t>> AsJpeg(const cv::Mat& picture, int quality) {
+Result<std::vector<std::uint8_t>> AsJpeg(const PageView& pixels, int quality) {
   std::vector<std::uint8_t> jpeg;
-  const PageView pixels{picture.data, picture.cols, picture.rows, picture.channels(),
-                        static_cast<std::ptrdiff_t>(picture.step)};
   auto encoded = image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}}, jpeg);
   if (!encoded) return tl::unexpected(encoded.error());
   return jpeg;
-}
-
-Result<std::vector<std::uint8_t>> AsPng(const cv::Mat& picture) {
-  image::PngForm form;
-  form.width_px = picture.cols;
-  form.height_px = picture.rows;
-  form.channels = picture.channels();
-  std::vector<std::uint8_t> bytes;
-  auto png = image::PngWriter::Create(form, [&](std::span<const std::uint8_t> more) {
-    bytes.insert(bytes.end(), more.begin(), more.end());
-    return Result<void>();
-  });
-  if (!png) return tl::unexpected(png.error());
-  for (int y = 0; y < picture.rows; ++y) {
-    if (auto written = png->WriteRow(picture.ptr(y)); !written) {
-      return tl::unexpected(written.error());
-    }
-  }
-  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
-  return bytes;
 }
 
 }  // namespace
@@ -125,7 +103,9 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
   } else {
     cv::cvtColor(pixels_as_sent, picture, format->to_bgr);
   }
-  auto encoded = jpeg_quality > 0 ? AsJpeg(picture, jpeg_quality) : AsPng(picture);
+  const PageView pixels{picture.data, picture.cols, picture.rows, picture.channels(),
+                        static_cast<std::ptrdiff_t>(picture.step)};
+  auto encoded = jpeg_quality > 0 ? AsJpeg(pixels, jpeg_quality) : image::EncodePng(pixels);
   if (!encoded) return Fail(encoded.error().message, ErrorKind::kMachine);
   return encoded;
 }

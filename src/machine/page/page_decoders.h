@@ -47,7 +47,5 @@ void FillPixels(const PageLayout& layout, std::span<const std::uint8_t> row, int
                                      const PageReadOptions& options);
 [[nodiscard]] Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes,
                                       const PageReadOptions& options);
-[[nodiscard]] Result<Page> DecodePnm(std::span<const std::uint8_t> bytes,
-                                     const PageReadOptions& options);
 
 }  // namespace trammel::machine

@@ -14,7 +14,7 @@
 namespace trammel::machine {
 namespace {
 
-enum class PageFormat { kTiff, kPng, kJpeg, kPnm, kPdf, kUnknown };
+enum class PageFormat { kTiff, kPng, kJpeg, kPdf, kUnknown };
 
 PageFormat FormatOf(std::span<const std::uint8_t> bytes) {
   const auto starts = [bytes](std::string_view with) {
@@ -29,9 +29,6 @@ PageFormat FormatOf(std::span<const std::uint8_t> bytes) {
   if (starts("\x89PNG"sv)) return PageFormat::kPng;
   if (starts("\xff\xd8\xff"sv)) return PageFormat::kJpeg;
   if (starts("%PDF"sv)) return PageFormat::kPdf;
-  if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') {
-    return PageFormat::kPnm;
-  }
   return PageFormat::kUnknown;
 }
 
@@ -50,15 +47,14 @@ Result<void> Read(const std::filesystem::path& path, const PageReadOptions& opti
   const PageFormat format = FormatOf(*start);
   if (start->empty()) return Fail("it is empty; scan again");
   if (format == PageFormat::kUnknown) {
-    return Fail("it is no TIFF, PNG, JPEG, PNM or PDF; scan or convert it to one of these");
+    return Fail("it is no TIFF, PNG, JPEG or PDF; scan or convert it to one of these");
   }
   if (format == PageFormat::kTiff) return ReadTiff(path, options, sink);
   if (format == PageFormat::kPdf) return ReadPdf(path, options, sink);
   const auto bytes = ReadFileBytes(path, kMostPageBytes);
   if (!bytes) return tl::unexpected(bytes.error());
   if (format == PageFormat::kPng) return One(DecodePng(*bytes, options), sink);
-  if (format == PageFormat::kJpeg) return One(DecodeJpeg(*bytes, options), sink);
-  return One(DecodePnm(*bytes, options), sink);
+  return One(DecodeJpeg(*bytes, options), sink);
 }
 
 constexpr double kMostPixelsOfARow = 1e6;

@@ -1,4 +1,4 @@
-// Reads scanned pages: TIFF, PNG, JPEG, PNM and PDF.
+// Reads scanned pages: TIFF, PNG, JPEG and PDF.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,8 @@ using PageSink = std::function<Result<void>(Page)>;
 /// on white.
 ///
 /// TIFF (any strips; tiles, palettes and other rarities up to 200 megapixels), PNG, JPEG (no CMYK),
-/// PNM (P1 to P6), and PDFs that draw one picture a page, as scanners write them: the picture is
-/// taken as it was stored, mirrored where the page draws it so, its resolution from how large it is
-/// drawn.
+/// and PDFs that draw one picture a page, as scanners write them: the picture is taken as it was
+/// stored, mirrored where the page draws it so, its resolution from how large it is drawn.
 ///
 /// @returns errors (kInput), which name the file, what is wrong and what to do: a format that is
 /// none of these, a file that ends early, sizes beyond the options' or beyond what so few bytes can

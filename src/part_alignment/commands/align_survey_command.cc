@@ -47,8 +47,7 @@ struct SurveyArguments {
 };
 
 bool IsPicture(const fs::path& path) {
-  constexpr std::array<const char*, 8> kEndings = {".jpg",  ".jpeg", ".png", ".tif",
-                                                   ".tiff", ".pgm",  ".ppm", ".pnm"};
+  constexpr std::array<const char*, 5> kEndings = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
@@ -70,7 +69,7 @@ Result<std::vector<fs::path>> PicturesOf(const std::vector<std::string>& names) 
         of_folder.push_back(entry.path());
     }
     if (of_folder.empty()) {
-      return Fail(fmt::format("{}: no picture (JPEG, PNG, TIFF, PNM) is in this folder", name));
+      return Fail(fmt::format("{}: no picture (JPEG, PNG, TIFF) is in this folder", name));
     }
     std::sort(of_folder.begin(), of_folder.end());
     pictures.insert(pictures.end(), of_folder.begin(), of_folder.end());

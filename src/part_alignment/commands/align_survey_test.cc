@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "image/png_test_support.h"
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/files/target_file.h"
@@ -241,8 +242,8 @@ TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
       image.values[static_cast<std::size_t>(row * 1400 + column)] = 60;
   }
   const Page page = test::Expose(image, 1.0, random);
-  Write("one.pgm", "P5\n1400 900\n255\n" + std::string(page.samples.begin(), page.samples.end()));
-  EXPECT_EQ(Run("one.pgm --plain --keep-observations kept.json").exit_code, 2);
+  Write("one.png", image::PngOf(page));
+  EXPECT_EQ(Run("one.png --plain --keep-observations kept.json").exit_code, 2);
   const auto kept = files::ReadSurveyFile(At("kept.json"));
   ASSERT_TRUE(kept) << kept.error().message;
   const auto& picture = kept->front();
@@ -258,7 +259,7 @@ TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
     ASSERT_TRUE(point.disc);
     EXPECT_NEAR(point.disc->semi_major_px, 7, 0.2);
   }
-  EXPECT_EQ(Run("one.pgm --keep-observations coded.json").exit_code, 2);
+  EXPECT_EQ(Run("one.png --keep-observations coded.json").exit_code, 2);
   const auto coded = files::ReadSurveyFile(At("coded.json"));
   ASSERT_TRUE(coded);
   EXPECT_TRUE(coded->front().plain.empty());
@@ -278,8 +279,8 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   fs::create_directory(At("pictures"));
   Random random(32);
   for (std::size_t s = 0; s < world.shots.size(); ++s) {
-    Write("pictures/" + std::to_string(100 + s) + ".pgm",
-          part_alignment::test::PictureOf(world, world.shots[s], *book, random));
+    Write("pictures/" + std::to_string(100 + s) + ".png",
+          image::PngOf(part_alignment::test::PictureOf(world, world.shots[s], *book, random)));
   }
   WriteBars(world.bars);
   const auto run =

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <vector>
 
-#include "base/page.h"
 #include "support/target_picture.h"
 
 namespace trammel::part_alignment::test {
 
-std::string PictureOf(const SurveyWorld& world, const WorldShot& shot, const CodeBook& book,
-                      Random& random) {
+Page PictureOf(const SurveyWorld& world, const WorldShot& shot, const CodeBook& book,
+               Random& random) {
   constexpr double kRadius_mm = 13;
   const SurveyScene& scene = world.scene;
   std::vector<trammel::test::DrawnTarget> drawn;
@@ -42,10 +41,8 @@ std::string PictureOf(const SurveyWorld& world, const WorldShot& shot, const Cod
     one.word = book.words.at(std::stoul(id) - 1);
     drawn.push_back(one);
   }
-  const Page page = trammel::test::Expose(
-      trammel::test::Draw(scene.width_px, scene.height_px, drawn, {}), 1.0, random);
-  return "P5\n" + std::to_string(page.width) + " " + std::to_string(page.height) + "\n255\n" +
-         std::string(page.samples.begin(), page.samples.end());
+  return trammel::test::Expose(trammel::test::Draw(scene.width_px, scene.height_px, drawn, {}), 1.0,
+                               random);
 }
 
 void NumberBarEnds(SurveyWorld& world, int first) {

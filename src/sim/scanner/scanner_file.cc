@@ -150,12 +150,6 @@ Result<void> WriteJpeg(const SheetScan& scan, const Random& random, const PageFi
   return encoded ? put(jpeg) : encoded;
 }
 
-// Rows of 16 bit PNMs are big-endian.
-void SwapBytes(std::span<const std::uint8_t> row, Bytes& swapped) {
-  swapped.assign(row.begin(), row.end());
-  for (std::size_t i = 0; i + 1 < swapped.size(); i += 2) std::swap(swapped[i], swapped[i + 1]);
-}
-
 Result<void> Write(const files::NewFile& file, const SheetScan& scan, const Random& random,
                    const PageFileOptions& options, const std::string& extension) {
   const auto put = [&file](std::span<const std::uint8_t> bytes) {
@@ -164,34 +158,16 @@ Result<void> Write(const files::NewFile& file, const SheetScan& scan, const Rand
   const PageFormat& format = scan.format();
   if (extension == ".png") return WritePng(scan, random, options, put);
   if (extension == ".jpg" || extension == ".jpeg") return WriteJpeg(scan, random, options, put);
-  const bool tiff = extension == ".tif" || extension == ".tiff";
-  if (tiff) {
-    if (const auto head = put(TiffHead(format, options.dpi).Take()); !head) return head;
-    return scan.Render(random, put);
-  }
-  const std::string head =
-      fmt::format("P{}\n{} {}\n{}\n", format.channels == 1 ? 5 : 6, format.width_px,
-                  format.height_px, format.bits == 8 ? 255 : 65535);
-  if (const auto begun = put({reinterpret_cast<const std::uint8_t*>(head.data()), head.size()});
-      !begun) {
-    return begun;
-  }
-  Bytes swapped;
-  return scan.Render(random, [&](std::span<const std::uint8_t> row) {
-    if (format.bits == 8) return put(row);
-    SwapBytes(row, swapped);
-    return put(swapped);
-  });
+  if (const auto head = put(TiffHead(format, options.dpi).Take()); !head) return head;
+  return scan.Render(random, put);
 }
 
 Result<void> Check(const PageFormat& format, const PageFileOptions& options,
                    const std::string& extension) {
-  constexpr std::array kKnown = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm", ".pnm"};
+  constexpr std::array kKnown = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   if (std::find(kKnown.begin(), kKnown.end(), extension) == kKnown.end()) {
-    return Fail(
-        fmt::format("'{}' is no kind of picture that is written; choose .png, .jpg, .tif "
-                    "or .pnm",
-                    extension.substr(0, 20)));
+    return Fail(fmt::format("'{}' is no kind of picture that is written; choose .png, .jpg or .tif",
+                            extension.substr(0, 20)));
   }
   const bool jpeg = extension == ".jpg" || extension == ".jpeg";
   if (jpeg && format.bits == 16) return Fail("JPEG has 8 bits; choose --bits 8, .png or .tif");
@@ -206,7 +182,7 @@ Result<void> Check(const PageFormat& format, const PageFileOptions& options,
   const double bytes = static_cast<double>(format.row_bytes()) * format.height_px;
   if (extension.substr(0, 4) == ".tif" && bytes > 4.2e9) {
     return Fail(
-        fmt::format("a TIFF holds 4 GB, this scan has {:.1f}; choose .pnm, fewer bits or "
+        fmt::format("a TIFF holds 4 GB, this scan has {:.1f}; choose .png, fewer bits or "
                     "a lower resolution",
                     bytes / 1e9));
   }

@@ -16,9 +16,9 @@ struct PageFileOptions {
 };
 
 /// Scans into a file; its name says what kind: .png, .jpg or .jpeg (8 bit only), .tif or .tiff
-/// (uncompressed), .pgm or .ppm or .pnm (these never say a resolution). All but JPEG are written
-/// row by row. Overwrites. What could not be finished is removed. Errors (kInput): another name, 16
-/// bit JPEG, a TIFF of 4 GB or more, a file that cannot be written.
+/// (uncompressed). All but JPEG are written row by row. Overwrites. What could not be finished is
+/// removed. Errors (kInput): another name, 16 bit JPEG, a TIFF of 4 GB or more, a file that cannot
+/// be written.
 [[nodiscard]] Result<void> WriteScan(const SheetScan& scan, const Random& random,
                                      const PageFileOptions& options,
                                      const std::filesystem::path& path);

@@ -73,19 +73,16 @@ TEST_F(ScannerFile, EveryKindHoldsTheSamePixels) {
       const SheetScan scan = Scan(colour, bits);
       Write("a.png", scan, {600, 90});
       Write("a.tif", scan, {600, 90});
-      Write("a.pnm", scan, {600, 90});
       const cv::Mat png = Read("a.png");
       ASSERT_EQ(png.rows, scan.format().height_px);
       ASSERT_EQ(png.channels(), scan.format().channels);
       ASSERT_EQ(png.depth(), bits == 8 ? CV_8U : CV_16U);
-      for (const char* other : {"a.tif", "a.pnm"}) {
-        const cv::Mat image = Read(other);
-        ASSERT_EQ(image.size(), png.size()) << other;
-        ASSERT_EQ(image.type(), png.type()) << other;
-        const auto bytes = static_cast<std::size_t>(png.cols) * png.elemSize();
-        for (int y = 0; y < png.rows; ++y) {
-          ASSERT_TRUE(std::equal(png.ptr(y), png.ptr(y) + bytes, image.ptr(y))) << other << y;
-        }
+      const cv::Mat tiff = Read("a.tif");
+      ASSERT_EQ(tiff.size(), png.size());
+      ASSERT_EQ(tiff.type(), png.type());
+      const auto bytes = static_cast<std::size_t>(png.cols) * png.elemSize();
+      for (int y = 0; y < png.rows; ++y) {
+        ASSERT_TRUE(std::equal(png.ptr(y), png.ptr(y) + bytes, tiff.ptr(y))) << y;
       }
     }
   }

@@ -117,7 +117,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<AnalyzeArguments>();
   command
       ->add_option("SCAN", arguments->scans,
-                   "TIFF, PNG, JPEG, PNM or PDF: scans or photos of one sheet, however it lay; "
+                   "TIFF, PNG, JPEG or PDF: scans or photos of one sheet, however it lay; "
                    "behind a + those of the next sheet, printed anew")
       ->required();
   AddSheetChoice(*command, arguments->sheet);

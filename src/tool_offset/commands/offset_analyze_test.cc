@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "image/png_test_support.h"
 #include "machine/page/page_file.h"
-#include "machine/page/page_writer.h"
 #include "support/run_trammel.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
@@ -275,7 +275,7 @@ TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   blank.width = 2480;
   blank.height = 3508;
   blank.samples.assign(std::size_t{2480} * 3508, 240);
-  ASSERT_TRUE(machine::WritePage(blank, Path("blank.png")));
+  WriteWhole(Path("blank.png"), image::PngOf(blank));
   const CommandResult none = Analyze("blank.png --json");
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
@@ -420,7 +420,7 @@ TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
   Page picture = OnlyPage(Path("phone.jpg"));
   WriteWhole(Path("app.pdf"), AsPdf(WithoutExif(phone), picture.width, picture.height));
   picture.film_focal_mm = {};
-  ASSERT_TRUE(machine::WritePage(picture, Path("heic.png")));
+  WriteWhole(Path("heic.png"), image::PngOf(picture));
   const auto as_photo = [&](const std::string& file, const std::string& more) {
     const CommandResult result =
         Trammel(fmt::format("offset analyze {} --pattern bare.gcode --json {}", file, more));
@@ -443,8 +443,8 @@ TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
 TEST_F(OffsetAnalyze, KnowsAScanThatStatesNoResolution) {
   Page page = OnlyPage(Path("a.png"));
   page.dpi_x = page.dpi_y = {};
-  ASSERT_TRUE(machine::WritePage(page, Path("silent.tif")));
-  const CommandResult silent = Analyze("silent.tif --json");
+  WriteWhole(Path("silent.png"), image::PngOf(page));
+  const CommandResult silent = Analyze("silent.png --json");
   ASSERT_EQ(silent.exit_code, 0) << silent.output;
   const json found = json::parse(silent.standard_output);
   EXPECT_TRUE(found["scans"][0]["photo"].is_null());
@@ -464,7 +464,7 @@ TEST_F(OffsetAnalyze, NamesAPageWhoseRowsAndColumnsAreUnlike) {
     squeezed.samples.insert(squeezed.samples.end(), row, row + page.stride());
     ++squeezed.height;
   }
-  ASSERT_TRUE(machine::WritePage(squeezed, Path("fax.png")));
+  WriteWhole(Path("fax.png"), image::PngOf(squeezed));
   const CommandResult fax = Analyze("fax.png");
   EXPECT_EQ(fax.exit_code, 2) << fax.output;
   EXPECT_THAT(fax.standard_error,

@@ -41,7 +41,7 @@ using files::StartedSheet;
 using procedure::Session;
 using procedure::UploadedFile;
 
-// What pages are read from (machine/page/page_file.h), but for PNM, which no scanner writes.
+// What pages are read from (machine/page/page_file.h).
 constexpr std::array<std::string_view, 6> kEndings = {".pdf",  ".png", ".jpg",
                                                       ".jpeg", ".tif", ".tiff"};
 constexpr std::size_t kMostBytes = std::size_t{128} << 20;  // A4 in colour, 600 dpi, not packed
