@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS trammel)
 # The program looks for them in lib/trammel beside its own folder, whatever CMAKE_INSTALL_LIBDIR is.
-foreach(module video scanner aravis webp heif pdf step)
+foreach(module aravis webp heif pdf step)
   if(TARGET trammel_${module}_module)
     install(TARGETS trammel_${module}_module LIBRARY DESTINATION lib/trammel)
   endif()

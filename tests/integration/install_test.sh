@@ -10,11 +10,12 @@ mv "$folder/installed" "$folder/moved"
 said=$("$folder/moved/bin/trammel" --version)
 [[ $said == "trammel $version" ]] || { echo "--version says: $said"; exit 1; }
 # The modules are found beside the program, and only there.
-"$folder/moved/bin/trammel" offset scan --list > "$folder/scanners" 2>&1 || true
-if grep -q 'trammel-scanner' "$folder/scanners"; then cat "$folder/scanners"; exit 1; fi
+printf '%%PDF-1.4\n' > "$folder/page.pdf"
+"$folder/moved/bin/trammel" align survey "$folder/page.pdf" > "$folder/read" 2>&1 && exit 1
+if grep -q 'trammel-pdf' "$folder/read"; then cat "$folder/read"; exit 1; fi
 rm -r "$folder/moved/lib/trammel"
-"$folder/moved/bin/trammel" offset scan --list > "$folder/scanners" 2>&1 && exit 1
-grep -q 'trammel-scanner' "$folder/scanners" || { cat "$folder/scanners"; exit 1; }
+"$folder/moved/bin/trammel" align survey "$folder/page.pdf" > "$folder/read" 2>&1 && exit 1
+grep -q 'trammel-pdf' "$folder/read" || { cat "$folder/read"; exit 1; }
 
 cmake -S "$source/tests/integration/installed" -B "$folder/consumer" -DCMAKE_PREFIX_PATH="$folder/moved" \
   -DEXAMPLE="$source/examples/tap/tap.c" > "$folder/log"

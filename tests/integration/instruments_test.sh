@@ -6,7 +6,7 @@ source=$1
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 configure() {  # FOLDER OPTIONS...
-  cmake -G Ninja -S "$source" -B "$folder/$1" -DTRAMMEL_SCANNER=OFF -DTRAMMEL_ARAVIS=OFF "${@:2}" \
+  cmake -G Ninja -S "$source" -B "$folder/$1" -DTRAMMEL_ARAVIS=OFF "${@:2}" \
     > "$folder/log" 2>&1
 }
 instruments=(pressure_advance tap tool_offset part_alignment)

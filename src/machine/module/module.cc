@@ -155,8 +155,6 @@ Result<const void*> LoadOnce(const ModuleName& name, const fs::path& path) {
 
 }  // namespace
 
-const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed", "trammel-scanners",
-                                   "libsane1"};
 const ModuleName kAravisModule = {"trammel-aravis", "a GigE Vision or USB3 Vision camera",
                                   "trammel-machine-vision", "libaravis-0.8-0"};
 const ModuleName kPdfModule = {"trammel-pdf", "reading a PDF", "trammel", "libqpdf"};

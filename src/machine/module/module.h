@@ -18,12 +18,11 @@ struct ModuleName {
 };
 
 /// Those that there are; each has a header of its own that states its table.
-extern const ModuleName kScannerModule;  ///< scanner_module.h
-extern const ModuleName kAravisModule;   ///< aravis_module.h
-extern const ModuleName kPdfModule;      ///< page/pdf_module.h
-extern const ModuleName kWebpModule;     ///< phone_picture.h
-extern const ModuleName kHeifModule;     ///< phone_picture.h
-extern const ModuleName kStepModule;     ///< cad/step_module.h
+extern const ModuleName kAravisModule;  ///< aravis_module.h
+extern const ModuleName kPdfModule;     ///< page/pdf_module.h
+extern const ModuleName kWebpModule;    ///< phone_picture.h
+extern const ModuleName kHeifModule;    ///< phone_picture.h
+extern const ModuleName kStepModule;    ///< cad/step_module.h
 
 /// lib/trammel beside the folder of the program that runs; in a build tree, which a CMakeCache.txt
 /// shows, beside that folder's parent, too.

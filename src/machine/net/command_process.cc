@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,8 @@
 #include <csignal>
 #include <cstring>
 #include <utility>
+
+#include "machine/net/host_clock.h"
 
 namespace trammel::machine {
 namespace {
@@ -37,7 +40,8 @@ void CloseAllOthers() {
 }
 
 // After the fork only what may be called there, as other threads may have held any lock.
-[[noreturn]] void Become(char* const* words, int input, int output, int error, pid_t parent) {
+[[noreturn]] void Become(char* const* words, int input, int output, int error, pid_t parent,
+                         const rlimit& file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   dup2(input, STDIN_FILENO);
@@ -48,6 +52,7 @@ void CloseAllOthers() {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (file_bytes.rlim_cur != RLIM_INFINITY) setrlimit(RLIMIT_FSIZE, &file_bytes);
   execv(words[0], words);
   constexpr std::string_view kFailed = "trammel: the program cannot be started again\n";
   (void)!write(STDERR_FILENO, kFailed.data(), kFailed.size());
@@ -62,7 +67,8 @@ std::string CommandEnd::Words() const {
 }
 
 Result<std::unique_ptr<CommandProcess>> CommandProcess::Start(
-    const std::vector<std::string>& words) {
+    const std::vector<std::string>& words, std::optional<std::uint64_t> most_file_bytes) {
+  const rlim_t most = most_file_bytes.value_or(RLIM_INFINITY);
   std::vector<std::string> copies = words;
   std::vector<char*> arguments;
   for (std::string& word : copies) arguments.push_back(word.data());
@@ -83,7 +89,7 @@ Result<std::unique_ptr<CommandProcess>> CommandProcess::Start(
   }
   const pid_t parent = getpid();
   const pid_t process = fork();
-  if (process == 0) Become(arguments.data(), input, output[1], error[1], parent);
+  if (process == 0) Become(arguments.data(), input, output[1], error[1], parent, {most, most});
   if (process < 0) return fail("no other process can be started");
   close(input);
   close(output[1]);
@@ -114,8 +120,8 @@ bool CommandProcess::Read(OutputStream stream, const TakeLine& take) {
     return false;
   }
   for (const char c : std::string_view(bytes.data(), static_cast<std::size_t>(count))) {
-    if (c == '\n') {
-      if (!pipe.cut) take(stream, pipe.line);
+    if (c == '\n' || c == '\r') {
+      if (!pipe.cut && (c == '\n' || !pipe.line.empty())) take(stream, pipe.line);
       pipe.line.clear();
       pipe.cut = false;
     } else if (!pipe.cut) {
@@ -128,21 +134,37 @@ bool CommandProcess::Read(OutputStream stream, const TakeLine& take) {
   return true;
 }
 
-CommandEnd CommandProcess::Follow(const TakeLine& take) {
+CommandEnd CommandProcess::Follow(const TakeLine& take, const CommandLimits& limits) {
+  using enum CommandEnd::Cause;
+  CommandEnd end;
+  double deadline_s = HostNow() + limits.silence_s;
   while (output_.fd >= 0 || error_.fd >= 0) {
+    const bool stop = limits.stop.stop_requested();
+    if (end.cause == kItself && (stop || HostNow() > deadline_s)) {
+      end.cause = stop ? kStop : kSilence;
+      deadline_s = HostNow() + limits.rest_s;
+      AskToEnd();
+    } else if (end.cause != kItself && HostNow() > deadline_s) {
+      Signal(SIGKILL);
+    }
     std::array<pollfd, 2> waiting{{{output_.fd, POLLIN, 0}, {error_.fd, POLLIN, 0}}};
     const int ready = poll(waiting.data(), waiting.size(), kLook_ms);
     if (ready < 0 && errno != EINTR) break;
     // Its last words are read before it counts as ended.
     if (ready == 0 && HasEnded()) break;
     if (ready <= 0) continue;
+    if (end.cause == kItself) deadline_s = HostNow() + limits.silence_s;
     if (waiting[0].revents != 0) (void)Read(OutputStream::kOutput, take);
     if (waiting[1].revents != 0) (void)Read(OutputStream::kError, take);
   }
   Wait();
   const std::lock_guard lock(mutex_);
-  if (WIFSIGNALED(status_)) return {-1, WTERMSIG(status_)};
-  return {WEXITSTATUS(status_), 0};
+  if (WIFSIGNALED(status_)) {
+    end.signal = WTERMSIG(status_);
+  } else {
+    end.exit_code = WEXITSTATUS(status_);
+  }
+  return end;
 }
 
 bool CommandProcess::HasEnded() {
@@ -159,9 +181,11 @@ void CommandProcess::Wait() {
   while (!HasEnded()) poll(nullptr, 0, kAgain_ms);
 }
 
-void CommandProcess::AskToEnd() {
+void CommandProcess::AskToEnd() { Signal(SIGTERM); }
+
+void CommandProcess::Signal(int number) {
   const std::lock_guard lock(mutex_);
-  if (!ended_) kill(process_, SIGTERM);
+  if (!ended_) kill(process_, number);
 }
 
 }  // namespace trammel::machine

@@ -98,6 +98,40 @@ TEST(CommandProcess, EndsAsItLikesWhenAsked) {
   (*process)->AskToEnd();  // nobody any more
 }
 
+TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
+  const std::string deaf = "trap '' TERM; echo one; while :; do sleep 0.01; done";
+  std::stop_source stop;
+  stop.request_stop();
+  for (const auto& [limits, cause] :
+       {std::pair{CommandLimits{.silence_s = 0.3, .rest_s = 0.1}, CommandEnd::Cause::kSilence},
+        std::pair{CommandLimits{.stop = stop.get_token(), .rest_s = 0.1},
+                  CommandEnd::Cause::kStop}}) {
+    auto process = CommandProcess::Start(Shell(deaf));
+    ASSERT_TRUE(process) << process.error().message;
+    const CommandEnd end = (*process)->Follow([](OutputStream, std::string_view) {}, limits);
+    EXPECT_EQ(end.cause, cause);
+    EXPECT_EQ(end.signal, SIGKILL);
+  }
+  // A display of progress is no silence.
+  auto busy =
+      CommandProcess::Start(Shell("for i in 1 2 3 4 5; do printf \"$i\\r\"; sleep 0.2; done"));
+  ASSERT_TRUE(busy) << busy.error().message;
+  int lines = 0;
+  const CommandEnd end = (*busy)->Follow([&lines](OutputStream, std::string_view) { ++lines; },
+                                         {.stop = {}, .silence_s = 0.6, .rest_s = 1});
+  EXPECT_EQ(end.cause, CommandEnd::Cause::kItself);
+  EXPECT_EQ(lines, 5);
+}
+
+TEST(CommandProcess, AFileThatBecomesTooLargeEndsIt) {
+  const test::TemporaryFolder folder;
+  auto process = CommandProcess::Start(
+      Shell("exec head -c 100000 /dev/zero > " + (folder.path() / "file").string()), 5000);
+  ASSERT_TRUE(process) << process.error().message;
+  EXPECT_EQ((*process)->Follow([](OutputStream, std::string_view) {}).signal, SIGXFSZ);
+  EXPECT_LE(std::filesystem::file_size(folder.path() / "file"), 5000U);
+}
+
 TEST(CommandProcess, ASignalIsNamed) {
   EXPECT_THAT(Follow(Shell("kill -SEGV $$")).end.Words(), HasSubstr("signal 11"));
 }

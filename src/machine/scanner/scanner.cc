@@ -1,156 +1,330 @@
 #include "machine/scanner/scanner.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <cstring>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <csignal>
+#include <string_view>
 
-#include "machine/module/module.h"
-#include "machine/scanner/frame_assembler.h"
-#include "machine/scanner/sane_scan.h"
-#include "machine/scanner/scanner_module.h"
+#include "base/utf8.h"
+#include "files/new_file.h"
+#include "machine/net/command_process.h"
+#include "machine/scanner/scanner_options.h"
 
 namespace trammel::machine {
 namespace {
 
-template <class T>
-std::optional<T> ValueOf(const ChildMessage& message) {
-  T value{};
-  if (message.bytes.size() != sizeof value) return std::nullopt;
-  std::memcpy(&value, message.bytes.data(), sizeof value);
-  return value;
-}
+using Words = std::vector<std::string>;
 
-std::string TextOf(const ChildMessage& message) {
-  return {message.bytes.begin(), message.bytes.end()};
-}
+constexpr double kInch_mm = 25.4;
 
-std::optional<Error> ErrorOf(const ChildMessage& message) {
-  if (message.kind != static_cast<std::uint32_t>(ScannerMessage::kError)) return std::nullopt;
-  const std::string text = TextOf(message);
-  const auto kind = static_cast<ErrorKind>(text.empty() ? '\0' : text[0]);
-  return Error{kind, text.empty() ? text : text.substr(1)};
-}
-
-constexpr const char* kAnotherWay =
-    "see whether scanimage -d NAME can do it, update the driver, or scan to a file with another "
-    "program: analyze reads that";
-
-struct Conversation {
-  ChildProcess child;
-  std::string about;  // whom: "the drivers", "scanner test:0"
-  double silence_s = 0;
-
-  // The next message, or why there is none.
-  Result<ChildMessage> Next(const std::stop_token& stop) {
-    ChildMessage message;
-    switch (child.Receive(message, silence_s, stop)) {
-      case Heard::kMessage:
-        break;
-      case Heard::kStopped:
-        return Fail("stopped during the scan", ErrorKind::kInterrupted);
-      case Heard::kSilence:
-        return Fail(fmt::format("{} said nothing for {:g} s: switch it off and on, and try again; "
-                                "otherwise {}",
-                                about, silence_s, kAnotherWay),
-                    ErrorKind::kMachine);
-      case Heard::kEnded:
-        return Fail(fmt::format("{}: its driver crashed ({}): {}", about, child.End(), kAnotherWay),
-                    ErrorKind::kMachine);
-    }
-    if (const auto error = ErrorOf(message)) {
-      child.LetEnd();
-      return tl::unexpected(*error);
-    }
-    return message;
-  }
+/// SANE's words for a status, and what to do.
+struct Advice {
+  std::string_view said;
+  std::string_view remedy;
 };
 
-ScannerInfo InfoOf(const ChildMessage& message) {
-  std::array<std::string, 4> parts;
-  std::size_t part = 0;
-  for (const std::uint8_t byte : message.bytes) {
-    if (byte == 0) {
-      if (++part == parts.size()) break;
-    } else {
-      parts[part].push_back(static_cast<char>(byte));
+constexpr std::array kAdvice = {
+    Advice{"Device busy", "another program uses it: close that, or wait"},
+    Advice{"feeder jammed", "paper is jammed: open it, take the paper out, and scan again"},
+    Advice{"cover is open", "its cover is open: close it, and scan again"},
+    Advice{"out of documents",
+           "its feeder is empty: lay the sheet on the glass, with --option source=Flatbed"},
+    Advice{"access to resource has been denied",
+           "this user may not use it: add the user to the group 'scanner', and log in again"},
+    Advice{"during device I/O",
+           "the connection broke: look at cable, network and power, and scan again"},
+    Advice{"Out of memory", "there is not enough memory: scan a smaller area or with fewer dpi"},
+    Advice{"Invalid argument",
+           "it does not know this: see trammel offset scan --list, and scanimage --help -d NAME"}};
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::string_view RemedyFor(const std::string& said) {
+  for (const Advice& advice : kAdvice) {
+    if (Lower(said).find(Lower(advice.said)) != std::string::npos) return advice.remedy;
+  }
+  return "switch it off and on, and scan again";
+}
+
+/// One run of scanimage.
+struct Run {
+  std::string about;  ///< whom, for messages
+  std::stop_token stop;
+  std::uint64_t most_bytes = 1 << 20;  ///< of a file that it writes
+  std::function<void(std::string_view)> take_line = {};
+  std::function<void(double)> progress = {};
+};
+
+/// Takes what scanimage prints as its progress: "Progress: 12.3%".
+bool TakeProgress(std::string_view line, const Run& run) {
+  constexpr std::string_view kProgress = "Progress: ";
+  if (!line.starts_with(kProgress)) return false;
+  double percent = 0;
+  const auto read =
+      std::from_chars(line.data() + kProgress.size(), line.data() + line.size(), percent);
+  if (read.ec == std::errc() && run.progress) run.progress(std::clamp(percent / 100, 0.0, 1.0));
+  return true;
+}
+
+Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run& run) {
+  if (access(request.program.c_str(), X_OK) != 0) {
+    return Fail(fmt::format("there is no {}, which scans; install it: apt install sane-utils "
+                            "(sane-airscan for network scanners)",
+                            request.program),
+                ErrorKind::kMachine);
+  }
+  Words words = {"/usr/bin/env", "LC_ALL=C", request.program};
+  words.insert(words.end(), more.begin(), more.end());
+  auto process = CommandProcess::Start(words, run.most_bytes);
+  if (!process) return tl::unexpected(process.error());
+  std::string said;  // its last words
+  const CommandEnd end = (*process)->Follow(
+      [&](OutputStream stream, std::string_view line) {
+        constexpr std::size_t kLongest = 300;
+        if (stream == OutputStream::kOutput && run.take_line) run.take_line(line);
+        if (stream == OutputStream::kOutput || TakeProgress(line, run)) return;
+        if (line.starts_with("scanimage: ")) line.remove_prefix(11);
+        if (!line.empty()) said = Utf8OrReplaced(line, kLongest);
+      },
+      {run.stop, request.silence_s, request.rest_s});
+  constexpr const char* kAnotherWay =
+      "see whether scanimage -d NAME can do it, update the driver, or scan to a file with another "
+      "program: analyze reads that";
+  if (end.cause == CommandEnd::Cause::kStop) {
+    return Fail("stopped during the scan", ErrorKind::kInterrupted);
+  }
+  if (end.cause == CommandEnd::Cause::kSilence) {
+    return Fail(fmt::format("{} said nothing for {:g} s: switch it off and on, and try again; "
+                            "otherwise {}",
+                            run.about, request.silence_s, kAnotherWay),
+                ErrorKind::kMachine);
+  }
+  if (end.signal == SIGXFSZ) {
+    return Fail(
+        fmt::format("{}: the page became larger than the limit of megapixels; scan only "
+                    "the sheet, or with fewer dpi",
+                    run.about));
+  }
+  if (end.signal != 0) {
+    return Fail(fmt::format("{}: its driver crashed ({}): {}", run.about, end.Words(), kAnotherWay),
+                ErrorKind::kMachine);
+  }
+  if (end.exit_code == 0) return {};
+  return Fail(
+      fmt::format("{}: {} ({})", run.about, RemedyFor(said), said.empty() ? end.Words() : said),
+      ErrorKind::kMachine);
+}
+
+Result<std::string> ChooseDevice(const ScanRequest& request) {
+  if (!request.device.empty()) return request.device;
+  const auto scanners = ListScanners(request);
+  if (!scanners) return tl::unexpected(scanners.error());
+  if (scanners->size() == 1) return scanners->front().name;
+  if (scanners->empty()) {
+    return Fail(
+        "no scanner was found: switch it on, look at cable or network, and whether "
+        "scanimage -L finds it",
+        ErrorKind::kMachine);
+  }
+  std::string names;
+  for (const ScannerInfo& scanner : *scanners) names += fmt::format("\n  {}", scanner.name);
+  return Fail(fmt::format("there are several scanners; name one of them with --device:{}", names));
+}
+
+/// The scanner's own word for grey or colour; empty where it has no choice.
+Result<std::string> ModeOf(const ScannerOptions& options, bool color) {
+  const ScannerOption* option = options.FindActive("mode");
+  if (option == nullptr || option->choices.empty()) return std::string();
+  for (const std::string& choice : option->choices) {
+    const std::string name = Lower(choice);
+    const bool is_color = name.find("color") != std::string::npos;
+    const bool is_grey =
+        name.find("gray") != std::string::npos || name.find("grey") != std::string::npos;
+    if (color ? is_color : is_grey && !is_color) return choice;
+  }
+  return Fail(fmt::format("the scanner has no {} mode; leave --color {}", color ? "colour" : "grey",
+                          color ? "away" : "on"));
+}
+
+/// Adds the area to the words. @returns how large it is; absent where the scanner does not say.
+Result<std::optional<ScanArea>> AddArea(const ScannerOptions& options,
+                                        const std::optional<ScanArea>& wanted, Words& words) {
+  ScanArea area = wanted.value_or(ScanArea{});
+  struct Side {
+    const char* name;
+    double* mm;
+    bool far;
+  };
+  bool whole = true;
+  for (const Side& side : {Side{"l", &area.x_mm, false}, Side{"t", &area.y_mm, false},
+                           Side{"x", &area.width_mm, true}, Side{"y", &area.height_mm, true}}) {
+    const ScannerOption* option = options.FindActive(side.name);
+    if (option == nullptr) {
+      if (wanted) return Fail("the scanner lets no area be chosen: leave it away");
+      whole = false;
+      continue;
+    }
+    if (!wanted && !option->range) {
+      whole = false;
+      continue;
+    }
+    if (!wanted) *side.mm = side.far ? option->range->second : 0;
+    if (wanted && !option->Takes(*side.mm)) {
+      return Fail(fmt::format("the scanner has no {} of {:g} mm; it has {}",
+                              side.far ? "length" : "place", *side.mm, option->Values()));
+    }
+    words.insert(words.end(), {fmt::format("-{}", side.name), fmt::format("{:g}", *side.mm)});
+  }
+  return whole ? std::optional(area) : std::nullopt;
+}
+
+Result<void> AddOwnOptions(const ScannerOptions& options, const ScanRequest& request,
+                           Words& words) {
+  for (const auto& [name, value] : request.options) {
+    const ScannerOption* option = options.Find(name);
+    if (option == nullptr || name.size() < 2) {
+      return Fail(fmt::format("the scanner has no option '{}' to set", name));
+    }
+    if (!option->Takes(std::string_view(value))) {
+      return Fail(
+          fmt::format("the scanner has no {} '{}'; it has {}", name, value, option->Values()));
+    }
+    words.push_back(fmt::format("--{}={}", name, value));
+  }
+  return {};
+}
+
+Result<void> AddSettings(const ScannerOptions& options, const ScanRequest& request,
+                         const PageReadOptions& limits, Words& words) {
+  if (const auto* source = options.FindActive("source");
+      source != nullptr && source->Takes(std::string_view("Flatbed"))) {
+    words.push_back("--source=Flatbed");
+  }
+  const auto mode = ModeOf(options, request.color);
+  if (!mode) return tl::unexpected(mode.error());
+  if (!mode->empty()) words.push_back("--mode=" + *mode);
+  constexpr double kBits = 8;
+  if (const auto* depth = options.FindActive("depth"); depth != nullptr && depth->Takes(kBits)) {
+    words.push_back("--depth=8");
+  }
+  const ScannerOption* resolution = options.FindActive("resolution");
+  if (resolution == nullptr) {
+    return Fail("the scanner does not let its resolution be chosen", ErrorKind::kMachine);
+  }
+  if (!resolution->Takes(request.dpi)) {
+    return Fail(fmt::format("the scanner has no resolution of {:g}; it has {}", request.dpi,
+                            resolution->Values()));
+  }
+  for (const char* name : {"resolution", "y-resolution"}) {
+    if (options.FindActive(name) != nullptr) {
+      words.push_back(fmt::format("--{}={:g}", name, request.dpi));
     }
   }
-  return {parts[0], parts[1], parts[2], parts[3]};
-}
-
-Result<void> BadMessage(const std::string& about, const ChildMessage& message) {
-  return Fail(fmt::format("{}: its process said something that cannot be read ({}, {} bytes); "
-                          "scan again",
-                          about, message.kind, message.bytes.size()),
-              ErrorKind::kMachine);
-}
-
-// What one message adds to the page. Its resolution is set by the last one.
-Result<void> Take(const ChildMessage& message, Conversation& with, FrameAssembler& frames,
-                  std::optional<double>& dpi) {
-  switch (static_cast<ScannerMessage>(message.kind)) {
-    case ScannerMessage::kChosen:
-      with.about = fmt::format("scanner {}", TextOf(message));
-      return {};
-    case ScannerMessage::kFrame:
-      if (const auto head = ValueOf<FrameHead>(message)) return frames.Begin(*head);
-      break;
-    case ScannerMessage::kSamples:
-      return frames.Add(message.bytes);
-    case ScannerMessage::kFrameEnd:
-      return frames.End();
-    case ScannerMessage::kDone:
-      dpi = ValueOf<double>(message);
-      if (dpi) return {};
-      break;
-    default:
-      break;
+  const auto area = AddArea(options, request.area, words);
+  if (!area) return tl::unexpected(area.error());
+  const double pixels = *area ? (*area)->width_mm * (*area)->height_mm / (kInch_mm * kInch_mm) *
+                                    request.dpi * request.dpi
+                              : 0;
+  if (pixels > static_cast<double>(limits.most_pixels)) {
+    return Fail(
+        fmt::format("the page would have {:.0f} megapixels, and at most {} megapixels are "
+                    "scanned; scan only the sheet, or with fewer dpi, or raise the limit",
+                    pixels / 1e6, limits.most_pixels / 1'000'000));
   }
-  return BadMessage(with.about, message);
+  return AddOwnOptions(options, request, words);
+}
+
+/// Errors: the resolution that the page states is not the one that was asked for.
+Result<Page> ReadBack(const std::filesystem::path& path, double dpi,
+                      const PageReadOptions& limits) {
+  auto pages = ReadPages(path, limits);
+  if (!pages) {
+    return Fail("what scanimage wrote cannot be read back: " + pages.error().message,
+                ErrorKind::kMachine);
+  }
+  Page page = std::move(pages->front());
+  constexpr double kSame = 0.01;
+  const auto is_same = [&](const std::optional<double>& stated) {
+    return stated && std::abs(*stated - dpi) <= kSame * dpi;
+  };
+  if (is_same(page.dpi_x) && is_same(page.dpi_y)) return page;
+  return Fail(fmt::format("the scanner took {:g} dpi where {:g} were asked for: ask for another "
+                          "resolution with --dpi",
+                          page.dpi_x.value_or(0), dpi),
+              ErrorKind::kMachine);
 }
 
 }  // namespace
 
-Result<std::vector<ScannerInfo>> ListScanners() {
-  const auto module = LoadModule<ScannerModule>(kScannerModule);
-  if (!module) return tl::unexpected(module.error());
-  const ScanRequest usual;
-  auto child = ChildProcess::Start((*module)->list, usual.rest_s);
-  if (!child) return tl::unexpected(child.error());
-  Conversation with{std::move(*child), "looking for scanners", usual.silence_s};
-  std::vector<ScannerInfo> infos;
-  for (;;) {
-    const auto message = with.Next({});
-    if (!message) return tl::unexpected(message.error());
-    if (message->kind != static_cast<std::uint32_t>(ScannerMessage::kScanner)) break;
-    infos.push_back(InfoOf(*message));
-  }
-  with.child.LetEnd();
-  return infos;
+Result<std::vector<ScannerInfo>> ListScanners(const ScanRequest& request) {
+  std::vector<ScannerInfo> scanners;
+  Run run{.about = "looking for scanners", .stop = {}};
+  run.take_line = [&](std::string_view line) {
+    constexpr std::size_t kLongest = 200;
+    std::array<std::string, 4> parts;
+    for (std::string& part : parts) {
+      const std::size_t end = std::min(line.find('\t'), line.size());
+      part = Utf8OrReplaced(line.substr(0, end), kLongest);
+      line.remove_prefix(std::min(end + 1, line.size()));
+    }
+    if (!parts[1].empty()) scanners.push_back({parts[0], parts[1], parts[2], parts[3]});
+  };
+  const auto listed = ScanImage(request, {"-f", "%d\t%v\t%m\t%t%n"}, run);
+  if (!listed) return tl::unexpected(listed.error());
+  return scanners;
 }
 
-Result<Page> ScanPage(const ScanRequest& request, const PageReadOptions& limits,
-                      const std::function<void(double)>& progress, const std::stop_token& stop) {
-  const auto module = LoadModule<ScannerModule>(kScannerModule);
-  if (!module) return tl::unexpected(module.error());
-  auto child = ChildProcess::Start(
-      [&](const ChildSender& sender) { (*module)->scan(request, sender); }, request.rest_s);
-  if (!child) return tl::unexpected(child.error());
-  Conversation with{std::move(*child), "looking for scanners", request.silence_s};
-  FrameAssembler frames(limits);
-  std::optional<double> dpi;
-  while (!dpi) {
-    const auto message = with.Next(stop);
-    if (!message) return tl::unexpected(message.error());
-    if (auto taken = Take(*message, with, frames, dpi); !taken) {
-      return tl::unexpected(taken.error());
-    }
-    if (progress) frames.Tell(progress);
+Result<void> CheckPagePath(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
+    return Fail(fmt::format("page {}: its name must end in .png, .tif or .tiff", path.string()));
   }
-  with.child.LetEnd();
-  auto page = frames.Finish();
-  if (page) page->dpi_x = page->dpi_y = *dpi;
+  auto free = files::CheckTarget(path, files::IfThere::kRefuse, "give another name");
+  return free ? free : Fail("page " + free.error().message);
+}
+
+Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& to,
+                      const PageReadOptions& limits, const std::function<void(double)>& progress,
+                      const std::stop_token& stop) {
+  const auto device = ChooseDevice(request);
+  if (!device) return tl::unexpected(device.error());
+  Run run{.about = fmt::format("scanner {}", *device), .stop = stop};
+  ScannerOptions options;
+  run.take_line = [&](std::string_view line) { options.Add(line); };
+  const Words named = {fmt::format("--device-name={}", *device)};
+  Words words = named;
+  words.push_back("-A");
+  if (auto listed = ScanImage(request, words, run); !listed) return tl::unexpected(listed.error());
+  auto file = files::NewFile::Create(to, files::IfThere::kRefuse);
+  if (!file) return Fail("page " + file.error().message);
+  words = named;
+  words.insert(words.end(),
+               {to.extension() == ".png" ? "--format=png" : "--format=tiff", "--progress",
+                fmt::format("--output-file={}", file->temporary_path().string())});
+  if (auto set = AddSettings(options, request, limits, words); !set) {
+    return tl::unexpected(set.error());
+  }
+  run.take_line = {};
+  run.progress = progress;
+  constexpr std::uint64_t kHeads = 1 << 20;  // of the file, and of its rows
+  run.most_bytes = 3 * static_cast<std::uint64_t>(limits.most_pixels) + kHeads;
+  if (auto scanned = ScanImage(request, words, run); !scanned) {
+    return tl::unexpected(scanned.error());
+  }
+  auto page = ReadBack(file->temporary_path(), request.dpi, limits);
+  if (!page) return page;
+  if (auto kept = file->Commit(); !kept) return tl::unexpected(kept.error());
   return page;
 }
 

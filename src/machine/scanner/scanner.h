@@ -1,6 +1,7 @@
-// Flatbed scanners, through SANE.
+// Flatbed scanners, through SANE's own program scanimage.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <stop_token>
@@ -35,24 +36,28 @@ struct ScanRequest {
   bool color = false;            ///< Tools of different colours need it.
   std::optional<ScanArea> area;  ///< Absent: all of the glass.
   std::vector<std::pair<std::string, std::string>> options;  ///< SANE's own, set last.
-  /// How long the scanner may say nothing, > 0: cold lamps take a minute.
+  std::string program = "/usr/bin/scanimage";
+  /// How long scanimage may print nothing, > 0: cold lamps take a minute.
   double silence_s = 120;
-  /// How long its driver may take to put it to rest, > 0: until the carriage is back, with some.
+  /// How long it may take to end once it was asked, > 0: until the carriage is back, with some.
   double rest_s = 20;
 };
 
-/// Errors (kMachine): SANE cannot be started; its drivers crash or hang.
-[[nodiscard]] Result<std::vector<ScannerInfo>> ListScanners();
+/// Errors (kMachine): no scanimage; its drivers crash or hang.
+[[nodiscard]] Result<std::vector<ScannerInfo>> ListScanners(const ScanRequest& request = {});
 
-/// Scans one page. Its resolution is the one that the scanner says it took.
-/// @param progress  is told the share of the page that is there, 0 … 1, now and then.
-/// @returns errors (kMachine), with what to do: no scanner, or several and none named; busy,
-/// jammed,
-///          open cover, no permission, a connection that broke; a driver that crashed, or said
-///          nothing for too long; (kInput) a resolution, area or option that the scanner has not,
-///          naming those that it has; a page above the limit; (kInterrupted) stopped.
-/// Drivers crash and hang, so they run in a process of their own (child_process.h).
-[[nodiscard]] Result<Page> ScanPage(const ScanRequest& request, const PageReadOptions& limits,
+/// Whether a page can be scanned into a file of that name: .png, .tif or .tiff, and not there yet.
+[[nodiscard]] Result<void> CheckPagePath(const std::filesystem::path& path);
+
+/// Scans one page into a new file, which is read back. REQUIRES CheckPagePath().
+/// @param progress  is given the share of the page that is there, 0 … 1, now and then.
+/// @returns the page, with the resolution that the scanner took. Errors (kMachine), with what to
+///          do: no scanimage; no scanner; busy, jammed, open cover, no permission, a connection
+///          that broke; a driver that crashed, or printed nothing for too long; (kInput) several
+///          scanners and none named; a resolution, area or option that the scanner has not, naming
+///          those that it has; a page above the limit; (kInterrupted) stopped.
+[[nodiscard]] Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& to,
+                                    const PageReadOptions& limits,
                                     const std::function<void(double)>& progress,
                                     const std::stop_token& stop);
 

@@ -12,7 +12,6 @@
 #include "app/interrupt.h"
 #include "app/next_step.h"
 #include "app/number_range.h"
-#include "machine/page/page_writer.h"
 #include "machine/scanner/scanner.h"
 #include "tool_offset/commands/offset_commands.h"
 
@@ -84,11 +83,8 @@ int Run(const ScanArguments& arguments) {
   };
   machine::PageReadOptions limits;
   limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
-  const auto page = machine::ScanPage(*request, limits, progress, interrupt.token());
+  const auto page = machine::ScanPage(*request, arguments.out, limits, progress, interrupt.token());
   if (!page) return PrintError(page.error());
-  if (auto written = machine::WritePage(*page, arguments.out); !written) {
-    return PrintError(written.error());
-  }
   fmt::print("{}: {} x {} px, {}, {:g} dpi\n", arguments.out, page->width, page->height,
              page->channels == 1 ? "grey" : "colour", *page->dpi_x);
   SayNext("next", fmt::format("trammel offset analyze {} --pattern GCODE --result offsets.json",
