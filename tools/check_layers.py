@@ -107,7 +107,7 @@ INNER = {
 # virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
 APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
-APP_SHOP = {"base", "files", "image", "machine", "sim", "part_alignment/targets"}
+APP_SHOP = {"base", "files", "image", "sim", "part_alignment/targets"}
 # A study of an instrument hands it what sim recorded, as files.
 APP_STUDY = {"base", "document", "files", "sim", "pressure_advance"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}

@@ -29,16 +29,6 @@ std::string OddKind(mode_t mode) {
   return S_ISREG(mode) ? "" : "no ordinary file";
 }
 
-tl::unexpected<Error> CannotWrite(const fs::path& path, int error) {
-  const char* remedy = "check the folder and its rights";
-  if (error == ENOSPC || error == EDQUOT) remedy = "make room on the disk";
-  if (error == EFBIG) remedy = "files may not grow as large here: see ulimit -f";
-  if (error == EMFILE || error == ENFILE) remedy = "too many files are open: see ulimit -n";
-  if (error == ENOENT) remedy = "make the folder first, or check its name";
-  return Fail(
-      fmt::format("{}: cannot be written: {}; {}", path.string(), std::strerror(error), remedy));
-}
-
 tl::unexpected<Error> NotAFile(const fs::path& path, const std::string& odd) {
   return Fail(
       fmt::format("{}: is {}, and only files are written; name another", path.string(), odd));
@@ -79,6 +69,16 @@ bool Synchronised(int fd) {
 }
 
 }  // namespace
+
+tl::unexpected<Error> CannotWrite(const fs::path& path, int error) {
+  const char* remedy = "check the folder and its rights";
+  if (error == ENOSPC || error == EDQUOT) remedy = "make room on the disk";
+  if (error == EFBIG) remedy = "files may not grow as large here: see ulimit -f";
+  if (error == EMFILE || error == ENFILE) remedy = "too many files are open: see ulimit -n";
+  if (error == ENOENT) remedy = "make the folder first, or check its name";
+  return Fail(
+      fmt::format("{}: cannot be written: {}; {}", path.string(), std::strerror(error), remedy));
+}
 
 Result<void> CheckTarget(const fs::path& path, IfThere if_there, std::string_view or_else) {
   const std::string name = path.filename().string();

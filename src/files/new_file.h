@@ -27,6 +27,9 @@ enum class Readable {
   return force ? IfThere::kReplace : IfThere::kRefuse;
 }
 
+/// Why the system refuses to write a file, by its error number, and what to do.
+[[nodiscard]] tl::unexpected<Error> CannotWrite(const std::filesystem::path& path, int error);
+
 /// An error where the path cannot become a file: a file is there and is to stay; a folder, device,
 /// pipe, socket or link has the name, which is never written to. Names the remedy `or_else`.
 [[nodiscard]] Result<void> CheckTarget(const std::filesystem::path& path, IfThere if_there,

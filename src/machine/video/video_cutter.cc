@@ -2,17 +2,14 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdint>
-#include <span>
-#include <string_view>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "base/check.h"
-#include "image/avi_form.h"
+#include "image/avi_writer.h"
 #include "image/jpeg_cutter.h"
 #include "machine/video/avi_reader.h"
 #include "machine/video/video_budget.h"
@@ -22,60 +19,14 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-std::string_view TextOf(std::span<const std::uint8_t> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 tl::unexpected<Error> NotCut(const std::filesystem::path& video, const std::string& why) {
   return Fail(fmt::format("video '{}' stays whole: {}", video.string(), why),
               ErrorKind::kMeasurement);
 }
 
-/// An AVI that grows frame by frame.
-class AviFile {
- public:
-  explicit AviFile(const files::NewFile& file) : file_(file) {}
-
-  Result<void> Begin(const image::AviForm& form) { return Append(image::AviHead(form)); }
-
-  Result<void> Add(std::span<const std::uint8_t> jpeg) {
-    const auto head = image::AviFrameHead(jpeg.size());
-    index_.push_back({size_, jpeg.size()});
-    if (auto done = Append(head); !done) return done;
-    if (auto done = Append(jpeg); !done) return done;
-    constexpr std::uint8_t kPadding = 0;
-    return jpeg.size() % 2 == 1 ? Append({&kPadding, 1}) : Result<void>();
-  }
-
-  Result<void> Finish() {
-    const std::size_t frames_end = size_;
-    if (auto done = Append(image::AviIndex(index_)); !done) return done;
-    for (const image::AviPatch& patch : image::AviSizes(index_.size(), frames_end, size_)) {
-      const ssize_t count =
-          pwrite(file_.fd(), patch.bytes.data(), patch.bytes.size(), static_cast<off_t>(patch.at));
-      if (count != static_cast<ssize_t>(patch.bytes.size())) {
-        return Fail("its head could not be written; check the disk");
-      }
-    }
-    return {};
-  }
-
-  [[nodiscard]] std::size_t frames() const { return index_.size(); }
-
- private:
-  Result<void> Append(std::span<const std::uint8_t> bytes) {
-    size_ += bytes.size();
-    return file_.Write(TextOf(bytes));
-  }
-
-  const files::NewFile& file_;
-  std::vector<image::AviEntry> index_;
-  std::size_t size_ = 0;
-};
-
 /// Copies all frames, those that are to be cut as their cuts.
-Result<void> Fill(AviReader& reader, const VideoCut& cut, const std::stop_token& stop,
-                  AviFile& avi) {
+Result<void> Fill(const std::filesystem::path& video, AviReader& reader, const VideoCut& cut,
+                  const std::stop_token& stop, image::AviWriter& avi) {
   const VideoLimits limits;
   AviFrame frame;
   Bytes part;
@@ -88,7 +39,9 @@ Result<void> Fill(AviReader& reader, const VideoCut& cut, const std::stop_token&
     const bool whole = avi.frames() % cut.whole_every == 0;
     const bool smaller =
         !whole && image::CutJpeg(frame.bytes, cut.part, part) && part.size() < frame.bytes.size();
-    if (auto added = avi.Add(smaller ? part : frame.bytes); !added) return added;
+    if (const int error = avi.Add(smaller ? part : frame.bytes); error != 0) {
+      return files::CannotWrite(video, error);
+    }
     if (avi.frames() > limits.max_frames) return Fail("it has more frames than are read");
   }
 }
@@ -108,11 +61,12 @@ Result<CutVideo> CutVideo::Write(const std::filesystem::path& video, const Video
   }
   auto file = files::NewFile::Create(video, files::IfThere::kReplace);
   if (!file) return tl::unexpected(file.error());
-  AviFile avi(*file);
-  auto written = avi.Begin(form);
-  if (written) written = Fill(*reader, cut, stop, avi);
-  if (written) written = avi.Finish();
-  if (!written) return tl::unexpected(written.error());
+  image::AviWriter avi(file->fd());
+  if (const int error = avi.Begin(form); error != 0) return files::CannotWrite(video, error);
+  if (auto filled = Fill(video, *reader, cut, stop, avi); !filled) {
+    return tl::unexpected(filled.error());
+  }
+  if (const int error = avi.Finish(); error != 0) return files::CannotWrite(video, error);
   return CutVideo(video, std::move(*file));
 }
 

@@ -14,83 +14,31 @@
 #include <vector>
 
 #include "base/check.h"
-#include "image/avi_form.h"
+#include "files/new_file.h"
+#include "image/avi_writer.h"
 
 namespace trammel::machine {
 namespace {
 
-std::string SystemText(int error) { return std::generic_category().message(error); }
-
-std::string_view AdviceOn(int error) {
-  switch (error) {
-    case ENOSPC:
-    case EDQUOT:
-      return "make room";
-    case EFBIG:
-      return "raise the limit on the size of files (ulimit -f), or record to another disk";
-    case EMFILE:
-    case ENFILE:
-      return "raise the limit on open files (ulimit -n), or end what holds them";
-    case EROFS:
-      return "record to a disk that can be written";
-    default:
-      return "check the disk";
-  }
-}
-
-/// A file that grows by whole records: what could not be written whole is taken away again.
-class RecordFile {
+/// A file that is open for writing.
+class Descriptor {
  public:
-  RecordFile() = default;
-  RecordFile(RecordFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)), size_(other.size_) {}
-  RecordFile& operator=(RecordFile&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    std::swap(size_, other.size_);
-    return *this;
-  }
-  ~RecordFile() {
+  Descriptor() = default;
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
     if (fd_ >= 0) close(fd_);
   }
-
-  /// 0 or the error's number.
+  /// Both return 0 or the error's number.
   int Create(const std::filesystem::path& path) {
     fd_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     return fd_ < 0 ? errno : 0;
   }
-  int Append(std::span<const std::uint8_t> bytes) {
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const ssize_t count = write(fd_, bytes.data() + done, bytes.size() - done);
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) {
-        const int error = count < 0 ? errno : ENOSPC;
-        ShrinkTo(size_);
-        return error;
-      }
-      done += static_cast<std::size_t>(count);
-    }
-    size_ += done;
-    return 0;
-  }
-  void ShrinkTo(std::size_t size) {
-    // Where even this fails, the reader drops the last, unfinished record.
-    if (ftruncate(fd_, static_cast<off_t>(size)) == 0)
-      lseek(fd_, static_cast<off_t>(size), SEEK_SET);
-    size_ = size;
-  }
-  int Overwrite(std::size_t at, std::span<const std::uint8_t> bytes) const {
-    const ssize_t count = pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at));
-    return count == static_cast<ssize_t>(bytes.size()) ? 0 : (count < 0 ? errno : ENOSPC);
-  }
-  int Close() {
-    const int fd = std::exchange(fd_, -1);
-    return close(fd) == 0 ? 0 : errno;
-  }
-  [[nodiscard]] std::size_t size() const { return size_; }
+  int Close() { return close(std::exchange(fd_, -1)) == 0 ? 0 : errno; }
+  [[nodiscard]] int get() const { return fd_; }
 
  private:
   int fd_ = -1;
-  std::size_t size_ = 0;
 };
 
 std::string TimeText(const std::optional<CameraTime>& time) {
@@ -114,23 +62,24 @@ std::span<const std::uint8_t> AsBytes(std::string_view text) {
 struct VideoWriter::State {
   std::filesystem::path path;
   double frames_per_s = 30;
-  RecordFile video;
-  RecordFile times;
+  Descriptor video;
+  Descriptor times;
+  std::size_t times_bytes = 0;
+  std::optional<image::AviWriter> avi;  ///< from the first frame on, which has the size of all
   int width = 0;
   int height = 0;
-  std::vector<image::AviEntry> index;
-  std::vector<std::uint8_t> chunk;
   std::string broken;  ///< why nothing more can be written
 
+  [[nodiscard]] std::size_t frames() const { return avi ? avi->frames() : 0; }
   tl::unexpected<Error> DiskFault(int error) {
-    broken = fmt::format(
-        "recording '{}': writing frame {} failed ({}); {}. The {} frames before it are safe",
-        path.string(), index.size(), SystemText(error), AdviceOn(error), index.size());
+    broken = fmt::format("recording {}. The {} frames before it are safe",
+                         files::CannotWrite(path, error).value().message, frames());
     return Fail(broken);
   }
   Result<void> AddTimes(const CapturedFrame& frame, std::optional<std::size_t> number) {
-    const std::string line = TimesLine(frame, number);
-    if (const int error = times.Append(AsBytes(line)); error != 0) return DiskFault(error);
+    const int error =
+        image::AppendWhole(times.get(), AsBytes(TimesLine(frame, number)), times_bytes);
+    if (error != 0) return DiskFault(error);
     return {};
   }
   Result<void> AddImage(const CapturedFrame& frame);
@@ -151,7 +100,7 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
   auto state = std::make_unique<State>();
   state->path = path;
   state->frames_per_s = nominal_frames_per_s;
-  const auto create = [](RecordFile& file, const std::filesystem::path& name) -> Result<void> {
+  const auto create = [](Descriptor& file, const std::filesystem::path& name) -> Result<void> {
     const int error = file.Create(name);
     if (error == 0) return {};
     if (error == EEXIST) {
@@ -160,8 +109,7 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
                       "are never overwritten)",
                       name.string()));
     }
-    return Fail(fmt::format("recording '{}': cannot be created ({}); {}", name.string(),
-                            SystemText(error), AdviceOn(error)));
+    return Fail("recording " + files::CannotWrite(name, error).value().message);
   };
   const auto remove_both = [&] {
     std::error_code ignored;
@@ -177,7 +125,8 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
   constexpr std::string_view kHead =
       "# trammel frame times, format 1\n"
       "# frame arrival_s captured_s clock sent_s clock sequence fault\n";
-  if (const int error = state->times.Append(AsBytes(kHead)); error != 0) {
+  if (const int error = image::AppendWhole(state->times.get(), AsBytes(kHead), state->times_bytes);
+      error != 0) {
     remove_both();
     return state->DiskFault(error);
   }
@@ -185,31 +134,25 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
 }
 
 Result<void> VideoWriter::State::AddImage(const CapturedFrame& frame) {
-  if (index.empty() && video.size() == 0) {
+  if (!avi) {
     width = frame.width_px;
     height = frame.height_px;
-    const auto head = image::AviHead({width, height, frames_per_s});
-    if (const int error = video.Append(head); error != 0) return DiskFault(error);
+    avi.emplace(video.get());
+    if (const int error = avi->Begin({width, height, frames_per_s}); error != 0) {
+      return DiskFault(error);
+    }
   }
-  const std::size_t size = frame.image.size();
-  const auto head = image::AviFrameHead(size);
-  chunk.assign(head.begin(), head.end());
-  chunk.insert(chunk.end(), frame.image.begin(), frame.image.end());
-  if (size % 2 == 1) chunk.push_back(0);
-  const std::size_t before = video.size();
-  if (before + chunk.size() > image::kMostAviBytes) {
-    return Fail(fmt::format("recording '{}': more than {} bytes after {} frames; record one sweep "
+  const int error = avi->Add(frame.image);
+  if (error == EOVERFLOW) {
+    return Fail(fmt::format("recording '{}': more than 2 GB after {} frames; record one sweep "
                             "per file",
-                            path.string(), image::kMostAviBytes, index.size()),
+                            path.string(), frames()),
                 ErrorKind::kMachine);
   }
-  if (const int error = video.Append(chunk); error != 0) return DiskFault(error);
-  if (auto added = AddTimes(frame, index.size()); !added) {
-    video.ShrinkTo(before);
-    return added;
-  }
-  index.push_back({before, size});
-  return {};
+  if (error != 0) return DiskFault(error);
+  auto added = AddTimes(frame, frames() - 1);
+  if (!added) avi->TakeBack();
+  return added;
 }
 
 Result<void> VideoWriter::Add(const CapturedFrame& frame) {
@@ -239,19 +182,14 @@ Result<void> VideoWriter::Finish() {
   TRAMMEL_CHECK(state_ != nullptr, "finished twice");
   const std::unique_ptr<State> state = std::move(state_);
   if (!state->broken.empty()) return Fail(state->broken);
-  if (state->index.empty()) return {};
-  const std::size_t movi_end = state->video.size();
-  int error = state->video.Append(image::AviIndex(state->index));
-  for (const image::AviPatch& patch :
-       image::AviSizes(state->index.size(), movi_end, state->video.size())) {
-    if (error == 0) error = state->video.Overwrite(patch.at, patch.bytes);
-  }
+  if (state->frames() == 0) return {};
+  int error = state->avi->Finish();
   if (error == 0) error = state->video.Close();
   if (error == 0) error = state->times.Close();
   if (error != 0) return state->DiskFault(error);
   return {};
 }
 
-std::size_t VideoWriter::frames() const { return state_ ? state_->index.size() : 0; }
+std::size_t VideoWriter::frames() const { return state_ ? state_->frames() : 0; }
 
 }  // namespace trammel::machine

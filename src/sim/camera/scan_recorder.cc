@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "files/new_file.h"
+#include "image/avi_writer.h"
 #include "sim/camera/jpeg.h"
-#include "sim/camera/mjpeg_writer.h"
 
 namespace trammel::sim {
 namespace {
@@ -82,9 +82,11 @@ Result<void> RecordLine(const Bed& bed, const Stroke& stroke, const LaserTraits&
   };
   const LaserScene scene =
       camera.MakeScene(bed, stroke.across_mm, laser_at(0), laser_at(times_s.back()));
-  Result<MjpegWriter> writer = MjpegWriter::Create(video, options.frame_width_px,
-                                                   options.frame_height_px, options.frames_per_s);
-  if (!writer) return tl::unexpected<Error>(writer.error());
+  auto file = files::NewFile::Create(video, files::IfThere::kRefuse);
+  if (!file) return tl::unexpected(file.error());
+  image::AviWriter writer(file->fd());
+  int error = writer.Begin(
+      {options.frame_width_px, options.frame_height_px, static_cast<double>(options.frames_per_s)});
   const double phase = random.Uniform(0, 2 * std::numbers::pi);
   const double travel_mm = stroke.direction * options.scan_speed_mm_s * eye.exposure_s;
   Frame frame;
@@ -94,9 +96,12 @@ Result<void> RecordLine(const Bed& bed, const Stroke& stroke, const LaserTraits&
         1 + eye.gain_drift * std::sin(phase + 2 * std::numbers::pi * time_s / eye.gain_period_s);
     camera.Render(scene, laser_at(time_s), travel_mm, gain, random, frame);
     EncodeJpeg(frame.view(), eye.jpeg_quality, jpeg);
-    if (const Result<void> added = writer->Add(jpeg); !added) return added;
+    if (error == 0) error = writer.Add(jpeg);
+    if (error != 0) return files::CannotWrite(video, error);
   }
-  return writer->Finish();
+  error = writer.Finish();
+  if (error != 0) return files::CannotWrite(video, error);
+  return file->Commit();
 }
 
 ordered_json ScanHead(const Plan& plan, const LaserTraits& eye, const ScanOptions& options,

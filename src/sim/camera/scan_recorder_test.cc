@@ -7,7 +7,6 @@
 #include <string>
 
 #include "sim/camera/jpeg.h"
-#include "sim/camera/mjpeg_writer.h"
 #include "sim/laser/eye_test_support.h"
 
 namespace trammel::sim {
@@ -146,17 +145,6 @@ TEST(ScanRecorder, TruthNamesTheWorld) {
   const auto truth = nlohmann::json::parse(ReadBytes(scratch.path() / "truth.json"));
   EXPECT_EQ(truth, nlohmann::json::parse(R"({"format": 1, "pressure_advance_s": 0.0361,
                                              "seed": 1007, "condition": "matte-black-dark"})"));
-}
-
-TEST(MjpegWriter, RefusesToOverwriteAndNamesTheFile) {
-  const ScratchFolder scratch;
-  const auto path = scratch.path() / "a.avi";
-  Result<MjpegWriter> first = MjpegWriter::Create(path, 8, 8, 30);
-  ASSERT_TRUE(first);
-  ASSERT_TRUE(first->Finish());
-  const Result<MjpegWriter> second = MjpegWriter::Create(path, 8, 8, 30);
-  ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().message, HasSubstr("a.avi exists already"));
 }
 
 TEST(Conditions, NamesReadBackAndOthersAreRefused) {

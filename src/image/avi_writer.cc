@@ -1,13 +1,20 @@
-#include "image/avi_form.h"
+#include "image/avi_writer.h"
 
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
 #include <cmath>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "base/check.h"
 
 namespace trammel::image {
 namespace {
+
+constexpr std::size_t kMostBytes = 2'000'000'000;
 
 std::array<std::uint8_t, 4> Little(std::size_t value) {
   return {static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U),
@@ -17,6 +24,7 @@ std::array<std::uint8_t, 4> Little(std::size_t value) {
 /// Little-endian bytes of a RIFF file.
 class Bytes {
  public:
+  explicit Bytes(std::vector<std::uint8_t>& data) : data_(data) { data_.clear(); }
   Bytes& Tag(std::string_view four) {
     data_.insert(data_.end(), four.begin(), four.end());
     return *this;
@@ -31,10 +39,9 @@ class Bytes {
     data_.push_back(static_cast<std::uint8_t>(value >> 8));
     return *this;
   }
-  std::vector<std::uint8_t>& data() { return data_; }
 
  private:
-  std::vector<std::uint8_t> data_;
+  std::vector<std::uint8_t>& data_;
 };
 
 // Places in the head that a finished file fills in.
@@ -44,16 +51,44 @@ constexpr std::size_t kStreamLengthAt = 140;
 constexpr std::size_t kMoviSizeAt = 216;
 constexpr std::size_t kHeadBytes = 224;
 
+int WriteAt(int fd, std::size_t at, std::size_t value) {
+  const auto bytes = Little(value);
+  const ssize_t count = pwrite(fd, bytes.data(), bytes.size(), static_cast<off_t>(at));
+  return count == static_cast<ssize_t>(bytes.size()) ? 0 : (count < 0 ? errno : ENOSPC);
+}
+
+// Where even this fails, the reader drops the last, unfinished chunk.
+void Shrink(int fd, std::size_t size) {
+  if (ftruncate(fd, static_cast<off_t>(size)) != 0) return;
+  std::ignore = lseek(fd, static_cast<off_t>(size), SEEK_SET);
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> AviHead(const AviForm& form) {
+int AppendWhole(int fd, std::span<const std::uint8_t> bytes, std::size_t& size) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count = write(fd, bytes.data() + done, bytes.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) {
+      const int error = count < 0 ? errno : ENOSPC;
+      Shrink(fd, size);
+      return error;
+    }
+    done += static_cast<std::size_t>(count);
+  }
+  size += done;
+  return 0;
+}
+
+int AviWriter::Begin(const AviForm& form) {
   TRAMMEL_CHECK(form.width_px > 0 && form.width_px < 65536 && form.height_px > 0 &&
                     form.height_px < 65536 && form.frames_per_s > 0,
                 "{}x{} px with {} frames/s", form.width_px, form.height_px, form.frames_per_s);
   const auto w = static_cast<std::size_t>(form.width_px);
   const auto h = static_cast<std::size_t>(form.height_px);
   const auto rate = static_cast<std::size_t>(std::lround(form.frames_per_s * 1000));
-  Bytes out;
+  Bytes out(chunk_);
   out.Tag("RIFF").U32(0).Tag("AVI ").Tag("LIST").U32(192).Tag("hdrl");
   constexpr std::size_t kHasIndex = 0x10;
   out.Tag("avih").U32(56).U32(static_cast<std::size_t>(std::lround(1e6 / form.frames_per_s)));
@@ -65,32 +100,44 @@ std::vector<std::uint8_t> AviHead(const AviForm& form) {
   out.Tag("strf").U32(40).U32(40).U32(w).U32(h).U16(1).U16(24).Tag("MJPG").U32(w * h * 3);
   out.U32(0).U32(0).U32(0).U32(0);
   out.Tag("LIST").U32(0).Tag("movi");
-  TRAMMEL_CHECK(out.data().size() == kHeadBytes, "a head of {} bytes", out.data().size());
-  return std::move(out.data());
+  TRAMMEL_CHECK(chunk_.size() == kHeadBytes, "a head of {} bytes", chunk_.size());
+  return AppendWhole(fd_, chunk_, size_);
 }
 
-std::array<std::uint8_t, 8> AviFrameHead(std::size_t size) {
-  const auto bytes = Little(size);
-  return {'0', '0', 'd', 'c', bytes[0], bytes[1], bytes[2], bytes[3]};
+int AviWriter::Add(std::span<const std::uint8_t> jpeg) {
+  Bytes(chunk_).Tag("00dc").U32(jpeg.size());
+  chunk_.insert(chunk_.end(), jpeg.begin(), jpeg.end());
+  if (jpeg.size() % 2 == 1) chunk_.push_back(0);
+  if (size_ + chunk_.size() > kMostBytes) return EOVERFLOW;
+  const std::size_t at = size_;
+  const int error = AppendWhole(fd_, chunk_, size_);
+  if (error == 0) index_.push_back({at, jpeg.size()});
+  return error;
 }
 
-std::vector<std::uint8_t> AviIndex(std::span<const AviEntry> entries) {
+void AviWriter::TakeBack() {
+  size_ = index_.back().at;
+  index_.pop_back();
+  Shrink(fd_, size_);
+}
+
+int AviWriter::Finish() {
   constexpr std::size_t kEntryBytes = 16;
   constexpr std::size_t kKeyFrame = 0x10;
   constexpr std::size_t kMoviAt = kHeadBytes - 4;  // places count from the list's type
-  Bytes out;
-  out.Tag("idx1").U32(entries.size() * kEntryBytes);
-  for (const AviEntry& entry : entries) {
+  const std::size_t frames_end = size_;
+  Bytes out(chunk_);
+  out.Tag("idx1").U32(index_.size() * kEntryBytes);
+  for (const Entry& entry : index_) {
     out.Tag("00dc").U32(kKeyFrame).U32(entry.at - kMoviAt).U32(entry.size);
   }
-  return std::move(out.data());
-}
-
-std::vector<AviPatch> AviSizes(std::size_t frames, std::size_t frames_end, std::size_t file_bytes) {
-  return {{kFrameCountAt, Little(frames)},
-          {kStreamLengthAt, Little(frames)},
-          {kMoviSizeAt, Little(frames_end - kMoviSizeAt - 4)},
-          {kRiffSizeAt, Little(file_bytes - 8)}};
+  int error = AppendWhole(fd_, chunk_, size_);
+  for (const auto& [at, value] :
+       {std::pair{kFrameCountAt, index_.size()}, std::pair{kStreamLengthAt, index_.size()},
+        std::pair{kMoviSizeAt, frames_end - kMoviSizeAt - 4}, std::pair{kRiffSizeAt, size_ - 8}}) {
+    if (error == 0) error = WriteAt(fd_, at, value);
+  }
+  return error;
 }
 
 }  // namespace trammel::image
