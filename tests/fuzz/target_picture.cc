@@ -1,10 +1,9 @@
-// Pictures of targets, rings and squares: a width, then grey pixels.
+// Pictures of targets: a width, then grey pixels.
 #include <cmath>
 
 #include "base/page.h"
 #include "fuzz.h"
 #include "part_alignment/targets/ring_finder.h"
-#include "part_alignment/targets/square_finder.h"
 
 namespace {
 
@@ -35,14 +34,9 @@ TRAMMEL_FUZZ_TARGET(target_picture)(const std::uint8_t* data, std::size_t size) 
   picture.stride = picture.width;
   constexpr int kBits = 8;
   static const auto rings = part_alignment::MakeCodeBook(kBits);
-  static const auto squares = part_alignment::MakeSquareBook({1, 2, 1000});
   part_alignment::FinderWorkspace workspace;
   part_alignment::FinderOptions options;
   options.plain_discs = true;
   RequireSense(part_alignment::FindTargets(picture, *rings, options, workspace), picture);
-  part_alignment::SquareWorkspace outlines;
-  part_alignment::SquareFinderOptions small;
-  small.min_side_px = 14;
-  RequireSense(part_alignment::FindSquares(picture, *squares, small, outlines), picture);
   return 0;
 }

@@ -11,35 +11,7 @@ namespace {
 constexpr int kCells = 5;  ///< a pixel and axis: the lens blurs these before pixels sum them
 constexpr int kFine = 8;   ///< points a cell and axis where an edge runs through it
 
-/// A line that wanders by about 1 (rms) and forgets itself within a quarter of a module.
-double Wandering(std::uint64_t seed, double at) {
-  const double place = 4 * at + 100;
-  const double below = std::floor(place);
-  const auto level = [seed](double i) {
-    Random random(seed + static_cast<std::uint64_t>(i));
-    return random.Uniform(-2.1, 2.1);
-  };
-  const double share = place - below;
-  return (1 - share) * level(below) + share * level(below + 1);
-}
-
-bool IsSquareInked(const DrawnTarget& target, double u, double v) {
-  const double half = 0.5 * target.modules;
-  double reach_u = half;
-  double reach_v = half;
-  if (target.ragged > 0) {
-    reach_u += target.ragged * Wandering(target.ragged_seed + (u > 0 ? 1000 : 0), v);
-    reach_v += target.ragged * Wandering(target.ragged_seed + (v > 0 ? 2000 : 3000), u);
-  }
-  if (std::abs(u) > reach_u || std::abs(v) > reach_v) return false;
-  const int column = static_cast<int>(std::floor(u + half)) - 1;
-  const int line = static_cast<int>(std::floor(v + half)) - 1;
-  if (column < 0 || column > 4 || line < 0 || line > 4) return true;
-  return (target.word >> (5 * line + column) & 1U) == 0;
-}
-
 bool IsInked(const DrawnTarget& target, double u, double v) {
-  if (target.modules > 0) return IsSquareInked(target, u, v);
   const double square = u * u + v * v;
   if (square <= 1) return true;
   if (target.bits == 0 || square < 4 || square > 9) return false;
@@ -60,7 +32,7 @@ struct Cells {
 void Cover(const DrawnTarget& target, Cells& cells) {
   const auto& h = target.h;
   double x0 = 1e9, x1 = -1e9, y0 = 1e9, y1 = -1e9;
-  const double reach = target.modules > 0 ? 0.75 * target.modules : 3.1;
+  const double reach = 3.1;
   for (int i = 0; i < 64; ++i) {
     const double a = 2 * std::numbers::pi * i / 64;
     const double u = reach * std::cos(a), v = reach * std::sin(a);
@@ -78,9 +50,7 @@ void Cover(const DrawnTarget& target, Cells& cells) {
   }
   const auto inked = [&](double cell_x, double cell_y) {
     const double y = cell_y / kCells - 0.5;
-    const double off_x = (cell_x - 0.5 * cells.width) / kCells;
-    const double off_y = (cell_y - 0.5 * cells.height) / kCells;
-    const double x = cell_x / kCells - 0.5 + target.bend * (off_x * off_x + off_y * off_y);
+    const double x = cell_x / kCells - 0.5;
     double p[3];
     for (int i = 0; i < 3; ++i) p[i] = inverse[i][0] * x + inverse[i][1] * y + inverse[i][2];
     return IsInked(target, p[0] / p[2], p[1] / p[2]);
@@ -168,34 +138,6 @@ DrawnTarget AffineTarget(double column, double row, double radius, double tilt_r
   }
   target.h[0][2] = column;
   target.h[1][2] = row;
-  return target;
-}
-
-DrawnTarget SquareTarget(double column, double row, double side, double tilt_rad,
-                         double towards_rad, double turn_rad, double distance) {
-  const double c = std::cos(towards_rad), s = std::sin(towards_rad);
-  const double ct = std::cos(turn_rad), st = std::sin(turn_rad);
-  constexpr int kModules = 7;
-  const double scale = side / kModules;
-  const double far = distance * kModules;
-  DrawnTarget target;
-  target.modules = kModules;
-  for (int j = 0; j < 2; ++j) {
-    // The plane's axis after the turn, then its parts along the tilt's direction and across it.
-    const double x = j == 0 ? ct : -st, y = j == 0 ? st : ct;
-    const double along = c * x + s * y, across = c * y - s * x;
-    const double nearer = along * std::cos(tilt_rad);
-    target.h[0][j] = scale * (c * nearer - s * across);
-    target.h[1][j] = scale * (s * nearer + c * across);
-    target.h[2][j] = along * std::sin(tilt_rad) / far;
-  }
-  for (int j = 0; j < 2; ++j) {
-    target.h[0][j] += column * target.h[2][j];
-    target.h[1][j] += row * target.h[2][j];
-  }
-  target.h[0][2] = column;
-  target.h[1][2] = row;
-  target.h[2][2] = 1;
   return target;
 }
 

@@ -1,4 +1,4 @@
-// Pictures of ring-coded targets and square markers for tests: their own drawing, by area.
+// Pictures of ring-coded targets for tests: their own drawing, by area.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,11 @@ struct DrawnTarget {
   double h[3][3] = {{10, 0, 50}, {0, 10, 50}, {0, 0, 1}};
   int bits = 0;            ///< 0: a plain disc
   std::uint32_t word = 0;  ///< bit k: the k-th segment, clockwise from +u
-  /// Instead, a square of `modules` a side from -modules / 2 to modules / 2, black but for the
-  /// modules of rows and columns 1 … 5 that `word` says are white: bit 5 (row - 1) + column - 1.
-  int modules = 0;
-  /// Of a square: how far its outline wanders in and out, modules (rms), and the seed of how.
-  double ragged = 0;
-  std::uint64_t ragged_seed = 0;
-  /// What is seen at p is drawn at p + bend (p - picture's middle)² for columns; 1/px.
-  double bend = 0;
 };
 
 /// Centre, radius (px), and foreshortened by cos(tilt) along the direction `towards_rad`.
 DrawnTarget AffineTarget(double column, double row, double radius, double tilt_rad = 0,
                          double towards_rad = 0, double turn_rad = 0);
-
-/// A square marker on a plane tilted by `tilt_rad` towards a direction, seen from `distance` sides
-/// away, turned in its plane first. `side`: px, where it is not tilted.
-DrawnTarget SquareTarget(double column, double row, double side, double tilt_rad = 0,
-                         double towards_rad = 0, double turn_rad = 0, double distance = 8);
 
 /// A target on a plane seen by a pinhole camera: `radius` and `distance` in one unit, the disc's
 /// middle `off_axis_rad` beside the camera's axis towards `off_towards_rad`, the plane tilted

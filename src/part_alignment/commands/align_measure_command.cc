@@ -42,8 +42,6 @@ struct MeasureArguments {
   std::string source;
   std::string out = ".";
   int bits = 14;
-  std::string targets = "rings";
-  std::vector<int> marker_ids;
   double feed_mm_min = 3000;
   double settle_s = 0.5;
   double disc_radius_mm = 0;
@@ -59,11 +57,7 @@ Result<part_alignment::Alignment> SolveOutcome(const MeasureArguments& arguments
                                                const MeasureOutcome& outcome,
                                                files::AlignmentInput& input) {
   const part_alignment::SolveOptions options = SolveOptionsOf(input);
-  // The diagonals of a square meet in its middle however it is tilted.
-  const bool squares = !arguments.options.squares.ids.empty();
-  if (arguments.no_correction || squares) {
-    return part_alignment::Solve(input.measurement, options);
-  }
+  if (arguments.no_correction) return part_alignment::Solve(input.measurement, options);
   const std::vector<double>& normal = arguments.normal;
   return part_alignment::SolveByDiscs(options,
                                       {{normal[0], normal[1], normal[2]}, arguments.disc_radius_mm},
@@ -119,31 +113,14 @@ Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& a
   return {};
 }
 
-// What the targets may carry.
-Result<void> ReadBooks(MeasureArguments& arguments) {
-  if (arguments.targets == "aruco") {
-    auto squares = part_alignment::MakeSquareBook(arguments.marker_ids);
-    if (!squares) {
-      return Fail("--marker-ids: " + squares.error().message, squares.error().kind);
-    }
-    arguments.options.squares = std::move(*squares);
-    return {};
-  }
-  if (!arguments.marker_ids.empty()) {
-    return Fail("--marker-ids are of square markers: add --targets aruco");
-  }
-  auto book = part_alignment::MakeCodeBook(arguments.bits);
-  if (!book) return tl::unexpected(book.error());
-  arguments.options.book = std::move(*book);
-  return {};
-}
-
 int RunMeasure(MeasureArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
   auto plan = files::ReadAlignmentFile(arguments.plan);
   if (!plan) return PrintError(plan.error());
-  if (auto books = ReadBooks(arguments); !books) return PrintError(books.error());
+  auto book = part_alignment::MakeCodeBook(arguments.bits);
+  if (!book) return PrintError(book.error());
+  arguments.options.book = std::move(*book);
   if (auto read = ReadBoxes(plan->measurement.camera, arguments); !read) {
     return PrintError(read.error());
   }
@@ -213,17 +190,6 @@ void AddRoute(CLI::App& command, MeasureArguments& arguments) {
 
 void AddReading(CLI::App& command, MeasureArguments& arguments) {
   constexpr const char* kGroup = "Pictures";
-  command
-      .add_option("--targets", arguments.targets,
-                  "rings, or aruco: square markers of the original ArUco dictionary")
-      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
-      ->capture_default_str()
-      ->group(kGroup);
-  command
-      .add_option("--marker-ids", arguments.marker_ids,
-                  "of the square markers on the part, as in 5,6,7")
-      ->delimiter(',')
-      ->group(kGroup);
   command.add_option("--bits", arguments.bits, "of the targets' rings")
       ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))
       ->capture_default_str()

@@ -1,7 +1,6 @@
-// trammel align targets: pages of ring-coded targets or square markers to print.
+// trammel align targets: pages of ring-coded targets to print.
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -17,7 +16,6 @@
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/report/target_pages.h"
-#include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/target_layout.h"
 #include "part_alignment/targets/target_sheet.h"
 
@@ -32,7 +30,6 @@ using part_alignment::TargetSheet;
 
 struct AlignTargetsArguments {
   SheetRequest request;
-  std::string kind = "rings";
   std::string page = "a4";
   std::string out = "targets.pdf";
   std::string layout;
@@ -63,23 +60,17 @@ std::string LayoutJson(const TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   nlohmann::ordered_json json;
   json["format"] = 1;
-  const bool squares = !request.marker_ids.empty();
-  if (squares) {
-    json["dictionary"] = "aruco_original";
-    json["side_mm"] = request.side_mm;
-  } else {
-    json["bits"] = request.bits;
-    json["radius_mm"] = request.radius_mm;
-    json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
-    json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
-    json["bright"] = request.bright;
-  }
+  json["bits"] = request.bits;
+  json["radius_mm"] = request.radius_mm;
+  json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
+  json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
+  json["bright"] = request.bright;
   json["page_mm"] = {request.page_width_mm, request.page_height_mm};
   json["scale_bar_mm"] = sheet.scale_bar.length_mm;
   json["targets"] = nlohmann::ordered_json::array();
   for (const PlacedTarget& target : sheet.targets) {
     nlohmann::ordered_json entry;
-    const bool coded = squares || target.number > 0;
+    const bool coded = target.number > 0;
     entry["number"] = coded ? nlohmann::ordered_json(target.number) : nullptr;
     entry["word"] = coded ? nlohmann::ordered_json(target.word) : nullptr;
     entry["page"] = target.page + 1;
@@ -115,50 +106,16 @@ Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
   return files;
 }
 
-/// Options that the kind of target has no use for are no wish that could be met.
-Result<void> CheckOptions(const CLI::App& command, const std::string& kind) {
-  const bool rings = kind == "rings";
-  const std::vector<std::string> unused =
-      rings ? std::vector<std::string>{"--marker-ids", "--side"}
-            : std::vector<std::string>{"--bits", "--radius", "--first", "--plain", "--bright"};
-  for (const std::string& name : unused) {
-    if (command.count(name) == 0) continue;
-    return Fail(fmt::format("{} is of {}: leave it out, or add --kind {}", name,
-                            rings ? "square markers" : "ring-coded targets",
-                            rings ? "aruco" : "rings"));
-  }
-  if (command.count("--marker-ids") > 0 && command.count("--count") > 0) {
-    return Fail("--count beside --marker-ids: leave out one of them");
-  }
-  return {};
-}
-
-Result<void> ChooseMarkers(AlignTargetsArguments& arguments) {
-  SheetRequest& request = arguments.request;
-  if (arguments.kind == "rings") return {};
-  if (!request.marker_ids.empty()) return {};
-  auto ids = part_alignment::DefaultSquareIds(request.count);
-  if (!ids) return Fail("--count: " + ids.error().message);
-  request.marker_ids = std::move(*ids);
-  return {};
-}
-
 void TellWhatIsPrinted(const TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   const std::string pages = fmt::format("on {} page{}", sheet.pages, sheet.pages == 1 ? "" : "s");
-  if (request.marker_ids.empty()) {
-    fmt::print("targets    {} coded with {} bits, {} plain, {}\n", request.count, request.bits,
-               request.plain, pages);
-  } else {
-    fmt::print("markers    {} of the original ArUco dictionary {}: {}\n", request.marker_ids.size(),
-               pages, fmt::join(request.marker_ids, ","));
-  }
+  fmt::print("targets    {} coded with {} bits, {} plain, {}\n", request.count, request.bits,
+             request.plain, pages);
   fmt::print("check      the scale bar must measure {:.0f} mm: print at 100 %\n",
              sheet.scale_bar.length_mm);
 }
 
 Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
-  if (auto done = ChooseMarkers(arguments); !done) return done;
   if (auto done = SetPage(arguments.page, arguments.request); !done) return done;
   const Result<TargetSheet> sheet = PlanTargetSheet(arguments.request);
   if (!sheet) return tl::unexpected(sheet.error());
@@ -183,15 +140,6 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
   auto arguments = std::make_shared<AlignTargetsArguments>();
   SheetRequest& request = arguments->request;
   CLI::App* command = parent.add_subcommand("targets", "pages of targets to print");
-  command->add_option("--kind", arguments->kind, "rings, or aruco: square markers")
-      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--marker-ids", request.marker_ids,
-          "of square markers, as in 5,6,7; without it as many as --count says, that go together")
-      ->delimiter(',');
-  command->add_option("--side", request.side_mm, "of square markers, mm")->capture_default_str();
   command->add_option("--bits", request.bits, "of the code: 12 (16 targets), 14 (44) or 20 (1022)")
       ->capture_default_str();
   command->add_option("--radius", request.radius_mm, "of the disc, mm")->capture_default_str();
@@ -205,10 +153,8 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--layout", arguments->layout, "JSON file: which target stands where");
   command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, command, &exit_code] {
-    Result<void> done = CheckOptions(*command, arguments->kind);
-    if (done) done = RunAlignTargets(*arguments);
-    if (!done) exit_code = PrintError(done.error());
+  command->callback([arguments, &exit_code] {
+    if (const auto done = RunAlignTargets(*arguments); !done) exit_code = PrintError(done.error());
   });
 }
 

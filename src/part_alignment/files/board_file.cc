@@ -134,10 +134,6 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});
-  if (root.has("dictionary")) {
-    root.Fault("dictionary", "is of square markers; the sheet must be one of ring codes");
-    return root.Faults();
-  }
   file.bits = root.Integer("bits", {12, 20});
   file.measurement.disc_radius_mm = root.Number("radius_mm", {0.1, 100});
   constexpr std::size_t kMostMarks = 5000;

@@ -104,8 +104,6 @@ TEST_F(BoardFileTest, NamesThePlaceOfAFault) {
                   "tool_length_mm": 1, "axes": "c", "sigma_mm": 1}],)" +
                       kViews),
               HasSubstr("axes"));
-  EXPECT_THAT(Message(head + kViews, R"({"format": 1, "dictionary": "aruco_original"})"),
-              HasSubstr("square markers"));
   EXPECT_THAT(Message(head + R"("speed": 3,)" + kViews), HasSubstr("speed"));
 }
 

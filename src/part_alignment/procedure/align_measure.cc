@@ -11,7 +11,6 @@
 #include "base/page.h"
 #include "part_alignment/targets/grey_picture.h"
 #include "part_alignment/targets/reject_words.h"
-#include "part_alignment/targets/square_lens.h"
 
 namespace trammel::procedure {
 namespace {
@@ -30,18 +29,11 @@ std::string IdOf(int number, const MeasureOptions& options) {
 
 Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOptions& options) {
   std::set<std::string> readable;
-  for (const int id : options.squares.ids) readable.insert(IdOf(id, options));
-  const bool rings = readable.empty();
-  for (std::size_t i = 1; rings && i <= options.book.words.size(); ++i) {
+  for (std::size_t i = 1; i <= options.book.words.size(); ++i) {
     readable.insert(IdOf(static_cast<int>(i), options));
   }
   std::set<std::string> ids;
   for (const PartTarget& target : plan.targets) {
-    if (!readable.contains(target.id) && !rings) {
-      return Fail(fmt::format(
-          "target {} of the plan is none of the markers {}: look at their ids and the prefix",
-          target.id, fmt::join(readable, ", ")));
-    }
     if (!readable.contains(target.id)) {
       return Fail(
           fmt::format("target {} of the plan is none of the {}-bit book, whose ids are "
@@ -54,38 +46,9 @@ Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOpt
   return ids;
 }
 
-// Centres as the lens shows the markers' middles; what bends their edges beside the lens makes them
-// as uncertain as it bends.
-void TakeOutLens(const part_alignment::Camera& camera, FoundTargets& found) {
-  constexpr double kPlain = 3;  // sigmas
-  for (FoundTarget& target : found.targets) {
-    const auto straight = part_alignment::Straighten(camera, *target.square);
-    if (!straight) continue;
-    target.disc.column_px = straight->centre.x;
-    target.disc.row_px = straight->centre.y;
-    if (std::abs(straight->bow_px) < kPlain * target.square->bow_sigma_px) continue;
-    target.sigma_column_px = std::hypot(target.sigma_column_px, straight->bow_px);
-    target.sigma_row_px = std::hypot(target.sigma_row_px, straight->bow_px);
-  }
-}
-
-Result<FoundTargets> ReadSquares(const PageView& picture, const part_alignment::Camera& camera,
-                                 const MeasureOptions& options,
-                                 part_alignment::SquareWorkspace& workspace) {
-  part_alignment::SquareFinderOptions finder = options.square_finder;
-  finder.mirrored = camera.looks_along == part_alignment::LooksAlong::kMinusZ;
-  auto found = part_alignment::FindSquares(picture, options.squares, finder, workspace);
-  if (found) TakeOutLens(camera, *found);
-  return found;
-}
-
-struct Workspaces {
-  part_alignment::FinderWorkspace rings;
-  part_alignment::SquareWorkspace squares;
-};
-
 Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measurement& plan,
-                          const MeasureOptions& options, Workspaces& workspaces) {
+                          const MeasureOptions& options,
+                          part_alignment::FinderWorkspace& workspace) {
   const auto frame = machine::DecodeFrame(picture);
   if (!frame) return tl::unexpected(frame.error());
   if (frame->width != plan.camera.width_px || frame->height != plan.camera.height_px) {
@@ -95,12 +58,9 @@ Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measureme
         ErrorKind::kMeasurement);
   }
   const Page grey = part_alignment::GreyPicture(frame->width, frame->height, frame->bgr);
-  if (!options.squares.ids.empty()) {
-    return ReadSquares(grey.view(), plan.camera, options, workspaces.squares);
-  }
   part_alignment::FinderOptions finder = options.finder;
   finder.mirrored = plan.camera.looks_along == part_alignment::LooksAlong::kMinusZ;
-  return part_alignment::FindTargets(grey.view(), options.book, finder, workspaces.rings);
+  return part_alignment::FindTargets(grey.view(), options.book, finder, workspace);
 }
 
 // The others are said of scratches and stains as well, and by the dozen.
@@ -183,7 +143,7 @@ class Measuring {
   }
 
   Result<void> Look(std::size_t number, const machine::CapturedFrame& picture) {
-    auto found = Read(picture, plan_, options_, workspaces_);
+    auto found = Read(picture, plan_, options_, workspace_);
     if (!found) return tl::unexpected(found.error());
     AddObservations(*found, ids_, options_, number, outcome_);
     outcome_.found.push_back(std::move(*found));
@@ -199,7 +159,7 @@ class Measuring {
   const MeasureOptions& options_;
   const MeasurementHooks& shop_;
   std::set<std::string> ids_;
-  Workspaces workspaces_;
+  part_alignment::FinderWorkspace workspace_;
   MeasureOutcome outcome_;
 };
 

@@ -14,7 +14,6 @@
 #include "part_alignment/procedure/view_drive.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/targets/ring_finder.h"
-#include "part_alignment/targets/square_finder.h"
 
 namespace trammel::procedure {
 
@@ -28,14 +27,10 @@ struct MeasurementHooks : ViewHooks {
 struct MeasureOptions {
   part_alignment::CodeBook book;
   part_alignment::FinderOptions finder;  ///< `mirrored` is set by the camera of the plan
-  /// Square markers instead of rings, where it has any: what the lens bends is taken out of their
-  /// centres.
-  part_alignment::SquareBook squares;
-  part_alignment::SquareFinderOptions square_finder;  ///< `mirrored` as above
   RouteOptions route;
   /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
   double extra_sigma_px = 0.005;
-  /// Before the number of the code, or the marker's id, in the ids of the plan, as in "T7".
+  /// Before the number of the code in the ids of the plan, as in "T7".
   std::string id_prefix;
 };
 

@@ -13,7 +13,6 @@
 #include "base/check.h"
 #include "document/cairo_handles.h"
 #include "document/svg_ids.h"
-#include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::report {
@@ -72,33 +71,6 @@ void DrawRing(cairo_t* context, const pa::PlacedTarget& target, const pa::SheetR
   }
 }
 
-/// A black square with its white modules. Neighbouring ones are one rectangle along a row.
-void DrawSquareMarker(cairo_t* context, const pa::PlacedTarget& target, double side_mm) {
-  const double module_mm = side_mm / pa::kSquareModules;
-  const double left_mm = target.x_mm - 0.5 * side_mm;
-  const double top_mm = target.y_mm - 0.5 * side_mm;
-  Grey(context, 0);
-  cairo_rectangle(context, left_mm, top_mm, side_mm, side_mm);
-  const auto white = [&](int row, int column) {
-    return column < pa::kSquareCells &&
-           (target.word >> (pa::kSquareCells * row + column) & 1U) != 0;
-  };
-  for (int row = 0; row < pa::kSquareCells; ++row) {
-    for (int column = 0; column < pa::kSquareCells; ++column) {
-      if (!white(row, column)) continue;
-      int end = column;
-      while (white(row, end)) ++end;
-      cairo_rectangle(context, left_mm + (1 + column) * module_mm, top_mm + (1 + row) * module_mm,
-                      (end - column) * module_mm, module_mm);
-      column = end;
-    }
-  }
-  // Holes where an even number of rectangles lie over each other.
-  cairo_set_fill_rule(context, CAIRO_FILL_RULE_EVEN_ODD);
-  cairo_fill(context);
-  cairo_set_fill_rule(context, CAIRO_FILL_RULE_WINDING);
-}
-
 void DrawTarget(cairo_t* context, const pa::TargetSheet& sheet, const pa::PlacedTarget& target) {
   const pa::SheetRequest& request = sheet.request;
   if (request.bright) {
@@ -107,23 +79,16 @@ void DrawTarget(cairo_t* context, const pa::TargetSheet& sheet, const pa::Placed
                     target.y_mm - 0.5 * sheet.square_mm, sheet.square_mm, sheet.square_mm);
     cairo_fill(context);
   }
-  const bool square = !request.marker_ids.empty();
-  if (square) {
-    DrawSquareMarker(context, target, request.side_mm);
-  } else {
-    Grey(context, request.bright ? 1 : 0);
-    cairo_new_path(context);
-    cairo_arc(context, target.x_mm, target.y_mm, request.radius_mm, 0, 2 * std::numbers::pi);
-    cairo_fill(context);
-    if (target.number > 0) DrawRing(context, target, request);
-  }
+  Grey(context, request.bright ? 1 : 0);
+  cairo_new_path(context);
+  cairo_arc(context, target.x_mm, target.y_mm, request.radius_mm, 0, 2 * std::numbers::pi);
+  cairo_fill(context);
+  if (target.number > 0) DrawRing(context, target, request);
   DrawCropMarks(context, target, sheet.square_mm);
   Grey(context, 0);
   cairo_set_font_size(context, 1.35 * sheet.label_mm);
-  const std::string label = square ? fmt::format("ArUco {}", target.number)
-                            : target.number > 0
-                                ? fmt::format("{} · {}", target.number, request.bits)
-                                : "plain";
+  const std::string label =
+      target.number > 0 ? fmt::format("{} · {}", target.number, request.bits) : "plain";
   cairo_move_to(context, target.x_mm - 0.5 * sheet.square_mm + 1,
                 target.y_mm + 0.5 * sheet.square_mm + 1.35 * sheet.label_mm);
   cairo_show_text(context, label.c_str());
@@ -140,13 +105,12 @@ void DrawScaleBar(cairo_t* context, const pa::TargetSheet& sheet, int page) {
     const bool outer = i == 0 || 10 * (i + 1) > bar.length_mm + 0.5;
     Line(context, x, bar.y_mm - (outer ? kTick_mm : kTick_mm / 2), x, bar.y_mm, kFineLine_mm);
   }
-  const bool square = !sheet.request.marker_ids.empty();
   cairo_set_font_size(context, 3);
   cairo_move_to(context, bar.x_mm, bar.y_mm + 4);
   const std::string text = fmt::format(
-      "{:.0f} mm from the first to the last line · print at 100 % · {} {:g} mm · page {} of {}",
-      bar.length_mm, square ? "side" : "disc radius",
-      square ? sheet.request.side_mm : sheet.request.radius_mm, page + 1, sheet.pages);
+      "{:.0f} mm from the first to the last line · print at 100 % · disc radius {:g} mm · page {} "
+      "of {}",
+      bar.length_mm, sheet.request.radius_mm, page + 1, sheet.pages);
   cairo_show_text(context, text.c_str());
 }
 

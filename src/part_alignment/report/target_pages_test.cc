@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "part_alignment/targets/ring_finder.h"
-#include "part_alignment/targets/square_finder.h"
 
 namespace trammel::report {
 namespace {
@@ -54,25 +53,6 @@ void ExpectReadBack(const SheetRequest& request, double px_per_mm) {
                         << target.y_mm;
     }
     EXPECT_EQ(found->targets.size(), printed);
-  }
-}
-
-TEST(TargetPages, SquareMarkersAreReadBackWhereTheyWerePlaced) {
-  constexpr double kPxPerMm = 3;
-  const TargetSheet sheet = Plan({.marker_ids = {1, 600, 0, 77}, .side_mm = 35});
-  const auto book = part_alignment::MakeSquareBook(sheet.request.marker_ids).value();
-  part_alignment::SquareWorkspace workspace;
-  const Page image = TargetPageImage(sheet, 0, kPxPerMm);
-  const auto found = part_alignment::FindSquares(image.view(), book, {}, workspace);
-  ASSERT_TRUE(found) << found.error().message;
-  ASSERT_EQ(found->targets.size(), 4U);
-  for (const PlacedTarget& printed : sheet.targets) {
-    for (const auto& seen : found->targets) {
-      if (seen.number != printed.number) continue;
-      EXPECT_NEAR(seen.disc.column_px + 0.5, printed.x_mm * kPxPerMm, kCairo_px);
-      EXPECT_NEAR(seen.disc.row_px + 0.5, printed.y_mm * kPxPerMm, kCairo_px);
-      EXPECT_NEAR(seen.ring_start_rad, 0, 0.001) << "upright";
-    }
   }
 }
 

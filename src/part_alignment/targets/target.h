@@ -1,5 +1,4 @@
-// What a picture shows of targets, whichever finder saw them: rings (ring_finder.h) or squares
-// (square_finder.h).
+// Targets found in a picture.
 #pragma once
 
 #include <optional>
@@ -7,13 +6,11 @@
 
 #include "part_alignment/targets/image_ellipse.h"
 #include "part_alignment/targets/reject_reason.h"
-#include "part_alignment/targets/square_shape.h"
 
 namespace trammel::part_alignment {
 
 struct FoundTarget {
-  /// In the code book, from 1; absent for a plain disc. A square marker's id.
-  std::optional<int> number;
+  std::optional<int> number;  ///< in the code book, from 1; absent for a plain disc
   /// The disc's image. Its centre is not the image of the disc's centre where the view is oblique:
   /// see eccentricity.h.
   ImageEllipse disc;
@@ -24,7 +21,6 @@ struct FoundTarget {
   double blur_px = 0;          ///< standard deviation of the edge's profile
   double ring_start_rad = 0;   ///< where bit 0 of the word begins, in the ellipse's own angle
   double saturated_share = 0;  ///< of the samples, 0 … 1
-  std::optional<SquareShape> square;  ///< of a square marker (square_finder.h)
 };
 
 struct RejectedTarget {

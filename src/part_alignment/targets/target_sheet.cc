@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {
@@ -61,21 +60,6 @@ Result<std::vector<PlacedTarget>> RingTargets(const SheetRequest& request) {
   return targets;
 }
 
-Result<std::vector<PlacedTarget>> SquareMarkers(const SheetRequest& request) {
-  if (!(request.side_mm >= 5 && request.side_mm <= 400)) {
-    return Fail(fmt::format("side of {} mm: must be in 5 ... 400", request.side_mm));
-  }
-  if (request.bright) return Fail("bright square markers: they are read black on white only");
-  const Result<SquareBook> book = MakeSquareBook(request.marker_ids);
-  if (!book) return tl::unexpected(book.error());
-  std::vector<PlacedTarget> targets(book->ids.size());
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    targets[i].number = book->ids[i];
-    targets[i].word = book->words[i];
-  }
-  return targets;
-}
-
 /// In rows from the upper left, page by page.
 Result<void> Place(TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
@@ -86,13 +70,12 @@ Result<void> Place(TargetSheet& sheet) {
   const int columns = static_cast<int>((room_x + kSpace_mm) / pitch_x);
   const int rows = static_cast<int>((room_y + kSpace_mm) / pitch_y);
   if (columns < 1 || rows < 1) {
-    const bool squares = !request.marker_ids.empty();
-    return Fail(fmt::format(
-        "{} of {} mm on a page of {} x {} mm: a target takes {:.1f} x {:.1f} mm and the margins {} "
-        "mm; choose a larger page or a smaller {}",
-        squares ? "side" : "radius", squares ? request.side_mm : request.radius_mm,
-        request.page_width_mm, request.page_height_mm, pitch_x, pitch_y, kMargin_mm,
-        squares ? "side" : "radius"));
+    return Fail(
+        fmt::format("radius of {} mm on a page of {} x {} mm: a target takes {:.1f} x {:.1f} mm "
+                    "and the margins "
+                    "{} mm; choose a larger page or a smaller radius",
+                    request.radius_mm, request.page_width_mm, request.page_height_mm, pitch_x,
+                    pitch_y, kMargin_mm));
   }
   const int total = static_cast<int>(sheet.targets.size());
   sheet.pages = (total + columns * rows - 1) / (columns * rows);
@@ -114,16 +97,13 @@ Result<void> Place(TargetSheet& sheet) {
 
 Result<TargetSheet> PlanTargetSheet(const SheetRequest& request) {
   if (const auto problem = FindPageProblem(request)) return Fail(*problem);
-  const bool squares = !request.marker_ids.empty();
-  auto targets = squares ? SquareMarkers(request) : RingTargets(request);
+  auto targets = RingTargets(request);
   if (!targets) return tl::unexpected(targets.error());
   TargetSheet sheet;
   sheet.request = request;
   sheet.targets = std::move(*targets);
-  constexpr double kWithWhite = (kSquareModules + 2.0) / kSquareModules;
-  sheet.square_mm = squares ? kWithWhite * request.side_mm : 2 * kQuietRadius * request.radius_mm;
-  const double letters_mm = squares ? 0.1 * request.side_mm : 0.6 * request.radius_mm;
-  sheet.label_mm = std::clamp(letters_mm, 1.8, 5.0);
+  sheet.square_mm = 2 * kQuietRadius * request.radius_mm;
+  sheet.label_mm = std::clamp(0.6 * request.radius_mm, 1.8, 5.0);
   if (auto placed = Place(sheet); !placed) return tl::unexpected(placed.error());
   return sheet;
 }

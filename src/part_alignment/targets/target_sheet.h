@@ -10,24 +10,20 @@
 namespace trammel::part_alignment {
 
 struct SheetRequest {
-  int bits = 14;         ///< 12, 14 or 20; see code_book.h
-  double radius_mm = 5;  ///< of the disc, 0.5 … 60
-  int first = 1;         ///< number of the first target
-  int count = 12;        ///< coded targets, 0 … 2000
-  int plain = 0;         ///< plain discs of the same radius behind them, 0 … 2000
-  bool bright = false;   ///< white targets on black squares, for retroreflective sheet
-  /// Not empty: these square markers instead (square_code.h); all of the above but `bright`, which
-  /// must be false, is not looked at.
-  std::vector<int> marker_ids = {};
-  double side_mm = 40;          ///< of a square marker, 5 … 400
+  int bits = 14;                ///< 12, 14 or 20; see code_book.h
+  double radius_mm = 5;         ///< of the disc, 0.5 … 60
+  int first = 1;                ///< number of the first target
+  int count = 12;               ///< coded targets, 0 … 2000
+  int plain = 0;                ///< plain discs of the same radius behind them, 0 … 2000
+  bool bright = false;          ///< white targets on black squares, for retroreflective sheet
   double page_width_mm = 210;   ///< 50 … 2000
   double page_height_mm = 297;  ///< 50 … 2000
 };
 
 struct PlacedTarget {
   int page = 0;            ///< from 0
-  int number = 0;          ///< 0: a plain disc, unless it is a square marker's id
-  std::uint32_t word = 0;  ///< of the ring, or of the square marker
+  int number = 0;          ///< 0: a plain disc
+  std::uint32_t word = 0;  ///< of the ring
   double x_mm = 0;         ///< of the centre, from the page's left edge
   double y_mm = 0;         ///< from its upper edge
 };
@@ -42,8 +38,7 @@ struct PrintedScaleBar {
 struct TargetSheet {
   SheetRequest request;
   int pages = 0;
-  /// A target's square: cut along it and nothing that the finder needs is lost. Of a square marker,
-  /// one of its modules is white all around.
+  /// A target's square: cut along it and nothing that the finder needs is lost.
   double square_mm = 0;
   double label_mm = 0;  ///< height of the number's letters below the square
   PrintedScaleBar scale_bar;
@@ -51,9 +46,8 @@ struct TargetSheet {
 };
 
 /// Rows of squares from the upper left, numbers below them, the scale bar at the foot.
-/// Errors (kInput): a number out of its range, markers that do not go together (MakeSquareBook),
-/// numbers beyond the code book's, a page that does not hold one target; each names the field and
-/// the bound.
+/// Errors (kInput): a number out of its range, numbers beyond the code book's, a page that does
+/// not hold one target; each names the field and the bound.
 [[nodiscard]] Result<TargetSheet> PlanTargetSheet(const SheetRequest& request);
 
 }  // namespace trammel::part_alignment

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/square_code.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -45,17 +44,6 @@ TEST(TargetSheet, CarriesTheWordsOfTheCodeBook) {
   EXPECT_EQ(sheet->scale_bar.length_mm, 100);
 }
 
-TEST(TargetSheet, PlacesSquareMarkersWithAModuleOfWhiteAboutThem) {
-  const auto sheet = PlanTargetSheet({.marker_ids = {5, 0, 600}, .side_mm = 70});
-  ASSERT_TRUE(sheet) << sheet.error().message;
-  ASSERT_EQ(sheet->targets.size(), 3U);
-  EXPECT_DOUBLE_EQ(sheet->square_mm, 90);
-  EXPECT_EQ(sheet->targets[1].number, 0);
-  EXPECT_EQ(sheet->targets[2].word, SquareWord(600));
-  EXPECT_GE(sheet->targets[1].x_mm - sheet->targets[0].x_mm, 90);
-  EXPECT_EQ(sheet->pages, 1);
-}
-
 TEST(TargetSheet, NamesWhatItCannotPlan) {
   const auto message = [](const SheetRequest& request) {
     const auto sheet = PlanTargetSheet(request);
@@ -68,10 +56,6 @@ TEST(TargetSheet, NamesWhatItCannotPlan) {
   EXPECT_THAT(message({.first = 0}), HasSubstr("1 ... 44"));
   EXPECT_THAT(message({.first = 2147483647, .count = 2}), HasSubstr("1 ... 44"));
   EXPECT_THAT(message({.count = 0}), HasSubstr("not none"));
-  EXPECT_THAT(message({.marker_ids = {1, 256}}), HasSubstr("markers 1 and 256"));
-  EXPECT_THAT(message({.marker_ids = {5}, .side_mm = std::nan("")}), HasSubstr("side of nan mm"));
-  EXPECT_THAT(message({.marker_ids = {5}, .side_mm = 300}), HasSubstr("smaller side"));
-  EXPECT_THAT(message({.bright = true, .marker_ids = {5}}), HasSubstr("black on white"));
   EXPECT_THAT(message({.page_width_mm = 1e9}), HasSubstr("50 ... 2000"));
 }
 
