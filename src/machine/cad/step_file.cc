@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "files/whole_file.h"
-#include "machine/cad/part21.h"
 #include "machine/cad/step_module.h"
 #include "machine/net/child_limits.h"
 #include "machine/net/child_process.h"
@@ -133,8 +133,14 @@ Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
   if (text.starts_with("PK") || text.starts_with("\x1f\x8b")) {
     return Fail("it is packed; unpack it first");
   }
-  const auto plain = CheckPart21(text);
-  if (!plain) return tl::unexpected(plain.error());
+  if (!LooksLikeStep(text)) {
+    return Fail("it is no STEP file: it does not begin with \"ISO-10303-21;\"");
+  }
+  constexpr std::string_view kEnd = "END-ISO-10303-21;";
+  if (text.find(kEnd) == std::string_view::npos) {
+    return Fail(
+        fmt::format("it ends without \"{}\": it is cut short; export or copy it anew", kEnd));
+  }
   const auto module = FindStepModule();
   if (!module) {
     return Fail(fmt::format("{}; or export an STL", module.error().message));
@@ -143,7 +149,7 @@ Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
   auto child = ChildProcess::Start(
       [&](const ChildSender& sender) {
         LimitThisProcess(most_bytes, options.most_s);
-        const auto sent = (*module)->send_solid(*plain, options, sender);
+        const auto sent = (*module)->send_solid(text, options, sender);
         sender.Send(sent ? kStepEnds : kStepFault,
                     sent ? std::string_view() : sent.error().message);
       },
@@ -153,6 +159,12 @@ Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
 }
 
 }  // namespace
+
+bool LooksLikeStep(std::string_view start) {
+  constexpr std::size_t kLooked = 4096;
+  return !start.starts_with("solid") &&
+         start.substr(0, kLooked).find("ISO-10303-21;") != std::string_view::npos;
+}
 
 Result<StepSolid> ReadStepFile(const std::filesystem::path& path, const StepReadOptions& options) {
   std::error_code unknown;

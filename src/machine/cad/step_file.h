@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -45,12 +46,14 @@ struct StepSolid {
 /// Larger files are refused unread.
 inline constexpr std::size_t kMostStepBytes = 100'000'000;
 
+/// Whether a file that begins with these bytes is STEP: comments may stand before its first words.
+[[nodiscard]] bool LooksLikeStep(std::string_view start);
+
 /// The one solid of a file, in mm whatever its unit, by the module trammel-step.so, in a process of
 /// its own whose memory and time are limited.
 /// Errors (kInput), which name the file, what is wrong and the remedy: no STEP file, one that is
-/// cut short or refers to what is not there; no length unit, several, or one whose factor is not
-/// its name's; no solid, several, a shell that is open, faces that do not meet; whatever the reader
-/// rejects or dies of; the module or its libraries are missing.
+/// cut short; no length unit, or several; no solid, several, a shell that is open, faces that do
+/// not meet; whatever the reader rejects or dies of; the module or its libraries are missing.
 [[nodiscard]] Result<StepSolid> ReadStepFile(const std::filesystem::path& path,
                                              const StepReadOptions& options = {});
 

@@ -11,7 +11,6 @@
 #include <numbers>
 #include <string>
 
-#include "machine/cad/part21.h"
 #include "support/step_text.h"
 #include "support/temporary_folder.h"
 
@@ -163,35 +162,15 @@ TEST_F(StepFile, ExactlyOneSolidIsTaken) {
   EXPECT_THAT(Complaint(test::StepText({}, "mm")), HasSubstr("holds no solid"));
 }
 
-TEST_F(StepFile, ASectionWithANameIsReadAsOneWithout) {
-  const std::string text = test::StepText({{}}, "inch");
-  const auto plain = Read(text);
-  ASSERT_TRUE(plain) << plain.error().message;
-  const auto expect_same = [&](const std::string& other) {
-    const auto named = Read(other);
-    ASSERT_TRUE(named) << named.error().message;
-    EXPECT_EQ(named->vertices_mm, plain->vertices_mm);
-    EXPECT_EQ(named->triangles, plain->triangles);
-    EXPECT_EQ(named->unit, "inch");
-  };
-  expect_same(Replaced(text, "DATA;", "DATA('main',('AUTOMOTIVE_DESIGN'));"));
-  expect_same(Replaced(text, "DATA;", "DATA /* a */ (\n'main',('AUTOMOTIVE_DESIGN'));"));
-  expect_same(Replaced(Replaced(text, "DATA;", "DATA('a',('X'));"),
-                       "#10=", "ENDSEC;\nDATA('b',('AUTOMOTIVE_DESIGN'));\n#10="));
-}
-
 TEST_F(StepFile, WhatTakesOpenCascadeMinutesIsGivenUpInTime) {
-  // Each list for itself is short enough.
-  std::string lists;
-  for (int i = 0; i < 400; ++i) {
-    lists += "#" + std::to_string(100'000 + i) + "=CARTESIAN_POINT('',(0.";
-    for (std::size_t k = 1; k + 1 < kMostPart21Entries; ++k) lists += ",0.";
-    lists += "));\n";
-  }
+  // Open CASCADE takes the square of a list's length.
+  std::string list = "#100000=CARTESIAN_POINT('',(0.";
+  for (int k = 1; k < 400'000; ++k) list += ",0.";
+  list += "));\n";
   StepReadOptions options;
   EXPECT_EQ(options.most_s, 60);
   options.most_s = 2;
-  const std::string text = Replaced(test::StepText({{}}, "mm"), "DATA;", "DATA;\n" + lists);
+  const std::string text = Replaced(test::StepText({{}}, "mm"), "DATA;", "DATA;\n" + list);
   const auto begun = std::chrono::steady_clock::now();
   const auto read = Read(text, options);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
@@ -203,10 +182,6 @@ TEST_F(StepFile, WhatTakesOpenCascadeMinutesIsGivenUpInTime) {
 
 TEST_F(StepFile, AUnitIsKnownOrRefused) {
   const std::string mm = test::StepText({{}}, "mm");
-  const std::string inch = test::StepText({{}}, "inch");
-  EXPECT_THAT(Complaint(Replaced(inch, "LENGTH_MEASURE(25.4)", "LENGTH_MEASURE(25.3)")),
-              HasSubstr("its inch is 25.3 mm, which is 25.4 mm"));
-  EXPECT_THAT(Complaint(Replaced(inch, "'INCH'", "'ELL'")), HasSubstr("\"ELL\""));
   EXPECT_THAT(Complaint(Replaced(mm, ".MILLI.,.METRE.", ".MIMLI.,.METRE.")), HasSubstr("damaged"));
   EXPECT_THAT(Complaint(Replaced(mm, "ASSIGNED_CONTEXT((#1,#2,#3))", "ASSIGNED_CONTEXT((#2,#3))")),
               HasSubstr("states no unit of length"));
@@ -214,7 +189,7 @@ TEST_F(StepFile, AUnitIsKnownOrRefused) {
               HasSubstr("context_of_items"));
   EXPECT_THAT(Complaint(Replaced(Replaced(mm, "((#1,#2,#3))", "((#1,#2,#3,#999))"), "#1=",
                                  "#999=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));\n#1=")),
-              HasSubstr("two units of length"));
+              HasSubstr("two units"));
 }
 
 TEST_F(StepFile, WhatIsNoStepNeverReachesTheReader) {
@@ -222,7 +197,6 @@ TEST_F(StepFile, WhatIsNoStepNeverReachesTheReader) {
   EXPECT_THAT(Complaint(text.substr(0, text.size() / 2)), HasSubstr("cut short"));
   EXPECT_THAT(Complaint("solid block\n"), HasSubstr("no STEP file"));
   EXPECT_THAT(Complaint("PK\x03\x04"), HasSubstr("unpack it first"));
-  EXPECT_THAT(Complaint(Replaced(text, "#10=", "#12=")), HasSubstr("#12 is there twice"));
   EXPECT_FALSE(ReadStepFile("/nowhere/part.step"));
 }
 

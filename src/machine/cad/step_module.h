@@ -37,7 +37,6 @@ enum StepMessage : std::uint32_t {
 
 struct StepModule {
   /// Sends the one solid of a file. Errors: what is wrong with the file, in words for its owner.
-  /// REQUIRES a file that CheckPart21 passes.
   Result<void> (*send_solid)(std::string_view text, const StepReadOptions& options,
                              const ChildSender& sender);
 };

@@ -14,24 +14,16 @@
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_Printer.hxx>
-#include <STEPConstruct_UnitContext.hxx>
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
-#include <Standard_Version.hxx>
-#include <StepBasic_ConversionBasedUnitAndLengthUnit.hxx>
-#include <StepBasic_MeasureWithUnit.hxx>
-#include <StepBasic_SiUnitAndLengthUnit.hxx>
-#include <StepBasic_Unit.hxx>
 #include <StepData_StepModel.hxx>
-#include <StepGeom_GeomRepContextAndGlobUnitAssCtxAndGlobUncertaintyAssCtx.hxx>
-#include <StepGeom_GeometricRepresentationContextAndGlobalUnitAssignedContext.hxx>
-#include <StepRepr_GlobalUnitAssignedContext.hxx>
 #include <StepRepr_RepresentationItem.hxx>
 #include <StepRepr_RepresentationRelationship.hxx>
 #include <StepShape_ContextDependentShapeRepresentation.hxx>
 #include <StepShape_ShapeDefinitionRepresentation.hxx>
 #include <StepShape_ShapeRepresentation.hxx>
 #include <StepShape_SolidModel.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopExp.hxx>
 #include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
@@ -42,15 +34,11 @@
 #include <TopoDS_Vertex.hxx>
 #include <XSControl_TransferReader.hxx>
 #include <XSControl_WorkSession.hxx>
-#if OCC_VERSION_HEX >= 0x070800
-#include <StepData_Factors.hxx>
-#endif
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <istream>
-#include <optional>
 #include <streambuf>
 #include <utility>
 
@@ -70,167 +58,36 @@ std::string TextOf(const Handle(TCollection_HAsciiString) & text) {
   return text.IsNull() ? std::string() : std::string(text->ToCString());
 }
 
-/// A length unit by its own name, which its factor must confirm.
-struct NamedLength {
-  std::string_view said;  ///< in the file, upper case
-  std::string_view name;  ///< here
-  double mm;
-};
-constexpr std::array<NamedLength, 14> kLengths = {{{"INCH", "inch", 25.4},
-                                                   {"INCHES", "inch", 25.4},
-                                                   {"IN", "inch", 25.4},
-                                                   {"FOOT", "foot", 304.8},
-                                                   {"FEET", "foot", 304.8},
-                                                   {"FT", "foot", 304.8},
-                                                   {"YARD", "yard", 914.4},
-                                                   {"MIL", "mil", 0.0254},
-                                                   {"THOU", "mil", 0.0254},
-                                                   {"MILLIMETRE", "mm", 1},
-                                                   {"MILLIMETER", "mm", 1},
-                                                   {"CENTIMETRE", "cm", 10},
-                                                   {"METRE", "m", 1000},
-                                                   {"METER", "m", 1000}}};
-
-struct Length {
-  std::string name;
-  double mm = 0;
-};
-
-Result<Length> SiLength(const StepBasic_SiUnit& unit) {
-  if (unit.Name() != StepBasic_sunMetre) {
-    return Fail("its unit of length is no metre; export it in mm");
-  }
-  if (!unit.HasPrefix()) return Length{"m", 1000};
-  switch (unit.Prefix()) {
-    case StepBasic_spKilo:
-      return Length{"km", 1e6};
-    case StepBasic_spDeci:
-      return Length{"dm", 100};
-    case StepBasic_spCenti:
-      return Length{"cm", 10};
-    case StepBasic_spMilli:
-      return Length{"mm", 1};
-    case StepBasic_spMicro:
-      return Length{"µm", 1e-3};
-    default:
-      return Fail("its unit of length has a prefix that no part is drawn in; export it in mm");
-  }
-}
-
-Result<Length> ConvertedLength(const StepBasic_ConversionBasedUnit& unit) {
-  std::string said = TextOf(unit.Name());
-  std::transform(said.begin(), said.end(), said.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  const auto* const known =
-      std::find_if(kLengths.begin(), kLengths.end(),
-                   [&](const NamedLength& length) { return length.said == said; });
-  if (known == kLengths.end()) {
-    return Fail(fmt::format("its unit of length, \"{}\", is none that is known; export it in mm",
-                            said.substr(0, 40)));
-  }
-  const auto factor = unit.ConversionFactor();
-  if (factor.IsNull()) {
-    return Fail(fmt::format("its {} is not said in metres; export it in mm", known->name));
-  }
-  const auto of = Handle(StepBasic_SiUnit)::DownCast(factor->UnitComponent().Value());
-  if (of.IsNull()) {
-    return Fail(fmt::format("its {} is not said in metres; export it in mm", known->name));
-  }
-  const auto metric = SiLength(*of);
-  if (!metric) return metric;
-  const double mm = factor->ValueComponent() * metric->mm;
-  constexpr double kSame = 1e-6;
-  if (!(std::abs(mm - known->mm) <= kSame * known->mm)) {
+// The unit of the file's lengths, which Open CASCADE turns into mm.
+Result<std::string> UnitOf(STEPControl_Reader& reader) {
+  TColStd_SequenceOfAsciiString lengths;
+  TColStd_SequenceOfAsciiString angles;
+  TColStd_SequenceOfAsciiString solid_angles;
+  reader.FileUnits(lengths, angles, solid_angles);
+  if (lengths.IsEmpty()) {
     return Fail(
-        fmt::format("it says that its {} is {} mm, which is {} mm: the file is damaged, or its "
-                    "unit is another; export it in mm",
-                    known->name, mm, known->mm));
+        "it states no unit of length: whether it is in mm or in inches is not known; export it "
+        "anew");
   }
-  return Length{std::string(known->name), known->mm};
-}
-
-Handle(StepRepr_GlobalUnitAssignedContext)
-    UnitsOf(const Handle(StepRepr_RepresentationContext) & context) {
-  if (context.IsNull()) return {};
-  using Exact = StepGeom_GeomRepContextAndGlobUnitAssCtxAndGlobUncertaintyAssCtx;
-  using Plain = StepGeom_GeometricRepresentationContextAndGlobalUnitAssignedContext;
-  if (const auto exact = Handle(Exact)::DownCast(context); !exact.IsNull()) {
-    return exact->GlobalUnitAssignedContext();
+  if (lengths.Length() > 1) {
+    return Fail(fmt::format("it is drawn in two units, {} and {}; export it in one",
+                            lengths(1).ToCString(), lengths(2).ToCString()));
   }
-  if (const auto plain = Handle(Plain)::DownCast(context); !plain.IsNull()) {
-    return plain->GlobalUnitAssignedContext();
+  std::string name = lengths(1).ToCString();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kShort = {
+      {{"millimetre", "mm"}, {"centimetre", "cm"}, {"metre", "m"}, {"micrometre", "µm"}}};
+  for (const auto& [said, short_name] : kShort) {
+    if (name == said) return std::string(short_name);
   }
-  return Handle(StepRepr_GlobalUnitAssignedContext)::DownCast(context);
-}
-
-// The unit of lengths in a context; empty where it states none.
-Result<std::optional<Length>> LengthIn(const Handle(StepRepr_RepresentationContext) & context) {
-  std::optional<Length> found;
-  const auto units = UnitsOf(context);
-  if (units.IsNull() || units->Units().IsNull()) return found;
-  for (int i = 1; i <= units->NbUnits(); ++i) {
-    const auto unit = units->UnitsValue(i);
-    Result<Length> length;
-    if (const auto si = Handle(StepBasic_SiUnitAndLengthUnit)::DownCast(unit); !si.IsNull()) {
-      length = SiLength(*si);
-    } else if (const auto by = Handle(StepBasic_ConversionBasedUnitAndLengthUnit)::DownCast(unit);
-               !by.IsNull()) {
-      length = ConvertedLength(*by);
-    } else {
-      continue;
-    }
-    if (!length) return tl::unexpected(length.error());
-    if (found && found->mm != length->mm) {
-      return Fail(fmt::format("it states two units of length, {} and {}; export it in one",
-                              found->name, length->name));
-    }
-    found = *length;
-  }
-  if (!found) return found;
-  // What the reader multiplies by.
-  STEPConstruct_UnitContext factors;
-#if OCC_VERSION_HEX >= 0x070800
-  factors.ComputeFactors(units, StepData_Factors());  // to mm
-#else
-  factors.ComputeFactors(units);
-#endif
-  const double by = factors.LengthFactor();
-  constexpr double kSame = 1e-6;
-  if (!factors.LengthDone() || !(std::abs(by - found->mm) <= kSame * found->mm)) {
-    return Fail(fmt::format("its unit is {}, and Open CASCADE takes {} mm for it; export it in mm",
-                            found->name, by));
-  }
-  return found;
+  return name;
 }
 
 /// A file's entities.
 class Model {
  public:
   explicit Model(STEPControl_Reader& reader) : reader_(reader), model_(reader.StepModel()) {}
-
-  // The one unit of all that is drawn.
-  [[nodiscard]] Result<Length> Unit() const {
-    std::optional<Length> unit;
-    for (int i = 1; i <= model_->NbEntities(); ++i) {
-      const auto drawn = Handle(StepShape_ShapeRepresentation)::DownCast(model_->Value(i));
-      if (drawn.IsNull()) continue;
-      const auto length = LengthIn(drawn->ContextOfItems());
-      if (!length) return tl::unexpected(length.error());
-      if (!*length) {
-        return Fail(
-            fmt::format("#{} ({}) states no unit of length: whether it is in mm or in inches is "
-                        "not known; export it anew",
-                        Number(i), TypeOf(i)));
-      }
-      if (unit && unit->mm != (*length)->mm) {
-        return Fail(fmt::format("it is drawn in two units, {} and {}; export it in one", unit->name,
-                                (*length)->name));
-      }
-      unit = **length;
-    }
-    if (!unit) return Fail("it holds no shape at all; export the part's solid");
-    return *unit;
-  }
 
   // That nothing the shape is made of was misread.
   [[nodiscard]] Result<void> CheckRead() const {
@@ -424,7 +281,7 @@ Result<CadSolid> Read(std::string_view text) {
   }
   const Model model(reader);
   if (auto read = model.CheckRead(); !read) return tl::unexpected(read.error());
-  auto unit = model.Unit();
+  auto unit = UnitOf(reader);
   if (!unit) return tl::unexpected(unit.error());
   const int roots = reader.NbRootsForTransfer();
   const int made = reader.TransferRoots();
@@ -434,7 +291,7 @@ Result<CadSolid> Read(std::string_view text) {
         fmt::format("of its {} shapes only {} can be made; export the part alone", roots, made));
   }
   CadSolid read;
-  read.unit = unit->name;
+  read.unit = std::move(*unit);
   const TopoDS_Shape shape = made > 0 ? reader.OneShape() : TopoDS_Shape();
   if (shape.IsNull()) {
     return Fail(stated > 0 ? "its solid cannot be made; export the part anew, as AP214"

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/cad/part21.h"
 #include "machine/cad/step_file.h"
 #include "machine/net/file_bytes.h"
 #include "part_alignment/files/stl_file.h"
@@ -33,7 +32,7 @@ bool IsStep(const std::filesystem::path& path) {
   const auto start = machine::ReadFileStart(path, kLooked);
   return NamesStep(path) ||
          (start &&
-          machine::LooksLikePart21({reinterpret_cast<const char*>(start->data()), start->size()}));
+          machine::LooksLikeStep({reinterpret_cast<const char*>(start->data()), start->size()}));
 }
 
 }  // namespace
