@@ -148,7 +148,7 @@ TEST_F(BoardCommand, CalibratesACameraByPicturesOfAPrintedSheet) {
   Write("board.json", wrong.dump());
   const auto mirrored = Run("calibrate --board board.json --observations seen.json");
   EXPECT_EQ(mirrored.exit_code, 2) << mirrored.output;
-  EXPECT_THAT(mirrored.output, HasSubstr("the sign of X"));
+  EXPECT_THAT(mirrored.output, HasSubstr("mirror image"));
 
   json fewer = BoardJson(world);
   fewer.at("views").erase(0);

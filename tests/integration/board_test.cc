@@ -110,23 +110,23 @@ TEST(BoardCalibration, RefusesWrongSignsUnitsAndOrder) {
   const auto has = [](const std::string& text, const std::string& words) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  has(reason(each([](auto& at) { at.x() = -at.x(); })), "the sign of X");
-  has(reason(each([](auto& at) { at.z() = -at.z(); })), "the sign of Z");
-  has(reason(each([](auto& at) { at /= 25.4; })), "inches");
+  has(reason(each([](auto& at) { at.x() = -at.x(); })), "mirror image");
+  has(reason(each([](auto& at) { at.z() = -at.z(); })), "mirror image");
+  has(reason(each([](auto& at) { at /= 25.4; })), "the unit of the places is wrong");
   has(reason(each([](auto& at) { at.z() /= 25.4; })), "the unit of Z");
   has(reason(
           [](BoardMeasurement& measurement) {
             for (auto& view : measurement.views) view.spindle_rotation.transposeInPlace();
           },
           0.5),
-      "angle has the wrong sign");
+      "the largest residuals are those of");
   has(reason([](BoardMeasurement& measurement) {
         for (std::size_t i = measurement.views.size(); i-- > 1;) {
           measurement.views[i].spindle_mm = measurement.views[i - 1].spindle_mm;
           measurement.views[i].spindle_rotation = measurement.views[i - 1].spindle_rotation;
         }
       }),
-      "rows are 1 place");
+      "the largest residuals are those of");
 }
 
 TEST(BoardCalibration, NamesWhatMovedHalfWay) {

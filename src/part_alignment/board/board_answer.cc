@@ -13,7 +13,6 @@
 #include "geometry/decompositions.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
-#include "part_alignment/board/board_diagnosis.h"
 #include "part_alignment/targets/eccentricity.h"
 
 namespace trammel::part_alignment {
@@ -189,15 +188,12 @@ bool RefuseLengths(const BoardAnswerInput& input, BoardCalibration& result) {
   }
   constexpr double kPrinted = 0.02;  // no printer is that far off
   if (std::abs(*ratio - 1) > kPrinted) {
-    constexpr double kInch = 25.4;
-    const bool inches = std::abs(*ratio * kInch - 1) < 0.1;
     result.verdict = Verdict::kRefused;
     result.reason = fmt::format(
-        "the sheet is {:.4g} times as large in the machine's lengths as it was meant to be{}: {}",
-        *ratio, input.measurement.layout.empty() ? " (by its discs)" : "",
-        inches ? "the places are in inches, and mm are meant"
-               : "the unit of the places is wrong, or the sheet was printed with another scale, or "
-                 "is another one");
+        "the sheet is {:.4g} times as large in the machine's lengths as it was meant to be{}: the "
+        "unit of the places is wrong (mm are meant), or the sheet was printed with another scale, "
+        "or is another one",
+        *ratio, input.measurement.layout.empty() ? " (by its discs)" : "");
     return true;
   }
   constexpr double kNotice = 0.005;
@@ -322,6 +318,15 @@ bool LacksPlace(BoardCalibration& result, double most_mm) {
   result.verdict = Verdict::kCannotTell;
   result.reason = "no picture tells " + open + "; or state the camera's place with its sigma";
   return true;
+}
+
+// Where the picture's columns run in the machine at the first angle.
+std::string ColumnsInWords(const Camera& camera, const Matrix3d& machine_from_taper) {
+  const Vector3d right =
+      machine_from_taper * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(0);
+  Index axis = 0;
+  right.cwiseAbs().maxCoeff(&axis);
+  return fmt::format("{}{}", right[axis] < 0 ? "-" : "+", "XYZ"[axis]);
 }
 
 void NoteCoverage(const BoardAnswerInput& input, BoardCalibration& result) {

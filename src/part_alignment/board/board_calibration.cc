@@ -8,7 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/chi_square.h"
 #include "geometry/euler.h"
@@ -16,7 +19,6 @@
 #include "part_alignment/board/board_adjust.h"
 #include "part_alignment/board/board_answer.h"
 #include "part_alignment/board/board_change.h"
-#include "part_alignment/board/board_diagnosis.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_start.h"
 #include "part_alignment/board/board_stated.h"
@@ -219,19 +221,8 @@ constexpr const char* kHeightsAlike =
     ": the focal length and the distance cannot be told apart from heights so much alike; take "
     "pictures from heights of 1 : 2 above the board, at each from all over it";
 
-// With X and Z turned round, so that the camera looks to the board.
-BoardMeasurement WithoutSide(BoardMeasurement measurement) {
-  for (BoardView& view : measurement.views) {
-    view.spindle_mm.x() = -view.spindle_mm.x();
-    view.spindle_mm.z() = -view.spindle_mm.z();
-    view.spindle_rotation.transposeInPlace();
-  }
-  return measurement;
-}
-
 // What is wrong before anything is adjusted; true where the result says so.
-bool RefuseStart(const BoardMeasurement& measurement, const BoardStart& start,
-                 BoardCalibration& result) {
+bool RefuseStart(const BoardStart& start, BoardCalibration& result) {
   const std::string heights =
       fmt::format("the spindle's heights span {:.3g} mm and its places across {:.3g} mm",
                   start.depth_mm, start.width_mm);
@@ -241,53 +232,96 @@ bool RefuseStart(const BoardMeasurement& measurement, const BoardStart& start,
     case BoardStartFault::kFewPictures:
       Say(Verdict::kCannotTell,
           "fewer than 4 pictures at any one angle of the spindle: take 20 or more at each", result);
-      return true;
+      break;
     case BoardStartFault::kOneLine:
       Say(Verdict::kCannotTell,
           "the spindle moves along one line: focal length, place and angles of the camera cannot "
           "be told apart; move it along X, Y and Z",
           result);
-      return true;
+      break;
     case BoardStartFault::kOneHeight:
-      Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
-      return true;
     case BoardStartFault::kShallow:
+      Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
+      break;
     case BoardStartFault::kMirrored:
+      Say(Verdict::kRefused,
+          "the pictures are the mirror image of what a camera sees from these places: check the "
+          "signs and the order of the table's axes, and looks_along",
+          result);
+      break;
     case BoardStartFault::kLooksAway:
+      Say(Verdict::kRefused,
+          "with these places the camera would look into the spindle: check the signs of the "
+          "table's axes, and spindle_rotation",
+          result);
+      break;
     case BoardStartFault::kNoCamera:
+      Say(Verdict::kRefused,
+          "no camera sees the board so from these places: the table of places does not belong to "
+          "the pictures, or pictures of two cameras are mixed; check the order, units and signs of "
+          "the table",
+          result);
       break;
   }
-  if (start.fault == BoardStartFault::kMirrored) {
-    const std::string words = WordsForMirrored(measurement);
-    if (!words.empty()) {
-      Say(Verdict::kRefused,
-          "the pictures are the mirror image of what a camera sees from these places, so that the "
-          "table of places is wrong in " +
-              words + "; or looks_along is",
-          result);
-      return true;
-    }
-  }
-  if (start.fault == BoardStartFault::kLooksAway && RootOf(WithoutSide(measurement)) < 20) {
-    Say(Verdict::kRefused,
-        "with these places the camera would look into the spindle: the sign of Z is wrong, "
-        "together with that of X or Y; or spindle_rotation is",
-        result);
-    return true;
-  }
-  constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
-  if (const auto fault = FindTableFault(measurement, kBeyond)) {
-    Say(Verdict::kRefused, "no camera sees the board so from these places: " + *fault, result);
-  } else if (start.fault == BoardStartFault::kShallow) {
-    Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
-  } else {
-    Say(Verdict::kRefused,
-        "no camera sees the board so from these places: the table of places does not belong to the "
-        "pictures, or pictures of two cameras are mixed; check the order, units and signs of the "
-        "table",
-        result);
-  }
   return true;
+}
+
+bool Turns(const BoardMeasurement& measurement) {
+  const Matrix3d& first = measurement.views.front().spindle_rotation;
+  return std::any_of(
+      measurement.views.begin(), measurement.views.end(),
+      [&](const BoardView& view) { return !view.spindle_rotation.isApprox(first, 1e-6); });
+}
+
+// Residuals of an adjustment from nothing, without touches, in their sigmas (root mean square);
+// infinite where there is none.
+double RootOf(const BoardMeasurement& measurement) {
+  BoardPieces pieces = PiecesOf(measurement);
+  BoardNetwork& network = pieces.network;
+  network.touches.clear();
+  network.place.reset();
+  BoardStart start = StartBoard(network);
+  if (start.fault != BoardStartFault::kNone) return std::numeric_limits<double>::infinity();
+  UseStart(start, network);
+  HeldUnknowns held(static_cast<std::size_t>(SharedUnknowns(network)), false);
+  held[9] = true;
+  held[kBoardTool] = true;
+  if (!Turns(measurement)) held[7] = held[8] = true;
+  constexpr int kFewIterations = 25;
+  const BoardFit fit = AdjustFirst(held, kFewIterations, network, start.state);
+  int sights = 0;
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    sights += sight.used && network.stops[sight.view].used ? 1 : 0;
+  }
+  const double freedom = 2.0 * sights - 3.0 * static_cast<double>(network.marks) - 20;
+  if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(fit.cost / freedom);
+}
+
+// The pictures with the largest residuals.
+std::string LargestResiduals(const BoardMeasurement& measurement, const Work& work) {
+  const BoardNetwork& network = work.pieces.network;
+  std::vector<double> squares(network.stops.size(), 0);
+  std::vector<int> counts(network.stops.size(), 0);
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    if (!sight.used || !network.stops[sight.view].used) continue;
+    const auto residual =
+        SightResidual(network, work.state, FrameOf(network, work.state, sight.view), sight);
+    if (!residual) continue;
+    squares[sight.view] += residual->squaredNorm();
+    ++counts[sight.view];
+  }
+  std::vector<std::pair<double, std::size_t>> rms_px;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) rms_px.emplace_back(std::sqrt(squares[i] / (2.0 * counts[i])), i);
+  }
+  std::sort(rms_px.rbegin(), rms_px.rend());
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::string> named;
+  for (const auto& [px, view] : std::span(rms_px).first(std::min(kNamed, rms_px.size()))) {
+    named.push_back(fmt::format("{} ({:.3g} px)", NameOf(measurement, view), px));
+  }
+  return fmt::format("{}", fmt::join(named, ", "));
 }
 
 std::string KindInWords(BoardChangeKind kind) {
@@ -377,10 +411,6 @@ void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
       "pictures and places do not fit one board and one camera (residuals of {:.3g} stated sigmas "
       "in all): ",
       root);
-  if (const auto fault = FindTableFault(measurement, root)) {
-    Say(Verdict::kRefused, head + *fault, result);
-    return;
-  }
   if (std::isfinite(work.fit.cost)) {
     auto changes = FindChanges(work.pieces.network, work.state, work.precision, kLeastViews / 2);
     std::erase_if(changes, [&](const BoardChange& change) {
@@ -404,11 +434,14 @@ void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
         result);
     return;
   }
+  const std::string largest =
+      std::isfinite(work.fit.cost) ? LargestResiduals(measurement, work) : std::string();
   Say(Verdict::kRefused,
       head +
+          (largest.empty() ? "" : fmt::format("the largest residuals are those of {}; ", largest)) +
           "the table does not belong to the pictures, pictures of two cameras are mixed, or "
-          "several things moved; check the order of the table and that all pictures are of one "
-          "camera",
+          "several things moved; check order, units and signs of the table and that all pictures "
+          "are of one camera",
       result);
 }
 
@@ -599,7 +632,7 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   NoteUnused(network, result);
   if (NeedsMore(measurement, network, result)) return result;
   BoardStart start = StartBoard(network);
-  if (RefuseStart(measurement, start, result)) return result;
+  if (RefuseStart(start, result)) return result;
   UseStart(start, network);
   work.rejected.assign(network.sights.size(), false);
   for (const std::size_t stray : start.strays) work.rejected[stray] = true;

@@ -152,11 +152,10 @@ struct BoardCalibration {
 /// Lens and place of the camera together with all marks free in space (the print is not trusted)
 /// and the machine's errors, by least squares. No guess is needed: the first is linear.
 ///
-/// Tells apart and names in its verdicts: axes of the wrong sign or exchanged, units, a spindle
-/// angle of the wrong sign, a table that does not belong to the pictures, pictures of two sizes or
-/// cameras, a board or a camera that moved, touches that contradict, heights too alike.
-/// Errors (kInput): numbers that cannot be, a mark twice in a picture, no view.
-/// Accuracy: board_study.
+/// Its verdicts name: pictures that are the mirror image of their places, a wrong unit, a table
+/// that does not belong to the pictures (with the largest residuals), pictures of two sizes, a
+/// board or a camera that moved, touches that contradict, heights too alike. Errors (kInput):
+/// numbers that cannot be, a mark twice in a picture, no view. Accuracy: board_study.
 [[nodiscard]] Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
                                                         const BoardCalibrateOptions& options);
 
