@@ -73,9 +73,7 @@ TEST(CastingStudy, ComesAsNearTheBestPlacementAsItsTrianglesAllow) {
     std::fflush(stdout);
     EXPECT_EQ(row.good, static_cast<int>(Castings()));
     EXPECT_GE(row.least_mm, 0.5 - 1e-6);
-    if (steps != 289) continue;
-    EXPECT_LE(row.shift_mm, 2e-3);
-    EXPECT_LE(row.turn_rad, 5e-6);
+    EXPECT_LE(row.shift_mm, 4 * row.facet_mm);
   }
 }
 

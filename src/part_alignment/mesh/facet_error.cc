@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "part_alignment/mesh/mesh_topology.h"
@@ -15,6 +16,23 @@ using Eigen::Vector3d;
 
 double HeightOver(const MeshDistance& mesh, std::uint32_t triangle, double edge_mm) {
   return AreaVector(mesh.mesh(), mesh.mesh().triangles[triangle]).norm() / edge_mm;
+}
+
+constexpr double kCrease_rad = 0.5236;  // sharper bends are edges of the part
+
+// The bend across the edge from corner k to the next, above 0 where the solid is convex; 0 at a
+// rim.
+double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner) {
+  const auto k = static_cast<std::size_t>(corner);
+  const std::uint32_t other = mesh.NeighboursOf(triangle)[k];
+  if (other == kNoTriangle) return 0;
+  const Vector3d a = mesh.FaceNormal(triangle);
+  const Vector3d b = mesh.FaceNormal(other);
+  const double bend = std::atan2(a.cross(b).norm(), a.dot(b));
+  const Triangle& corners = mesh.mesh().triangles[triangle];
+  const Vector3d along =
+      mesh.mesh().vertices_mm[corners[(k + 1) % 3]] - mesh.mesh().vertices_mm[corners[k]];
+  return a.cross(b).dot(along) < 0 ? -bend : bend;
 }
 
 struct Bends {
@@ -61,146 +79,20 @@ std::size_t CornerAt(const Triangle& triangle, std::uint32_t vertex) {
   return triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
 }
 
-// Of the smooth surface at a vertex: the angle-weighted mean of the faces about it that no sharp
-// edge parts from this one.
-Vector3d SmoothNormal(const MeshDistance& mesh, std::uint32_t from, std::uint32_t vertex) {
-  const double sharp = std::cos(kCrease_rad);
-  const std::vector<Triangle>& triangles = mesh.mesh().triangles;
-  const auto weighted = [&](std::uint32_t t) -> Vector3d {
-    const std::size_t k = CornerAt(triangles[t], vertex);
-    const Vector3d& at = mesh.mesh().vertices_mm[vertex];
-    const Vector3d u = mesh.mesh().vertices_mm[triangles[t][(k + 1) % 3]] - at;
-    const Vector3d v = mesh.mesh().vertices_mm[triangles[t][(k + 2) % 3]] - at;
-    return std::atan2(u.cross(v).norm(), u.dot(v)) * mesh.FaceNormal(t);
-  };
-  Vector3d sum = weighted(from);
-  for (const std::size_t side : {0U, 2U}) {  // around it one way, and the other where that ends
-    std::uint32_t t = from;
-    constexpr int kMostFaces = 100;
-    for (int i = 0; i < kMostFaces; ++i) {
-      const std::size_t k = (CornerAt(triangles[t], vertex) + side) % 3;
-      const std::uint32_t other = mesh.NeighboursOf(t)[k];
-      if (other == from) return sum.normalized();
-      if (other == kNoTriangle || mesh.FaceNormal(t).dot(mesh.FaceNormal(other)) < sharp) break;
-      sum += weighted(other);
-      t = other;
-    }
-  }
-  return sum.normalized();
-}
-
-using Middles = std::array<double, 3>;  // mm, over the middles of the edges
-
-Middles MiddlesByNormals(const MeshDistance& mesh, std::uint32_t triangle) {
-  const Triangle& corners = mesh.mesh().triangles[triangle];
-  std::array<Vector3d, 3> normals;
-  for (std::size_t k = 0; k < 3; ++k) normals[k] = SmoothNormal(mesh, triangle, corners[k]);
-  Middles middles{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t next = (k + 1) % 3;
-    const Vector3d along =
-        mesh.mesh().vertices_mm[corners[next]] - mesh.mesh().vertices_mm[corners[k]];
-    middles[k] = along.dot(normals[next] - normals[k]) / 8;
-  }
-  return middles;
-}
-
-// Of the quadratic surface through the corners and the outer corners of the three neighbours. Where
-// a sharp edge or a rim leaves no neighbour, the surface goes on straight.
-std::optional<Middles> MiddlesByNeighbours(const MeshDistance& mesh, std::uint32_t triangle) {
-  const std::vector<Vector3d>& vertices = mesh.mesh().vertices_mm;
-  const Triangle& corners = mesh.mesh().triangles[triangle];
-  const Vector3d area = AreaVector(mesh.mesh(), corners);
-  Eigen::Matrix3d rows;
-  Vector3d heights = Vector3d::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::array<double, 3> share{};  // barycentric, of the parallelogram's fourth corner
-    share[k] = share[(k + 1) % 3] = 1;
-    share[(k + 2) % 3] = -1;
-    const std::uint32_t other = mesh.NeighboursOf(triangle)[k];
-    const double bend = EdgeBend_rad(mesh, triangle, static_cast<int>(k));
-    if (other != kNoTriangle && std::abs(bend) <= kCrease_rad && !mesh.IsSliver(other)) {
-      const Triangle& theirs = mesh.mesh().triangles[other];
-      const std::size_t outer =
-          3 - CornerAt(theirs, corners[k]) - CornerAt(theirs, corners[(k + 1) % 3]);
-      const Vector3d at = vertices[theirs[outer]];
-      for (std::size_t i = 0; i < 3; ++i) {
-        const Vector3d& from = vertices[corners[(i + 1) % 3]];
-        const Vector3d opposite = vertices[corners[(i + 2) % 3]] - from;
-        share[i] = area.cross(opposite).dot(at - from) / area.squaredNorm();
-      }
-      heights[static_cast<Eigen::Index>(k)] =
-          mesh.FaceNormal(triangle).dot(at - vertices[corners[0]]);
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-      rows(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) =
-          4 * share[i] * share[(i + 1) % 3];
-    }
-  }
-  // Even triangles have a determinant of 256; six places on one conic have none.
-  constexpr double kLeastDeterminant = 10;
-  if (!(std::abs(rows.determinant()) > kLeastDeterminant)) return std::nullopt;
-  const Vector3d middles = rows.inverse() * heights;
-  return Middles{middles.x(), middles.y(), middles.z()};
-}
-
-// Replaces what the bends say by what the normals at the corners do, which is better among uneven
-// triangles; by what the neighbours do where faces of another grid begin; both are nonsense where a
-// flat face of a part begins, and differ there.
-void Improve(const MeshDistance& mesh, std::uint32_t triangle, Bends& bends) {
-  const double error_mm = bends.error.either_mm();
-  const auto differ = [](const Middles& a, const Middles& b) {
-    double most = 0;
-    for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(a[k] - b[k]));
-    return most;
-  };
-  const auto by_neighbours = MiddlesByNeighbours(mesh, triangle);
-  const Middles by_normals = MiddlesByNormals(mesh, triangle);
-  constexpr double kFar = 1.5;
-  constexpr double kAlike = 0.1;
-  constexpr double kUnlike = 0.5;
-  bends.error.apart_mm = 2 * error_mm;
-  if (!by_neighbours) return;
-  const double apart_mm = differ(*by_neighbours, by_normals);
-  if (apart_mm > kUnlike * error_mm || differ(*by_neighbours, bends.middle_mm) > kFar * error_mm) {
-    return;
-  }
-  bends.middle_mm = apart_mm > kAlike * error_mm ? *by_neighbours : by_normals;
-  bends.error.apart_mm = apart_mm;
-}
-
-// Improved where the triangle is corrected.
-Bends SmoothBendsOf(const MeshDistance& mesh, std::uint32_t triangle) {
-  Bends bends = BendsOf(mesh, triangle);
-  const double error_mm = bends.error.either_mm();
-  if (!bends.error.left_mm && error_mm > 0 && error_mm <= kMostLift_mm) {
-    Improve(mesh, triangle, bends);
-  }
-  return bends;
-}
-
 }  // namespace
 
-double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner) {
-  const auto k = static_cast<std::size_t>(corner);
-  const std::uint32_t other = mesh.NeighboursOf(triangle)[k];
-  if (other == kNoTriangle) return 0;
-  const Vector3d a = mesh.FaceNormal(triangle);
-  const Vector3d b = mesh.FaceNormal(other);
-  const double bend = std::atan2(a.cross(b).norm(), a.dot(b));
-  const Triangle& corners = mesh.mesh().triangles[triangle];
-  const Vector3d along =
-      mesh.mesh().vertices_mm[corners[(k + 1) % 3]] - mesh.mesh().vertices_mm[corners[k]];
-  return a.cross(b).dot(along) < 0 ? -bend : bend;
-}
-
 FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle) {
-  return SmoothBendsOf(mesh, triangle).error;
+  return BendsOf(mesh, triangle).error;
 }
 
 namespace {
 
-/// The quadratic surface over a triangle, and beyond its edges.
+/// The quadratic surface over a triangle and beyond its edges.
+struct SmoothLift {
+  double mm = 0;      ///< above 0 outside the triangle
+  Vector3d gradient;  ///< of it, along the triangle
+};
+
 struct LiftedTriangle {
   std::array<double, 3> middle_mm{};
   std::array<Vector3d, 3> from_mm;   // a place where share k is 0
@@ -221,9 +113,8 @@ struct LiftedTriangle {
 };
 
 std::optional<LiftedTriangle> Lifted(const MeshDistance& mesh, std::uint32_t triangle) {
-  const Bends bends = SmoothBendsOf(mesh, triangle);
-  const double error_mm = bends.error.either_mm();
-  if (!(error_mm > 0) || (!bends.error.left_mm && error_mm > kMostLift_mm)) return std::nullopt;
+  const Bends bends = BendsOf(mesh, triangle);
+  if (!(bends.error.either_mm() > 0)) return std::nullopt;
   LiftedTriangle lifted;
   lifted.middle_mm = bends.middle_mm;
   const Triangle& corners = mesh.mesh().triangles[triangle];
@@ -275,6 +166,14 @@ bool OverSharpVertex(const MeshDistance& mesh, std::uint32_t triangle, const Vec
   return false;
 }
 
+SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
+  const auto lifted = Lifted(mesh, triangle);
+  if (!lifted) return {0, Vector3d::Zero()};
+  std::array<double, 3> share{};
+  for (std::size_t k = 0; k < 3; ++k) share[k] = std::clamp(lifted->Share(k, at), 0.0, 1.0);
+  return lifted->At(share);
+}
+
 // Of a point over a sharp edge: both faces move it, each along its normal, and so much of that lies
 // along the point's way from it.
 double LiftOfEdge(const MeshDistance& mesh, const SurfaceDistance& distance, std::uint32_t other) {
@@ -293,18 +192,11 @@ double LiftOfEdge(const MeshDistance& mesh, const SurfaceDistance& distance, std
 
 }  // namespace
 
-SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
-  const auto lifted = Lifted(mesh, triangle);
-  if (!lifted) return {0, Vector3d::Zero()};
-  std::array<double, 3> share{};
-  for (std::size_t k = 0; k < 3; ++k) share[k] = std::clamp(lifted->Share(k, at), 0.0, 1.0);
-  return lifted->At(share);
-}
-
 SmoothDistance SmoothDistanceAt(const MeshDistance& mesh, const SurfaceDistance& distance,
                                 const Vector3d& p_mm) {
   const std::uint32_t triangle = distance.triangle;
   const SmoothDistance plain{distance.mm, distance.outward};
+  if (mesh.mesh().lifts.empty()) return plain;
   const Vector3d normal = mesh.FaceNormal(triangle);
   if (const auto edge = EdgeUnder(mesh, triangle, distance.nearest_mm)) {
     const std::uint32_t other = mesh.NeighboursOf(triangle)[static_cast<std::size_t>(*edge)];

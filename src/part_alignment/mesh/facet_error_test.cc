@@ -54,77 +54,6 @@ TEST(FacetError, OfASphereIsItsSagitta) {
   }
 }
 
-// With its lift a triangle is the sphere but for a small part of the sagitta.
-TEST(FacetError, TheLiftOfFineTrianglesMakesThemSmooth) {
-  constexpr double kRadius_mm = 100;
-  const TriangleMesh sphere = test::SphereMesh(kRadius_mm, 160);
-  const double sagitta = TrueSagitta(sphere, kRadius_mm);
-  const MeshDistance mesh = DistanceOf(sphere);
-  Random random(111);
-  double square = 0;
-  constexpr int kPlaces = 2000;
-  for (int i = 0; i < kPlaces; ++i) {
-    const Eigen::Vector3d u =
-        Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
-    const SurfaceDistance at = mesh.At((kRadius_mm + 3) * u);
-    const SmoothLift lift = SmoothLiftAt(mesh, at.triangle, at.nearest_mm);
-    EXPECT_GE(lift.mm, -1e-12);
-    square += (at.mm - lift.mm - 3) * (at.mm - lift.mm - 3) / kPlaces;
-    if (at.outward != mesh.FaceNormal(at.triangle)) continue;  // over an edge
-    EXPECT_LT((at.outward - lift.gradient - u).norm(), (at.outward - u).norm() / 2 + 1e-3);
-  }
-  EXPECT_LT(std::sqrt(square), 0.1 * sagitta);
-  EXPECT_EQ(SmoothLiftAt(DistanceOf(test::SphereMesh(kRadius_mm, 20)), 0, {0, 0, 100}).mm, 0)
-      << "coarse triangles are left as they are";
-}
-
-// Uneven triangles, as in the seams between the grids of a freeform part.
-TEST(FacetError, WhatIsLeftOfACorrectedTriangleIsWithinWhatTwoWaysToSeeItDiffer) {
-  constexpr double kRadius_mm = 100;
-  Random random(114);
-  TriangleMesh uneven = test::SphereMesh(kRadius_mm, 160);
-  for (Eigen::Vector3d& vertex : uneven.vertices_mm) {
-    const double edge_mm = std::numbers::pi / 160 * std::hypot(vertex.x(), vertex.y());
-    vertex += 0.2 * edge_mm *
-              Eigen::Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
-    vertex *= kRadius_mm / vertex.norm();
-  }
-  const MeshDistance mesh = DistanceOf(uneven);
-  double most_plain_mm = 0, most_left_mm = 0;
-  for (std::uint32_t t = 0; t < mesh.mesh().triangles.size(); ++t) {
-    const FacetError error = FacetErrorOf(mesh, t);
-    const Triangle& corners = mesh.mesh().triangles[t];
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const std::uint32_t vertex : corners) middle += mesh.mesh().vertices_mm[vertex] / 3;
-    const double lacks_mm = kRadius_mm - middle.norm();
-    const double left_mm = std::abs(lacks_mm - SmoothLiftAt(mesh, t, middle).mm);
-    EXPECT_LE(left_mm, error.apart_mm + 0.05 * error.either_mm()) << t;
-    most_plain_mm = std::max(most_plain_mm, lacks_mm);
-    if (error.apart_mm < error.either_mm()) most_left_mm = std::max(most_left_mm, left_mm);
-  }
-  EXPECT_LT(most_left_mm, 0.1 * most_plain_mm);
-}
-
-TEST(FacetError, AFlatFaceBesideARoundIsLeftToWhatTheBendsSay) {
-  constexpr int kStrips = 24;
-  constexpr double kRadius_mm = 10;
-  // A flat face that goes over into a quarter of a cylinder without an edge.
-  std::vector<Eigen::Vector2d> outline{{-40, 0}, {-40, kRadius_mm}};
-  for (int i = 0; i <= kStrips; ++i) {
-    const double angle = std::numbers::pi / 2 * (1 - static_cast<double>(i) / kStrips);
-    outline.emplace_back(kRadius_mm * std::cos(angle), kRadius_mm * std::sin(angle));
-  }
-  const MeshDistance distance = DistanceOf(test::PrismMesh(outline, 30));
-  int beside = 0;
-  for (std::uint32_t t = 0; t < distance.mesh().triangles.size(); ++t) {
-    const FacetError error = FacetErrorOf(distance, t);
-    if (error.either_mm() == 0 || distance.FaceNormal(t).z() < 1 - 1e-9) continue;
-    ++beside;
-    EXPECT_EQ(error.apart_mm, 2 * error.either_mm()) << t;
-  }
-  EXPECT_GE(beside, 1);
-}
-
 TEST(FacetError, OfAHollowIsNoneOutwards) {
   TriangleMesh mesh = test::BoxMesh({200, 200, 200});
   TriangleMesh hollow = test::SphereMesh(100, 30);
@@ -185,7 +114,6 @@ TEST(FacetError, KnownLiftsLeadFromCoarseTrianglesToTheSphere) {
     for (float& mm : lift.middle_mm) mm = -mm;
   }
   const double sagitta_mm = TrueSagitta(sphere, kRadius_mm);
-  ASSERT_GT(sagitta_mm, 5 * kMostLift_mm) << "more than what is taken out of triangles alone";
   for (const TriangleMesh& mesh : {sphere, inside_out}) {
     const MeshDistance distance = DistanceOf(mesh);
     Random random(112);

@@ -85,12 +85,8 @@ FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
     const double error_mm = error.left_mm.value_or(error.either_mm());
     least_sigma_mm = std::min(least_sigma_mm, contact.sigma_mm);
     surfaces_known = surfaces_known && error.left_mm.has_value();
-    // The error is known to first order: triangles of freeform parts were off by up to 1.56 of it.
-    constexpr double kCorrected = 0.05;
-    const bool corrected = error.left_mm || error_mm <= kMostLift_mm;
-    const double left_mm = error.left_mm.value_or(error.apart_mm + kCorrected * error_mm);
-    contact.least_mm += corrected ? left_mm : kFacetGuard * error.outward_mm;
-    contact.sigma_mm = std::hypot(contact.sigma_mm, corrected ? left_mm : error_mm);
+    contact.least_mm += error.left_mm.value_or(kFacetGuard * error.outward_mm);
+    contact.sigma_mm = std::hypot(contact.sigma_mm, error_mm);
     guard.error_mm = std::max(guard.error_mm, error_mm);
     const auto most_mm = contact.surface->most_facet_error_mm;
     if (!most_mm || !(error_mm > *most_mm) || !guard.coarse.empty()) continue;
@@ -111,7 +107,7 @@ FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
   }
   guard.notice = fmt::format(
       "the triangles under the points are up to {:.4f} mm off the smooth surface that they stand "
-      "for: what is left of it after correction is in the guard and in the covariance{}",
+      "for, which is in the guard and in the covariance{}",
       guard.error_mm,
       guard.error_mm > least_sigma_mm
           ? "; that is more than a point's sigma, and a finer deflection makes it less"

@@ -41,9 +41,8 @@ struct Problem {
   double thickness_sigma_mm = 0;
 };
 
-/// The problem for small motions about a placement: stock allowance (over fine triangles from the
-/// smooth surface, SmoothDistanceAt), and its derivative by the motion (mm, and turns about the
-/// points' middle in units of 1 / size).
+/// The problem for small motions about a placement: stock allowance (SmoothDistanceAt), and its
+/// derivative by the motion (mm, and turns about the points' middle in units of 1 / size).
 struct Linear {
   Eigen::VectorXd stock_allowance_mm;
   Eigen::MatrixXd by_motion;
