@@ -42,9 +42,9 @@ void ShrinkGradient(const DiscMatrix& covariance, DiscFit& fit) {
   constexpr double kLeastShare = 0.25;
   constexpr double kCertainChi2 = 6;  ///< noise alone reaches it in 5 % of pictures
   DiscModel& m = fit.model;
-  const double a = covariance[8][8];
-  const double b = covariance[8][9];
-  const double c = covariance[9][9];
+  const double a = covariance(8, 8);
+  const double b = covariance(8, 9);
+  const double c = covariance(9, 9);
   const double det = a * c - b * b;
   double share = kLeastShare;
   std::array<double, 2> by_gradient{};  // variance that the gradient brings, in units of noise²
@@ -54,30 +54,27 @@ void ShrinkGradient(const DiscMatrix& covariance, DiscFit& fit) {
     const double chi2 = (px * m.gradient_x + py * m.gradient_y) / (fit.noise * fit.noise);
     const double back = std::min(1.0, kNoiseChi2 / std::max(chi2, 1e-12));
     share = std::clamp(chi2 / kCertainChi2, kLeastShare, 1.0);
-    m.column_px -= back * (covariance[0][8] * px + covariance[0][9] * py);
-    m.row_px -= back * (covariance[1][8] * px + covariance[1][9] * py);
+    m.column_px -= back * (covariance(0, 8) * px + covariance(0, 9) * py);
+    m.row_px -= back * (covariance(1, 8) * px + covariance(1, 9) * py);
     m.gradient_x *= 1 - back;
     m.gradient_y *= 1 - back;
-    for (std::size_t i = 0; i < 2; ++i) {
-      const double x = covariance[i][8];
-      const double y = covariance[i][9];
-      by_gradient[i] = (c * x * x - 2 * b * x * y + a * y * y) / det;
+    for (int i = 0; i < 2; ++i) {
+      const double x = covariance(i, 8);
+      const double y = covariance(i, 9);
+      by_gradient[static_cast<std::size_t>(i)] = (c * x * x - 2 * b * x * y + a * y * y) / det;
     }
   }
   const double taken = 1 - share;
-  fit.sigma_column_px = fit.noise * std::sqrt(covariance[0][0] - taken * by_gradient[0]);
-  fit.sigma_row_px = fit.noise * std::sqrt(covariance[1][1] - taken * by_gradient[1]);
+  fit.sigma_column_px = fit.noise * std::sqrt(covariance(0, 0) - taken * by_gradient[0]);
+  fit.sigma_row_px = fit.noise * std::sqrt(covariance(1, 1) - taken * by_gradient[1]);
 }
 
+using DiscFactor = Eigen::LLT<DiscMatrix>;
+
 /// The centre's sigma that the factored normal equations give.
-double CentreSigma(const DiscMatrix& factor, double mean_square) {
-  double variance = 0;
-  for (const int i : {0, 1}) {
-    DiscVector unit{};
-    unit[i] = 1;
-    variance += SolveFactored(factor, unit)[i];
-  }
-  return std::sqrt(variance * mean_square);
+double CentreSigma(const DiscFactor& factor, double mean_square) {
+  const DiscMatrix inverse = factor.solve(DiscMatrix::Identity());
+  return std::sqrt((inverse(0, 0) + inverse(1, 1)) * mean_square);
 }
 
 /// How many times worse the centre is known than by pixels that scatter by themselves: what a
@@ -100,22 +97,17 @@ double UnevenLight(const SectorSums& sums, double noise) {
   return std::sqrt(std::max(1.0, chi2 / freedom));
 }
 
-/// Noise and sigmas. REQUIRES normal.jtj factored.
-/// @param step  the last, which `normal` led to.
-void Finish(const DiscNormal& normal, const DiscVector& step, DiscFit& fit) {
+/// Noise and sigmas.
+/// @param factor  of normal.jtj
+/// @param step    the last, which `normal` led to.
+void Finish(const DiscNormal& normal, const DiscFactor& factor, const DiscVector& step,
+            DiscFit& fit) {
   fit.samples = normal.samples;
   fit.saturated = normal.saturated;
   const int spare = normal.samples - normal.saturated - kDiscParameters;
-  double rss = normal.rss;
-  for (int i = 0; i < kDiscParameters; ++i) rss -= normal.jtr[i] * step[i];
+  const double rss = normal.rss - normal.jtr.dot(step);
   fit.noise = std::max(kRoundingNoise, std::sqrt(std::max(rss, 0.0) / spare));
-  DiscMatrix covariance{};
-  for (const int i : {0, 1, 8, 9}) {
-    DiscVector unit{};
-    unit[i] = 1;
-    covariance[i] = SolveFactored(normal.jtj, unit);
-  }
-  ShrinkGradient(covariance, fit);
+  ShrinkGradient(factor.solve(DiscMatrix::Identity()), fit);
 }
 
 }  // namespace
@@ -161,9 +153,10 @@ std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
       damping = std::max(1e-2, damping * 30);
     }
     DiscMatrix damped = kept.jtj;
-    for (int i = 0; i < kDiscParameters; ++i) damped[i][i] *= 1 + damping;
-    if (!Factor(damped)) return std::nullopt;
-    const DiscVector step = SolveFactored(damped, kept.jtr);
+    damped.diagonal() *= 1 + damping;
+    const auto factor = Factored<kDiscParameters>(damped);
+    if (!factor) return std::nullopt;
+    const DiscVector step = factor->solve(kept.jtr);
     fit.model = best;
     Step(step, fit.model);
     const DiscModel& m = fit.model;
@@ -176,11 +169,12 @@ std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
     // A step's own error is of second order: its share of the blur, and that of the blur's.
     const double moved = std::hypot(m.column_px - best.column_px, m.row_px - best.row_px);
     const double off = moved * (moved + std::abs(m.blur_px - best.blur_px)) / m.blur_px;
-    if (off > kSettled * CentreSigma(damped, best_mean)) continue;
+    if (off > kSettled * CentreSigma(*factor, best_mean)) continue;
     if (kept.saturated > 0 && moved > kSettledCut_px) continue;
-    if (!Factor(kept.jtj)) return std::nullopt;
+    const auto undamped = Factored<kDiscParameters>(kept.jtj);
+    if (!undamped) return std::nullopt;
     const DiscModel settled = fit.model;
-    Finish(kept, step, fit);
+    Finish(kept, *undamped, step, fit);
     const double worse = UnevenLight(SumBySectors(picture, settled, ring), fit.noise);
     fit.sigma_column_px *= worse;
     fit.sigma_row_px *= worse;

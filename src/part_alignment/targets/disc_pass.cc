@@ -1,13 +1,12 @@
 #include "part_alignment/targets/disc_pass.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
-#include "part_alignment/targets/disc_products.h"
-#include "part_alignment/targets/four.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {
@@ -21,7 +20,21 @@ constexpr double kOuterLimit = 1.8;  ///< radii: short of the ring
 constexpr double kLeastOuterLimit = 1.4;
 constexpr double kRingReach = 3;  ///< blurs before the ring from where on it is part of the model
 
-constexpr int kFirstFlat = 6;  ///< contrast, the first that pixels away from the edge tell of
+/// Pixels that are looked at together: Eigen takes as many of them at a time as the processor does.
+constexpr int kTogether = 64;
+using Floats = Eigen::Array<float, kTogether, 1>;
+using Flags = Eigen::Array<bool, kTogether, 1>;
+
+/// The normal distribution's integral from its density, to 2e-7 (Abramowitz & Stegun 26.2.17).
+Floats NormalIntegral(const Floats& t, const Floats& density) {
+  const Floats k = (1 + 0.2316419F * t.abs()).inverse();
+  const Floats tail =
+      density * k *
+      (0.31938153F +
+       k * (-0.356563782F + k * (1.781477937F + k * (-1.821255978F + k * 1.330274429F))));
+  return (t > 0).select(1 - tail, tail);
+}
+Floats NormalDensity(const Floats& t) { return 0.39894228F * (-0.5F * t * t).exp(); }
 
 /// The ring's cover, softened along the ring as the blur does.
 class SoftRing {
@@ -58,15 +71,6 @@ class SoftRing {
   std::array<float, RingShade::kAngles> cover_{};
 };
 
-/// Of the model and its limits, each in all lanes.
-template <typename Floats>
-struct Constants {
-  Floats wxx, wxy, wyy;
-  Floats outer, inner, band_px;
-  Floats per_blur, contrast, background;
-  Floats gradient_x, gradient_y;
-};
-
 /// What one pass over the pixels needs of the model.
 class Pass {
  public:
@@ -74,16 +78,13 @@ class Pass {
       : picture_(picture), m_(model) {
     const double radius_px = MeanRadius(model);
     const double band_px = kReach * m_.blur_px + kMargin_px;
+    band_px_ = static_cast<float>(band_px);
     // Short of where the ring's blurred edge would have to be known well.
     const double limit =
         std::clamp(kRingInner - 2 * m_.blur_px / radius_px, kLeastOuterLimit, kOuterLimit);
     outer_ = std::min(limit, 1 + band_px / radius_px * 1.5);
     inner_ = std::max(0.0, 1 - band_px / radius_px * 1.5);
     const double steepest = 0.5 * (m_.wxx + m_.wyy) + std::hypot(0.5 * (m_.wxx - m_.wyy), m_.wxy);
-    SetConstants(band_px, four_);
-#ifdef __x86_64__
-    if (TakesAvx2()) SetConstants(band_px, eight_);
-#endif
     if (kRingInner - outer_ < kRingReach * m_.blur_px * steepest &&
         std::any_of(ring.cover.begin(), ring.cover.end(), [](float c) { return c > 0; })) {
       ring_.emplace(ring, m_.blur_px / (kRingInner * radius_px));
@@ -92,20 +93,9 @@ class Pass {
 
   /// Instead of the normal equations.
   void RunBySectors(SectorSums& sums) {
-    by_sectors_ = true;
     constexpr int kEveryRow = 1;  // fewer would show uneven light less than the centre feels it
+    sectors_ = &sums;
     (void)Run(kEveryRow);
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      const FourSectors& of = four_sectors_[i];
-      for (int lane = 0; lane < 4; ++lane) {
-        sums[i].edge += of.edge[lane];
-        sums[i].edge2 += of.edge2[lane];
-        sums[i].inside += of.inside[lane];
-        sums[i].outside += of.outside[lane];
-        sums[i].inside_count += of.inside_count[lane];
-        sums[i].outside_count += of.outside_count[lane];
-      }
-    }
   }
 
   DiscNormal Run(int every) {
@@ -133,14 +123,11 @@ class Pass {
         AddSpan(y, x0, x1);
       }
     }
-    DiscNormal normal;
-    edge_.AddTo(normal);
-    flat_.AddTo(normal);
-    for (int lane = 0; lane < 4; ++lane) {
-      normal.samples += samples_[lane];
-      normal.saturated += saturated_[lane];
-    }
-    return normal;
+    if (count_ > 0) AddPixels();
+    normal_.jtj = sums_.topLeftCorner<kDiscParameters, kDiscParameters>();
+    normal_.jtr = sums_.row(kDiscParameters).head<kDiscParameters>().transpose();
+    normal_.rss = sums_(kDiscParameters, kDiscParameters);
+    return normal_;
   }
 
  private:
@@ -148,213 +135,143 @@ class Pass {
     return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(end)));
   }
 
-  template <typename Floats>
-  [[gnu::always_inline]] inline void SetConstants(double band_px, Constants<Floats>& of) const {
-    const auto set = [](Floats & all, double value) __attribute__((always_inline)) {
-      for (std::size_t i = 0; i < sizeof(all) / sizeof(float); ++i) {
-        all[i] = static_cast<float>(value);
-      }
-    };
-    set(of.wxx, m_.wxx);
-    set(of.wxy, m_.wxy);
-    set(of.wyy, m_.wyy);
-    set(of.outer, outer_);
-    set(of.inner, inner_);
-    set(of.band_px, band_px);
-    set(of.per_blur, 1 / m_.blur_px);
-    set(of.contrast, m_.contrast);
-    set(of.background, m_.background);
-    set(of.gradient_x, m_.gradient_x);
-    set(of.gradient_y, m_.gradient_y);
-  }
-
-  void AddSpan(int y, int x0, int x1) {
-#ifdef __x86_64__
-    if (TakesAvx2()) return AddSpanByAvx2(y, x0, x1);
-#endif
-    AddFours(y, x0, x1);
-  }
-
-  /// Four neighbouring pixels of a row.
-  struct Neighbours {
-    Four grey;
-    Four dx;
-    FourInts wanted;
-  };
-  [[nodiscard, gnu::always_inline]] inline Neighbours From(const std::uint8_t* row, int x,
-                                                           int end) const {
-    const FourInts lane = {0, 1, 2, 3};
-    const int first = std::min(x, picture_.width - 4);  // reads nothing beyond the row
-    const auto dx = static_cast<float>(first - m_.column_px);
-    return {FourPixels(row + first), dx + Four{0, 1, 2, 3},
-            (lane >= x - first) & (lane < end - first)};
-  }
-
   /// Columns x0 … x1 - 1.
-  void AddFours(int y, int x0, int x1) {
+  void AddSpan(int y, int x0, int x1) {
     const std::uint8_t* row = picture_.row(y);
     const auto dy = static_cast<float>(y - m_.row_px);
-    for (int x = x0; x < x1; x += 4) {
-      const Neighbours of = From(row, x, x1);
-      Add(four_, of.grey, of.dx, dy, of.wanted);
+    for (int x = x0; x < x1; ++x) {
+      grey_[count_] = row[x];
+      dx_[count_] = static_cast<float>(x - m_.column_px);
+      dy_[count_] = dy;
+      if (++count_ == kTogether) AddPixels();
     }
   }
 
-#ifdef __x86_64__
-  /// The same to the bit.
-  [[gnu::target("avx2")]] void AddSpanByAvx2(int y, int x0, int x1) {
-    const std::uint8_t* row = picture_.row(y);
-    const auto dy = static_cast<float>(y - m_.row_px);
-    for (int x = x0; x < x1; x += 8) {
-      const Neighbours a = From(row, x, x1);
-      if (x + 4 >= x1) {
-        Add(four_, a.grey, a.dx, dy, a.wanted);
-        break;
-      }
-      const Neighbours b = From(row, x + 4, x1);
-      const Eight grey = __builtin_shufflevector(a.grey, b.grey, 0, 1, 2, 3, 4, 5, 6, 7);
-      const Eight dx = __builtin_shufflevector(a.dx, b.dx, 0, 1, 2, 3, 4, 5, 6, 7);
-      const EightInts wanted = __builtin_shufflevector(a.wanted, b.wanted, 0, 1, 2, 3, 4, 5, 6, 7);
-      Add(eight_, grey, dx, dy, wanted);
-    }
-  }
-#endif
-
-  template <typename Floats>
-  [[gnu::always_inline]] inline void Add(const Constants<Floats>& c, const Floats& grey,
-                                         const Floats& dx, float dy,
-                                         const Mask<Floats>& asked_for) {
-    constexpr int kParts = static_cast<int>(sizeof(Floats) / sizeof(float)) / 4;
-    const Floats u = c.wxx * dx + c.wxy * dy;
-    const Floats v = c.wxy * dx + c.wyy * dy;
-    const Floats q = Root(u * u + v * v);
+  /// What the pixels tell, and begins anew.
+  void AddPixels() {
+    const auto wxx = static_cast<float>(m_.wxx);
+    const auto wxy = static_cast<float>(m_.wxy);
+    const auto wyy = static_cast<float>(m_.wyy);
+    const auto per_blur = static_cast<float>(1 / m_.blur_px);
+    const auto contrast = static_cast<float>(m_.contrast);
+    const auto gradient_x = static_cast<float>(m_.gradient_x);
+    const auto gradient_y = static_cast<float>(m_.gradient_y);
+    // The last ones may be fewer: the others stand far outside.
+    constexpr float kNowhere_px = 1e6F;
+    dx_.tail(kTogether - count_).setConstant(kNowhere_px);
+    dy_.tail(kTogether - count_).setConstant(kNowhere_px);
+    grey_.tail(kTogether - count_).setZero();
+    count_ = 0;
+    const Floats u = wxx * dx_ + wxy * dy_;
+    const Floats v = wxy * dx_ + wyy * dy_;
+    const Floats q = (u * u + v * v).sqrt();
     // Distance from the edge to first order: (|W d| - 1) / |its gradient W² d / |W d||.
-    const Floats px = c.wxx * u + c.wxy * v;
-    const Floats py = c.wxy * u + c.wyy * v;
-    const Floats by_steep = 1 / Most(Root(px * px + py * py), All<Floats>(1e-12F));
+    const Floats px = wxx * u + wxy * v;
+    const Floats py = wxy * u + wyy * v;
+    const Floats by_steep = (px * px + py * py).sqrt().max(1e-12F).inverse();
     const Floats distance = (q - 1) * q * by_steep;
     // In the middle itself first order tells nothing.
-    Mask<Floats> wanted = asked_for & (q <= c.outer) & (q >= c.inner) & (q > 1e-4F);
-    wanted &= Magnitude(distance) <= c.band_px;
-    if (!Any(wanted)) return;
-    const Floats t = -distance * c.per_blur;
-    const Mask<Floats> near = wanted & (Magnitude(t) <= static_cast<float>(kReach));
-    Floats density{};
-    Floats cover = Where(t > 0, All<Floats>(1));
-    if (kParts > 1 || Any(near)) {
-      const Floats bounded = Bounded(t);
-      density = Where(near, NormalDensity(bounded));
-      cover = NormalIntegral(bounded, density);
-    }
+    const Flags wanted = q <= static_cast<float>(outer_) && q >= static_cast<float>(inner_) &&
+                         q > 1e-4F && distance.abs() <= band_px_;
+    if (!wanted.any()) return;
+    const Floats t = -distance * per_blur;
+    const Flags near = wanted && t.abs() <= static_cast<float>(kReach);
+    const Floats bounded = t.max(-kFlat).min(kFlat);
+    const Floats density = near.select(NormalDensity(bounded), 0.0F);
+    Floats cover = NormalIntegral(bounded, density);
     if (ring_) {
-      const Floats blurs = (q - static_cast<float>(kRingInner)) * q * by_steep * c.per_blur;
+      const Floats blurs = (q - static_cast<float>(kRingInner)) * q * by_steep * per_blur;
       AddRing(u, v, blurs, wanted, cover);
     }
-    const Floats gain = 1 + c.gradient_x * dx + c.gradient_y * dy;
-    const Floats shade = c.background + c.contrast * cover;
+    const Floats gain = 1 + gradient_x * dx_ + gradient_y * dy_;
+    const Floats shade = static_cast<float>(m_.background) + contrast * cover;
     const Floats value = gain * shade;
     // What the sensor cut off tells only that it was beyond.
-    const Mask<Floats> white = wanted & (grey >= kSaturated);
-    const Mask<Floats> black = wanted & (grey <= kBlack);
-    for (int i = 0; i < kParts; ++i) {
-      samples_ -= FourOf(wanted, i);
-      saturated_ -= FourOf(white | black, i);
-    }
-    const Mask<Floats> counts = wanted & ~((white & (value >= grey)) | (black & (value <= grey)));
-    if (by_sectors_) {
-      const Floats by_shift = density * gain * c.contrast * c.per_blur;
-      for (int i = 0; i < kParts; ++i) {
-        AddToSectors(FourOf(u, i), FourOf(v, i), FourOf(counts, i),
-                     {FourOf(cover, i), FourOf(by_shift, i), FourOf(grey - value, i)});
-      }
+    const Flags white = wanted && grey_ >= kSaturated;
+    const Flags black = wanted && grey_ <= kBlack;
+    normal_.samples += static_cast<int>(wanted.count());
+    normal_.saturated += static_cast<int>((white || black).count());
+    const Flags counts = wanted && !((white && value >= grey_) || (black && value <= grey_));
+    // d value / d(-distance)
+    const Floats slope = density * gain * contrast * per_blur;
+    if (sectors_ != nullptr) {
+      AddToSectors(u, v, counts, {cover, slope, grey_ - value});
       return;
     }
-    // d value / d(-distance)
-    const Floats slope = density * (gain * c.contrast * c.per_blur);
     const Floats by_shape = -slope * by_steep;
-    for (int i = 0; i < kParts; ++i) {
-      if (!Any(FourOf(wanted, i))) continue;
-      const bool flat = !Any(FourOf(near, i));
-      Four* j = flat ? flat_.Next() : edge_.Next();
-      j[6] = FourOf(Where(counts, gain * cover), i);
-      j[7] = FourOf(Where(counts, gain), i);
-      j[8] = FourOf(Where(counts, shade * dx), i);
-      j[9] = FourOf(Where(counts, shade * dy), i);
-      j[10] = FourOf(Where(counts, grey - value), i);
-      if (flat) continue;
-      j[0] = FourOf(Where(near & counts, slope * px * by_steep - shade * c.gradient_x), i);
-      j[1] = FourOf(Where(near & counts, slope * py * by_steep - shade * c.gradient_y), i);
-      j[2] = FourOf(Where(counts, by_shape * u * dx), i);
-      j[3] = FourOf(Where(counts, by_shape * (u * dy + v * dx)), i);
-      j[4] = FourOf(Where(counts, by_shape * v * dy), i);
-      j[5] = FourOf(Where(counts, -slope * t), i);
+    const Flags edge = near && counts;
+    Eigen::Array<float, kTogether, kDiscParameters + 1> j;
+    j.col(0) = edge.select(slope * px * by_steep - shade * gradient_x, 0.0F);
+    j.col(1) = edge.select(slope * py * by_steep - shade * gradient_y, 0.0F);
+    j.col(2) = counts.select(by_shape * u * dx_, 0.0F);
+    j.col(3) = counts.select(by_shape * (u * dy_ + v * dx_), 0.0F);
+    j.col(4) = counts.select(by_shape * v * dy_, 0.0F);
+    j.col(5) = counts.select(-slope * t, 0.0F);
+    j.col(6) = counts.select(gain * cover, 0.0F);
+    j.col(7) = counts.select(gain, 0.0F);
+    j.col(8) = counts.select(shade * dx_, 0.0F);
+    j.col(9) = counts.select(shade * dy_, 0.0F);
+    j.col(10) = counts.select(grey_ - value, 0.0F);
+    for (int a = 0; a <= kDiscParameters; ++a) {
+      for (int b = 0; b <= a; ++b) {
+        sums_(a, b) += static_cast<double>((j.col(a) * j.col(b)).sum());
+      }
     }
   }
 
   struct SectorValues {
-    Four cover, by_shift, residual;
+    Floats cover, by_shift, residual;
   };
 
-  /// A SectorSum by lanes.
-  struct FourSectors {
-    Four edge{}, edge2{}, inside{}, outside{};
-    FourInts inside_count{}, outside_count{};
-  };
-
-  /// Four neighbours count where the first of them lies: any partition that knows nothing of the
-  /// residuals does.
-  void AddToSectors(Four u, Four v, FourInts wanted, const SectorValues& of) {
+  void AddToSectors(const Floats& u, const Floats& v, const Flags& counts, const SectorValues& of) {
     constexpr float kIn = 0.95F;
     constexpr float kOut = 0.05F;
-    const bool steep = std::abs(v[0]) > std::abs(u[0]);
-    FourSectors& sum =
-        four_sectors_[(u[0] > 0 ? 1U : 0U) + (v[0] > 0 ? 2U : 0U) + (steep ? 4U : 0U)];
-    const Four by_shift = Where(wanted, of.by_shift);
-    sum.edge += by_shift * of.residual;
-    sum.edge2 += by_shift * by_shift;
-    const FourInts inside = wanted & (of.cover > kIn);
-    const FourInts outside = wanted & (of.cover < kOut);
-    sum.inside += Where(inside, of.residual);
-    sum.outside += Where(outside, of.residual);
-    sum.inside_count -= inside;
-    sum.outside_count -= outside;
-  }
-
-  /// Where nothing changes any more.
-  template <typename Floats>
-  [[gnu::always_inline]] static inline Floats Bounded(Floats t) {
-    return Most(Least(t, All<Floats>(6)), All<Floats>(-6));
+    for (int i = 0; i < kTogether; ++i) {
+      if (!counts[i]) continue;
+      const bool steep = std::abs(v[i]) > std::abs(u[i]);
+      SectorSum& sum = (*sectors_)[(u[i] > 0 ? 1U : 0U) + (v[i] > 0 ? 2U : 0U) + (steep ? 4U : 0U)];
+      const double residual = static_cast<double>(of.residual[i]);
+      const double by_shift = static_cast<double>(of.by_shift[i]);
+      sum.edge += by_shift * residual;
+      sum.edge2 += by_shift * by_shift;
+      if (of.cover[i] > kIn) {
+        sum.inside += residual;
+        ++sum.inside_count;
+      } else if (of.cover[i] < kOut) {
+        sum.outside += residual;
+        ++sum.outside_count;
+      }
+    }
   }
 
   /// @param blurs  beyond the ring's inner edge.
-  template <typename Floats>
-  [[gnu::always_inline]] inline void AddRing(Floats u, Floats v, Floats blurs, Mask<Floats> wanted,
-                                             Floats& cover) const {
-    const Mask<Floats> near = wanted & (blurs > static_cast<float>(-kRingReach));
-    if (!Any(near)) return;
-    Floats ink{};
-    for (std::size_t lane = 0; lane < sizeof(Floats) / sizeof(float); ++lane) {
-      if (near[lane] != 0) ink[lane] = ring_->At(std::atan2(v[lane], u[lane]));
+  void AddRing(const Floats& u, const Floats& v, const Floats& blurs, const Flags& wanted,
+               Floats& cover) const {
+    const Flags near = wanted && blurs > static_cast<float>(-kRingReach);
+    if (!near.any()) return;
+    Floats ink = Floats::Zero();
+    for (int i = 0; i < kTogether; ++i) {
+      if (near[i]) ink[i] = ring_->At(std::atan2(v[i], u[i]));
     }
-    const Floats bounded = Bounded(blurs);
-    cover += Where(near, NormalIntegral(bounded, NormalDensity(bounded)) * ink);
+    const Floats bounded = blurs.max(-kFlat).min(kFlat);
+    cover += near.select(NormalIntegral(bounded, NormalDensity(bounded)) * ink, 0.0F);
   }
+
+  static constexpr float kFlat = 6;  ///< blurs from the edge, where nothing changes any more
 
   const PageView& picture_;
   const DiscModel& m_;
-  Constants<Four> four_;
-#ifdef __x86_64__
-  Constants<Eight> eight_;
-#endif
   double outer_ = 0;
   double inner_ = 0;
+  float band_px_ = 0;
   std::optional<SoftRing> ring_;
-  bool by_sectors_ = false;
-  std::array<FourSectors, 8> four_sectors_{};
-  Products<0> edge_;
-  Products<kFirstFlat> flat_;
-  FourInts samples_{};
-  FourInts saturated_{};
+  SectorSums* sectors_ = nullptr;  ///< instead of the normal equations
+  Floats grey_, dx_, dy_;
+  int count_ = 0;
+  /// Of products of what pixels tell of each parameter, and of the residual; lower triangle.
+  Eigen::Matrix<double, kDiscParameters + 1, kDiscParameters + 1> sums_ =
+      Eigen::Matrix<double, kDiscParameters + 1, kDiscParameters + 1>::Zero();
+  DiscNormal normal_;
 };
 
 }  // namespace

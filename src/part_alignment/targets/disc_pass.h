@@ -17,8 +17,8 @@ using DiscMatrix = SmallMatrix<kDiscParameters>;
 
 /// The system J^T J x = J^T r, lower triangle; sums of floats, right to some 1e-5.
 struct DiscNormal {
-  DiscMatrix jtj{};
-  DiscVector jtr{};
+  DiscMatrix jtj = DiscMatrix::Zero();
+  DiscVector jtr = DiscVector::Zero();
   double rss = 0;
   int samples = 0;
   int saturated = 0;

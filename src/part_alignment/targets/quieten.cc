@@ -3,39 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-
-#include "part_alignment/targets/four.h"
+#include <opencv2/imgproc.hpp>
 
 namespace trammel::part_alignment {
-
-namespace {
-
-[[gnu::always_inline]] inline void BlendAll(const std::uint8_t* before, const std::uint8_t* middle,
-                                            const std::uint8_t* after, int count,
-                                            std::uint8_t* blended) {
-  for (int i = 0; i < count; ++i) {
-    const auto sides = static_cast<std::uint8_t>((before[i] + after[i] + 1) >> 1);
-    blended[i] = static_cast<std::uint8_t>((sides + middle[i] + 1) >> 1);
-  }
-}
-
-#ifdef __x86_64__
-[[gnu::target("avx2")]] void BlendByAvx2(const std::uint8_t* before, const std::uint8_t* middle,
-                                         const std::uint8_t* after, int count,
-                                         std::uint8_t* blended) {
-  BlendAll(before, middle, after, count, blended);
-}
-#endif
-
-}  // namespace
-
-void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::uint8_t* after,
-           int count, std::uint8_t* blended) {
-#ifdef __x86_64__
-  if (TakesAvx2()) return BlendByAvx2(before, middle, after, count, blended);
-#endif
-  BlendAll(before, middle, after, count, blended);
-}
 
 double PixelNoise(const PageView& picture) {
   std::array<int, 256> histogram{};
@@ -59,27 +29,19 @@ double PixelNoise(const PageView& picture) {
   return kPixelOfDifference * kSigmaOfMedian * (static_cast<double>(median) - 0.5 + share);
 }
 
-void Quieten(const PageView& picture, std::vector<std::uint8_t>& samples) {
-  const int width = picture.width;
-  const auto size = static_cast<std::size_t>(width);
-  samples.resize(size * static_cast<std::size_t>(picture.height));
-  std::vector<std::uint8_t> lines(3 * size);
-  std::array<std::uint8_t*, 3> line = {&lines[0], &lines[size], &lines[2 * size]};
-  const auto along = [&](int y, std::uint8_t* to) {
-    const std::uint8_t* row = picture.row(y);
-    Blend(row, row + 1, row + 2, width - 2, to + 1);
-    to[0] = row[0];
-    to[width - 1] = row[width - 1];
-  };
-  along(0, line[0]);
-  along(1, line[1]);
-  std::copy_n(line[0], size, samples.begin());
-  for (int y = 1; y < picture.height - 1; ++y) {
-    along(y + 1, line[2]);
-    Blend(line[0], line[1], line[2], width, &samples[static_cast<std::size_t>(y) * size]);
-    std::rotate(line.begin(), line.begin() + 1, line.end());
-  }
-  std::copy_n(line[1], size, samples.end() - static_cast<std::ptrdiff_t>(size));
+PageView Quieten(const PageView& picture, std::vector<std::uint8_t>& samples) {
+  samples.resize(static_cast<std::size_t>(picture.width) *
+                 static_cast<std::size_t>(picture.height));
+  // OpenCV's pictures have no constant pixels; it reads this one.
+  const cv::Mat from(picture.height, picture.width, CV_8UC1,
+                     const_cast<std::uint8_t*>(picture.data),
+                     static_cast<std::size_t>(picture.stride));
+  cv::Mat to(picture.height, picture.width, CV_8UC1, samples.data());
+  cv::GaussianBlur(from, to, {3, 3}, 0);  // OpenCV's kernel of 3 without a sigma is binomial
+  PageView quiet = picture;
+  quiet.data = samples.data();
+  quiet.stride = picture.width;
+  return quiet;
 }
 
 }  // namespace trammel::part_alignment

@@ -1,6 +1,7 @@
 // Noise of a picture, and the same picture with less of it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -14,15 +15,24 @@ namespace trammel::part_alignment {
 /// @param picture  1 channel, at least 16 x 16 px.
 [[nodiscard]] double PixelNoise(const PageView& picture);
 
-/// (1, 2, 1) / 4 of three lines of `count` pixels, rounded up twice: compilers have an instruction
-/// for that.
-void Blend(const std::uint8_t* before, const std::uint8_t* middle, const std::uint8_t* after,
-           int count, std::uint8_t* blended);
+/// Grey levels of noise from which on a picture is looked at with less of it.
+inline constexpr double kNoisy = 2.4;
 
-/// Binomial weights (1, 2, 1) / 4 along both axes: white noise is left with 3/8 of its standard
-/// deviation, an edge's blur gains 0.5 px² of variance. Rounded at each of four steps, upwards:
-/// grey levels gain up to 1.5. The border's pixels stay as they are.
+/// What Quieten leaves of white noise, and of it in the difference of two places 2 px apart.
+inline constexpr double kQuietNoise = 0.375;
+inline constexpr double kQuietStepNoise = 0.484;
+
+/// Binomial weights (1, 2, 1) / 4 along both axes: an edge's blur gains 0.5 px² of variance.
 /// @param samples  gets width x height values.
-void Quieten(const PageView& picture, std::vector<std::uint8_t>& samples);
+/// @returns the picture in `samples`.
+PageView Quieten(const PageView& picture, std::vector<std::uint8_t>& samples);
+
+/// The same of the 3 x 3 pixels about one, in sixteenths of a grey level and not rounded.
+/// REQUIRES `p` to be no pixel of the border.
+[[nodiscard]] inline int SoftGrey(const std::uint8_t* p, std::ptrdiff_t stride) {
+  const auto line = [](const std::uint8_t* q) { return q[-1] + 2 * q[0] + q[1]; };
+  return line(p - stride) + 2 * line(p) + line(p + stride);
+}
+inline constexpr int kSoftUnit = 16;
 
 }  // namespace trammel::part_alignment

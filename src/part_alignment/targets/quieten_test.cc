@@ -53,7 +53,7 @@ TEST(Quieten, LeavesThreeEighthsOfWhiteNoise) {
   std::vector<std::uint8_t> quiet;
   Quieten(page.view(), quiet);
   ASSERT_EQ(quiet.size(), page.samples.size());
-  // Rounded up four times on the way: 1/12 and less of variance each.
+  // Rounding adds 1/12 of variance.
   EXPECT_NEAR(Scatter(quiet.data(), quiet.size()), 8 * 0.375, 0.2);
 }
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "part_alignment/targets/ellipse_through.h"
-#include "part_alignment/targets/in_order.h"
-#include "part_alignment/targets/soft_grey.h"
+#include "part_alignment/targets/quieten.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -20,154 +20,75 @@ constexpr double kGap = 1.5;
 constexpr double kRing = 2.5;
 constexpr double kQuiet = 3.45;
 
-constexpr int kFew = 8;
-const std::array<FourPlaces, kFew / 4> kFewDirections = AroundByFour<kFew>(0);
-const std::array<FourPlaces, kAround / 4> kDirections = AroundByFour<kAround>(0);
-
-/// The picture in a disc's own plane.
+/// The picture in a disc's own plane, in soft grey.
 class DiscPlane {
  public:
   DiscPlane(const PageView& picture, const DiscModel& disc)
-      : soft_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {
-    constexpr double kRounding_px = 1e-3;
-    const Two middle = {disc.column_px, disc.row_px};
-    // Of what the disc's circle at that radius lies within, and somewhat more.
-    const double beside = std::abs(disc.wxy);
-    const Two reach = {kQuiet * (disc.wyy + beside) / det_ + kRounding_px,
-                       kQuiet * (disc.wxx + beside) / det_ + kRounding_px};
-    has_middle_ = soft_.Has(middle);
-    has_all_ = soft_.HasWide(middle - reach) && soft_.HasWide(middle + reach);
-  }
-  [[nodiscard]] bool HasMiddle() const { return has_middle_; }
-  [[nodiscard]] bool HasAll() const { return has_all_; }
-  /// Takes the directions that what follows is about.
-  [[gnu::always_inline]] inline void LookAlong(const FourPlaces& to) {
-    to_.x = (disc_.wyy * to.x - disc_.wxy * to.y) / det_;
-    to_.y = (disc_.wxx * to.y - disc_.wxy * to.x) / det_;
-  }
-  /// @tparam kAll  whether HasAll().
-  template <bool kAll>
-  [[nodiscard, gnu::always_inline]] inline FourInts Has(double radius) const {
-    return kAll ? FourInts{-1, -1, -1, -1} : soft_.Has(PlacesAt(radius));
-  }
-  template <bool kAll>
-  [[nodiscard, gnu::always_inline]] inline FourInts At(double radius) const {
-    return kAll ? soft_.AtWide(PlacesAt(radius)) : soft_.At(PlacesAt(radius));
+      : picture_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {}
+
+  /// At so many radii in a direction; absent beyond the picture and in its border.
+  [[nodiscard]] std::optional<int> At(double radius, const Offset& to) const {
+    const double x = disc_.column_px + radius * (disc_.wyy * to.x - disc_.wxy * to.y) / det_ + 0.5;
+    const double y = disc_.row_px + radius * (disc_.wxx * to.y - disc_.wxy * to.x) / det_ + 0.5;
+    if (!(x >= 1 && y >= 1 && x < picture_.width - 1 && y < picture_.height - 1)) {
+      return std::nullopt;
+    }
+    return SoftGrey(picture_.row(static_cast<int>(y)) + static_cast<int>(x), picture_.stride);
   }
 
  private:
-  [[nodiscard, gnu::always_inline]] inline FourPlaces PlacesAt(double radius) const {
-    return {disc_.column_px + radius * to_.x, disc_.row_px + radius * to_.y};
-  }
-
-  SoftPicture soft_;
+  const PageView& picture_;
   const DiscModel& disc_;
   double det_;
-  FourPlaces to_{};
-  bool has_middle_ = false;
-  bool has_all_ = false;  ///< out to the quiet zone
 };
 
 /// What the directions tell.
 struct Around {
-  std::array<double, kAround> ink{};    ///< 0: the ring is as the gap, 1: as the disc
-  std::array<int, kAround> contrast{};  ///< soft grey, between gap and disc
-  int told = 0;
+  std::vector<double> ink;    ///< 0: the ring is as the gap, 1: as the disc
+  std::vector<int> contrast;  ///< soft grey, between gap and disc
   int lightest = 0;
-  int darkest = 1 << 30;
+  int darkest = std::numeric_limits<int>::max();
 };
-
-int Sum(FourInts of) { return of[0] + of[1] + of[2] + of[3]; }
-
-/// Whether a few directions leave something to look at: most of what is no disc shows in them.
-/// @param least  contrast, in soft grey.
-template <bool kAll>
-[[gnu::always_inline]] inline bool MayBeDisc(DiscPlane& plane, int sign, int least) {
-  FourInts few{};
-  for (const FourPlaces& directions : kFewDirections) {
-    plane.LookAlong(directions);
-    few -=
-        plane.Has<kAll>(kGap) & (sign * (plane.At<kAll>(kWithin) - plane.At<kAll>(kGap)) >= least);
-  }
-  return Sum(few) >= kFew / 2;
-}
 
 /// Absent where the directions tell too little, or of something else.
 /// @param least  contrast, in soft grey.
-template <bool kAll>
-[[gnu::always_inline]] inline std::optional<Around> LookFor(DiscPlane& plane, int sign,
-                                                            double least) {
+std::optional<Around> LookAround(const DiscPlane& plane, int sign, double least) {
   constexpr int kLeastTold = 18;
   constexpr double kWildest = 0.7;  // of ink, below 0 and above 1
   constexpr double kCrowded = 0.6;
-  const int least_contrast = static_cast<int>(std::ceil(least));
-  const int most_against = -static_cast<int>(std::floor(least));
-  if (!MayBeDisc<kAll>(plane, sign, least_contrast)) return std::nullopt;
+  static const auto kDirections = AllAround<kAround>(0);
   Around around;
-  FourInts against{};  // in which the disc differs the other way
-  FourInts wild{};     // in which the ring is neither: another light, or another thing
-  FourInts crowded{};  // in which the quiet zone is not as the gap
-  FourInts lightest = FourInts{} + around.lightest;
-  FourInts darkest = FourInts{} + around.darkest;
+  int against = 0;  // in which the disc differs the other way
+  int wild = 0;     // in which the ring is neither: another light, or another thing
+  int crowded = 0;  // in which the quiet zone is not as the gap
   int left = kAround;
-  for (const FourPlaces& directions : kDirections) {
-    plane.LookAlong(directions);
-    const FourInts has = plane.Has<kAll>(kRing);
-    const FourInts gap = plane.At<kAll>(kGap);
-    const FourInts contrast = sign * (plane.At<kAll>(kWithin) - gap);
-    against -= has & (contrast < most_against);
-    FourInts tells = has & (contrast >= least_contrast);
-    lightest = (tells & (gap > lightest)) ? gap : lightest;
-    darkest = (tells & (gap < darkest)) ? gap : darkest;
-    const FourDoubles per_contrast = __builtin_convertvector(contrast, FourDoubles);
-    const FourDoubles ink =
-        __builtin_convertvector(sign * (plane.At<kAll>(kRing) - gap), FourDoubles) / per_contrast;
-    const FourDoubles quiet =
-        __builtin_convertvector(sign * (plane.At<kAll>(kQuiet) - gap), FourDoubles) / per_contrast;
-    const FourInts is_wild =
-        __builtin_convertvector((ink < -kWildest) | (ink > 1 + kWildest), FourInts);
-    const FourInts is_crowded =
-        __builtin_convertvector((quiet < -kCrowded) | (quiet > kCrowded), FourInts);
-    wild -= tells & is_wild;
-    tells &= ~is_wild;
-    crowded -= tells & is_crowded & plane.Has<kAll>(kQuiet);
-    for (int k = 0; k < 4; ++k) {
-      around.contrast[around.told] = contrast[k];
-      around.ink[around.told] = ink[k];
-      around.told -= tells[k];
+  for (const Offset& to : kDirections) {
+    --left;
+    const auto ring = plane.At(kRing, to);
+    const auto gap = plane.At(kGap, to);
+    const auto within = plane.At(kWithin, to);
+    if (ring && gap && within) {
+      const int contrast = sign * (*within - *gap);
+      const double ink = static_cast<double>(sign * (*ring - *gap)) / contrast;
+      if (contrast < -least) {
+        ++against;
+      } else if (contrast >= least) {
+        around.lightest = std::max(around.lightest, *gap);
+        around.darkest = std::min(around.darkest, *gap);
+        if (ink < -kWildest || ink > 1 + kWildest) {
+          ++wild;
+        } else {
+          const auto quiet = plane.At(kQuiet, to);
+          crowded += quiet && std::abs(*quiet - *gap) > kCrowded * contrast ? 1 : 0;
+          around.ink.push_back(ink);
+          around.contrast.push_back(contrast);
+        }
+      }
     }
-    // As many as may tell in the end.
-    left -= 4;
-    const int most_told = around.told + left;
-    if (std::max({kLeastTold, 2 * Sum(against), Sum(wild), 2 * Sum(crowded)}) > most_told) {
-      return std::nullopt;
-    }
-  }
-  for (int k = 0; k < 4; ++k) {
-    around.lightest = std::max(around.lightest, lightest[k]);
-    around.darkest = std::min(around.darkest, darkest[k]);
+    const int most_told = static_cast<int>(around.ink.size()) + left;
+    if (std::max({kLeastTold, 2 * against, wild, 2 * crowded}) > most_told) return std::nullopt;
   }
   return around;
-}
-
-[[gnu::always_inline]] inline std::optional<Around> LookAround(DiscPlane& plane, int sign,
-                                                               double least) {
-  return plane.HasAll() ? LookFor<true>(plane, sign, least) : LookFor<false>(plane, sign, least);
-}
-
-#ifdef __x86_64__
-/// The same to the bit.
-[[gnu::target("avx2")]] std::optional<Around> LookAroundByAvx2(DiscPlane& plane, int sign,
-                                                               double least) {
-  return LookAround(plane, sign, least);
-}
-#endif
-
-std::optional<Around> WhatIsAround(DiscPlane& plane, int sign, double least) {
-#ifdef __x86_64__
-  if (TakesAvx2()) return LookAroundByAvx2(plane, sign, least);
-#endif
-  return LookAround(plane, sign, least);
 }
 
 /// Directions in which the ring is clearly one of two shades; 0 where it is not in pieces.
@@ -178,38 +99,19 @@ int ClearlyInPieces(const Around& around) {
   constexpr double kFrom = 0.35;  // of the span: what is between is not clear
   constexpr int kLeastChanges = 3;
   constexpr int kMostChanges = 14;
-  const int told = around.told;
+  const auto told = static_cast<int>(around.ink.size());
   const int apart = told / 8;  // from the extremes
-  // What is told from counts needs no order.
-  int not_inked = 0;
-  int not_plain = 0;
-  for (int i = 0; i < told; ++i) {
-    not_inked += around.ink[i] < kLeastInked ? 1 : 0;
-    not_plain += around.ink[i] > kMostPlain ? 1 : 0;
-  }
-  if (not_inked >= told - apart || not_plain >= told - apart) return 0;
-  // Both extremes in order, as the least of the shades and of their opposites, without a branch
-  // that could not be guessed.
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  std::array<Two, kAround / 8 + 1> least;
-  least.fill(Two{kNone, kNone});
-  for (int i = 0; i < told; ++i) {
-    Two next = {around.ink[i], -around.ink[i]};
-    for (Two& place : least) {
-      const Two lower = next < place ? next : place;
-      next = next < place ? place : next;
-      place = lower;
-    }
-  }
-  const double plain = least[apart][0];
-  const double inked = -least[apart][1];
-  if (inked - plain < kLeastSpan) return 0;
+  std::vector<double> in_order = around.ink;
+  std::sort(in_order.begin(), in_order.end());
+  const double plain = in_order[static_cast<std::size_t>(apart)];
+  const double inked = in_order[static_cast<std::size_t>(told - 1 - apart)];
+  if (inked < kLeastInked || plain > kMostPlain || inked - plain < kLeastSpan) return 0;
   int clear = 0;
   int ink = 0;
   int changes = 0;
   int before = 0;  // 1 ink, -1 paper
-  for (int i = 0; i < told; ++i) {
-    const double share = (around.ink[i] - plain) / (inked - plain);
+  for (const double at : around.ink) {
+    const double share = (at - plain) / (inked - plain);
     const int shade = (share > 1 - kFrom ? 1 : 0) - (share < kFrom ? 1 : 0);
     clear += shade != 0 ? 1 : 0;
     ink += shade > 0 ? 1 : 0;
@@ -227,23 +129,22 @@ std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const Disc
                                              double noise) {
   constexpr double kLeastContrast = 1.5;  // grey levels: rounding makes less
   constexpr double kSigmas = 3 * std::numbers::sqrt2;
-  const double least = kSoftUnit * std::max(kLeastContrast, kSigmas * kSoftNoise * noise);
+  const double least = kSoftUnit * std::max(kLeastContrast, kSigmas * kQuietNoise * noise);
   const int sign = disc.contrast > 0 ? 1 : -1;
-  DiscPlane plane(picture, disc);
-  // Then all that lies between a place in the picture and the middle is in it, too.
-  if (!plane.HasMiddle()) return std::nullopt;
-  std::optional<Around> around = WhatIsAround(plane, sign, least);
+  const DiscPlane plane(picture, disc);
+  if (!plane.At(0, {1, 0})) return std::nullopt;
+  std::optional<Around> around = LookAround(plane, sign, least);
   if (!around) return std::nullopt;
   RingEvidence ring;
   ring.clear = ClearlyInPieces(*around);
   if (ring.clear == 0) return std::nullopt;
-  const auto told = static_cast<std::size_t>(around->told);
-  const int median = InOrder(around->contrast, told, told / 2);
-  ring.contrast = static_cast<double>(sign * median) / kSoftUnit;
+  const auto middle = around->contrast.begin() + std::ssize(around->contrast) / 2;
+  std::nth_element(around->contrast.begin(), middle, around->contrast.end());
+  ring.contrast = static_cast<double>(sign * *middle) / kSoftUnit;
   constexpr double kUneven = 0.25;
   constexpr double kRange = 6;  // sigmas between the extremes of 40 values, seldom more
-  const double by_noise = kSoftUnit * kRange * kSoftNoise * noise;
-  ring.uneven = around->lightest - around->darkest > kUneven * median + by_noise;
+  const double by_noise = kSoftUnit * kRange * kQuietNoise * noise;
+  ring.uneven = around->lightest - around->darkest > kUneven * *middle + by_noise;
   return ring;
 }
 

@@ -9,10 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "part_alignment/targets/blob_search.h"
 #include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/disc_fit.h"
-#include "part_alignment/targets/disc_search.h"
-#include "part_alignment/targets/noted_middles.h"
 #include "part_alignment/targets/picture_check.h"
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_evidence.h"
@@ -20,19 +19,16 @@
 #include "part_alignment/targets/rough_disc.h"
 #include "part_alignment/targets/row_runs.h"
 #include "part_alignment/targets/seen_cells.h"
-#include "part_alignment/targets/soft_grey.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {
 namespace {
 
 constexpr double kSmallestSeen_px = 3;
-constexpr double kNoisy = 2.4;   ///< grey levels from which on discs are looked for with less noise
 constexpr double kFaintest = 6;  ///< grey levels of contrast of what is looked at
 constexpr double kSmall_px = 6;  ///< below it, less noise would blur the ring too much
 
 // Of a cell that is not done with.
-constexpr std::uint8_t kTries = 31;  ///< of Examine
 constexpr std::uint8_t kLookedForBright = 32;
 constexpr std::uint8_t kLookedForDark = 64;
 constexpr std::uint8_t kRingSeen = 128;  ///< something with a ring, in the middle of which it lies
@@ -57,14 +53,12 @@ double SemiMinor(const DiscModel& disc) {
   return 1 / (0.5 * (disc.wxx + disc.wyy) + std::hypot(0.5 * (disc.wxx - disc.wyy), disc.wxy));
 }
 
-/// What |I(x + 1) - I(x - 1)| must reach to be an edge and not noise.
-int EdgeStep(double min_contrast, double difference_noise) {
+/// What |I(x + 1) - I(x - 1)| must reach in the quiet picture to be an edge and not noise.
+int EdgeStep(double noise) {
+  constexpr int kLeast = 2;
   constexpr int kMost = 24;  // busy pictures are not noisy ones
-  constexpr double kBlurredEdge = 0.3;
   constexpr double kSigmas = 3.5;
-  return std::clamp(static_cast<int>(std::ceil(
-                        std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise))),
-                    3, kMost);
+  return std::clamp(static_cast<int>(std::ceil(kSigmas * kQuietStepNoise * noise)), kLeast, kMost);
 }
 
 /// One picture's search.
@@ -77,40 +71,25 @@ class Search {
         options_(options),
         workspace_(workspace),
         seen_(picture.width, picture.height, workspace.seen),
-        quiet_(picture),
-        noise_(PixelNoise(picture)) {
-    constexpr double kDifferenceNoise = 0.866;  // of two pixels across rows, sqrt(2 * 6 / 16)
-    edge_step_ = EdgeStep(kFaintest, kDifferenceNoise * noise_);
-    if (noise_ > kNoisy) {
-      Quieten(picture, workspace_.quiet);
-      quiet_.data = workspace_.quiet.data();
-      quiet_.stride = picture.width;
-      edge_step_ = EdgeStep(kFaintest, kSoftStepNoise * noise_);
-    }
-  }
+        noise_(PixelNoise(picture)),
+        quiet_(Quieten(picture, workspace.quiet)),
+        shown_(noise_ > kNoisy ? quiet_ : picture) {}
 
   FoundTargets Run() {
-    RunRules rules;
-    rules.min_px = static_cast<int>(kSmallestSeen_px);
-    rules.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
-    rules.min_contrast = static_cast<int>(kFaintest);
-    rules.edge_step = edge_step_;
-    rules.across_rows = quiet_.data == picture_.data;
+    const BlobRules blobs{noise_, kSmallestSeen_px, options_.max_radius_px, IsWanted(true),
+                          IsWanted(false)};
+    for (const Blob& blob : FindBlobs(quiet_, blobs)) Examine(blob);
+    // What was read is known by now, and is no part of what is not.
+    RunRules runs;
+    runs.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
+    runs.edge_step = EdgeStep(noise_);
     // The widest chord of a disc of the least radius passes within half a step of its middle.
     const int step = std::max(2, static_cast<int>(options_.min_radius_px));
-    workspace_.left_over.clear();
-    // Rows far apart first: they meet the large discs, whose targets are then done with before
-    // every row of them is looked at.
-    for (const auto& [first, spacing] : {std::pair{0, 8}, {4, 8}, {2, 4}, {1, 2}}) {
-      for (int row = step / 2 + first * step; row < picture_.height; row += spacing * step) {
-        for (const part_alignment::Run& run : RunsOfRow(quiet_, row, rules, workspace_.row)) {
-          const bool settled = run.even && Examine(run);
-          if (!settled && run.apart) workspace_.left_over.push_back(run);
-        }
+    for (int row = step / 2; row < picture_.height; row += step) {
+      for (const part_alignment::Run& run : RunsOfRow(quiet_, row, runs, workspace_.row)) {
+        LookAgain(run);
       }
     }
-    // What was read is known by now, and is no part of what is not.
-    for (const part_alignment::Run& run : workspace_.left_over) LookAgain(run);
     RejectUnread();
     RejectDoubled();
     std::sort(found_.targets.begin(), found_.targets.end(),
@@ -128,29 +107,18 @@ class Search {
     return options_.polarity != (dark ? Polarity::kBrightOnDark : Polarity::kDarkOnBright);
   }
 
-  /// Whether nothing more is to be learned from the run.
-  bool Examine(const part_alignment::Run& run) {
-    if (!IsWanted(run.dark)) return true;
-    if (seen_.IsDone(0.5 * (run.first + run.last), run.row)) return true;
-    const std::optional<Middle> middle =
-        WalkToMiddle(quiet_, run, kSmallestSeen_px, options_.max_radius_px);
-    if (!middle) return false;
-    std::uint8_t& seen = seen_.At(middle->column_px, middle->row_px);
-    // A row close to a disc's rim may mislead; what misleads three rows is no disc.
-    constexpr int kMostTries = 3;
-    if ((seen & kTries) >= kMostTries) return (seen & kRingSeen) != 0;
-    ++seen;
-    if (dismissed_.Has(*middle, run.dark)) return (seen & kRingSeen) != 0;
-    const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, run.dark, kFaintest);
+  void Examine(const Blob& blob) {
+    const Middle& middle = blob.middle;
+    if (seen_.IsDone(middle.column_px, middle.row_px)) return;
+    const std::optional<DiscModel> disc = RoughDisc(shown_, middle, blob.dark, kFaintest);
     if (!disc) {
-      dismissed_.Note(*middle, run.dark);
-      return WeightedObservation(ModelOf(*middle, run.dark), RejectReason::kDamaged);
+      NoteUnread(ModelOf(middle, blob.dark), RejectReason::kDamaged);
+      return;
     }
     const double radius = MeanRadius(*disc);
     constexpr double kRoughError_px = 0.2;
-    if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return false;
-    if (seen_.IsDone(disc->column_px, disc->row_px)) return true;
-    return Judge(*disc);
+    if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return;
+    if (!seen_.IsDone(disc->column_px, disc->row_px)) Judge(*disc);
   }
 
   /// Where no single shade told a disc from its surroundings.
@@ -163,7 +131,7 @@ class Search {
     const DiscByRaysRules rules{noise_, kSmallestSeen_px, options_.max_radius_px};
     const std::optional<DiscModel> disc = FindDiscByRays(picture_, run, rules);
     if (disc && !seen_.IsDone(disc->column_px, disc->row_px))
-      WeightedObservation(*disc, RejectReason::kHidden);
+      NoteUnread(*disc, RejectReason::kHidden);
   }
 
   [[nodiscard]] static DiscModel ModelOf(const Middle& middle, bool dark) {
@@ -178,15 +146,14 @@ class Search {
     return model;
   }
 
-  /// Notes what has ink in pieces about it, to be named once all is known; whether it has.
-  bool WeightedObservation(const DiscModel& disc, RejectReason reason) {
+  /// Notes what has ink in pieces about it, to be named once all is known.
+  void NoteUnread(const DiscModel& disc, RejectReason reason) {
     std::uint8_t& seen = seen_.At(disc.column_px, disc.row_px);
-    if ((seen & kRingSeen) != 0) return true;
+    if ((seen & kRingSeen) != 0) return;
     const std::optional<RingEvidence> ring = FindRingEvidence(picture_, disc, noise_);
-    if (!ring) return false;
+    if (!ring) return;
     unread_.push_back({disc, *ring, reason});
     seen |= kRingSeen;
-    return true;
   }
 
   void RejectUnread() {
@@ -210,9 +177,9 @@ class Search {
   /// In the picture with the noise that suits the ring's size; if that is unclear, in the other.
   [[nodiscard]] RingReading Read(const DiscModel& disc) const {
     const bool small = SemiMinor(disc) < kSmall_px;
-    const RingReading reading = ReadRing(small ? picture_ : quiet_, disc, book_.bits);
+    const RingReading reading = ReadRing(small ? picture_ : shown_, disc, book_.bits);
     if (reading.state != RingState::kUnclear || noise_ <= kNoisy) return reading;
-    const RingReading other = ReadRing(small ? quiet_ : picture_, disc, book_.bits);
+    const RingReading other = ReadRing(small ? shown_ : picture_, disc, book_.bits);
     return other.state == RingState::kClear ? other : reading;
   }
 
@@ -231,8 +198,8 @@ class Search {
     return TargetNumber(book_, in_mirror) ? RejectReason::kMirrored : RejectReason::kWrongCode;
   }
 
-  /// Reads and measures the disc's target, or says why not; false where there is nothing to say.
-  bool Judge(const DiscModel& disc) {
+  /// Reads and measures the disc's target, or says why not.
+  void Judge(const DiscModel& disc) {
     constexpr double kOfDisc = 0.85;
     constexpr double kOfTarget = 3.4;  // short of where another target may begin
     const RingReading ring = Read(disc);
@@ -240,16 +207,17 @@ class Search {
     double done_radii = kOfDisc;
     switch (ring.state) {
       case RingState::kClutter:
-        return WeightedObservation(disc, RejectReason::kHidden);
+        NoteUnread(disc, RejectReason::kHidden);
+        return;
       case RingState::kNone:
-        if (!options_.plain_discs || IsFaint(disc)) return false;
+        if (!options_.plain_discs || IsFaint(disc)) return;
         Measure(disc, ring, std::nullopt);
         break;
       case RingState::kUnclear:
         Reject(IsFaint(disc) ? RejectReason::kFaint : RejectReason::kHidden, disc);
         break;
       case RingState::kCutOff:
-        if (IsFaint(disc)) return false;  // of a faint thing half a ring tells nothing
+        if (IsFaint(disc)) return;  // of a faint thing half a ring tells nothing
         Reject(RejectReason::kAtBorder, disc);
         break;
       case RingState::kClear:
@@ -262,9 +230,8 @@ class Search {
         }
         break;
     }
-    // Later rows cross the same disc, and the ring that was read.
+    // Others may show the same disc, and the ring that was read.
     seen_.MarkDone(disc, done_radii);
-    return true;
   }
 
   void Measure(const DiscModel& rough, const RingReading& ring, std::optional<int> number) {
@@ -335,11 +302,10 @@ class Search {
   const FinderOptions& options_;
   FinderWorkspace& workspace_;
   SeenCells seen_;
-  NotedMiddles dismissed_;  ///< of no disc, and judged as what has a ring about it
   std::vector<UnreadTarget> unread_;
-  PageView quiet_;  ///< the picture where it is little noisy, else with less noise
-  double noise_ = 0;
-  int edge_step_ = 0;
+  double noise_;
+  PageView quiet_;  ///< the picture with less noise
+  PageView shown_;  ///< that one where the picture is noisy, else the picture
   FoundTargets found_;
 };
 

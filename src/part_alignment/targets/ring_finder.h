@@ -29,14 +29,13 @@ struct FinderOptions {
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
   RowMemory row;
-  std::vector<Run> left_over;
   std::vector<std::uint8_t> seen;
   std::vector<std::uint8_t> quiet;
 };
 
-/// Method: docs/part-alignment.md, "Targets". Discs are looked for on every few rows, their
-/// outline is walked, the ring is read, and the disc's blurred ellipse is fitted to the pixels by
-/// least squares.
+/// Method: docs/part-alignment.md, "Targets". Blobs are outlined by a threshold that follows the
+/// mean around (OpenCV), the ring about each ellipse is read, and the disc's blurred ellipse is
+/// fitted to the pixels by least squares.
 /// @param picture  8-bit grey: 1 channel, at least 16 x 16 px, at most 32,767 a side.
 /// Errors (kInput): a picture of another kind, options out of range. A picture without targets is
 /// a result with none.

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <string>
 
-#include "part_alignment/targets/four.h"
 #include "support/target_picture.h"
 
 namespace trammel::part_alignment {
@@ -419,41 +418,6 @@ TEST(TargetFinder, FindsTheSameWhereRowsLieFarApart) {
   EXPECT_EQ(found->targets[0].disc.column_px, together.targets.at(0).disc.column_px);
   EXPECT_EQ(found->targets[0].disc.row_px, together.targets.at(0).disc.row_px);
 }
-
-#ifdef __x86_64__
-void ExpectTheSame(const FoundTargets& found, const FoundTargets& other) {
-  ASSERT_EQ(found.rejected.size(), other.rejected.size());
-  ASSERT_EQ(found.targets.size(), other.targets.size());
-  for (std::size_t i = 0; i < found.targets.size(); ++i) {
-    EXPECT_EQ(found.targets[i].number, other.targets[i].number);
-    EXPECT_NEAR(found.targets[i].disc.column_px, other.targets[i].disc.column_px, 1e-6);
-    EXPECT_NEAR(found.targets[i].disc.row_px, other.targets[i].disc.row_px, 1e-6);
-  }
-}
-
-TEST(TargetFinder, FindsTheSameWithoutAvx2) {
-  if (!TakesAvx2()) GTEST_SKIP() << "this processor has none";
-  const CodeBook book = Book(14);
-  std::size_t targets = 0;
-  std::size_t rejected = 0;
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    SCOPED_TRACE(seed);
-    Random random(seed);
-    const Scene scene = OneTarget(random, random.Uniform(6, 30), random.Uniform(0, 0.6), 14,
-                                  book.words[seed % book.words.size()]);
-    const Page page = seed % 2 == 0
-                          ? test::Clutter(300, 220, random)
-                          : Expose(Draw(scene.side, scene.side, {scene.target}, {}), 2, random);
-    const FoundTargets found = Find(page, book);
-    const WithoutAvx2 without;
-    ExpectTheSame(found, Find(page, book));
-    targets += found.targets.size();
-    rejected += found.rejected.size();
-  }
-  EXPECT_GT(targets, 20U);
-  EXPECT_GT(rejected, 25U);
-}
-#endif
 
 TEST(TargetFinder, RefusesWhatIsNoGreyPictureByName) {
   FinderWorkspace workspace;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
-#include <cstring>
 #include <numbers>
 #include <vector>
 
@@ -53,8 +52,6 @@ struct Mapping {
     xy = -d.wxy / det;
     yy = d.wxx / det;
   }
-  [[nodiscard]] double X(double u, double v) const { return cx + xx * u + xy * v; }
-  [[nodiscard]] double Y(double u, double v) const { return cy + xy * u + yy * v; }
 };
 
 bool Inside(const PageView& picture, const Mapping& map, double radius) {
@@ -68,79 +65,34 @@ constexpr double kGapRadius = 1.5;
 constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
 constexpr double kQuietSample = 3.45;
 
-/// Places about a middle, px.
-struct Places {
-  std::array<double, kMostSamples> x;
-  std::array<double, kMostSamples> y;
-};
-
-template <int kBits>
-const Places& DirectionsOf() {
-  static const Places kAll = [] {
-    Places places{};
-    const auto all = AllAround<kBits * kPerSegment>(0);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      places.x[i] = all[i][0];
-      places.y[i] = all[i][1];
-    }
-    return places;
-  }();
-  return kAll;
-}
-
-/// Where samples are taken, at a radius of 1.
-struct Spokes {
-  Places to;
-  Spokes(const Mapping& map, int bits) {
-    const Places& directions = bits == 12   ? DirectionsOf<12>()
-                               : bits == 14 ? DirectionsOf<14>()
-                                            : DirectionsOf<20>();
-    const int count = bits * kPerSegment;
-    for (int i = 0; i < count; ++i) {
-      to.x[i] = map.xx * directions.x[i] + map.xy * directions.y[i];
-      to.y[i] = map.xy * directions.x[i] + map.yy * directions.y[i];
-    }
-  }
-};
-
 using Samples = std::array<double, kMostSamples>;
 
-/// The picture on a circle of the target, between pixels.
+/// The picture on circles of the target, between pixels.
 class CircleSampler {
  public:
-  CircleSampler(const PageView& picture, const DiscModel& disc, const Spokes& spokes, int count)
-      : picture_(picture), disc_(disc), to_(spokes.to), count_(count) {}
+  CircleSampler(const PageView& picture, const Mapping& map, int count) : picture_(picture) {
+    for (int i = 0; i < count; ++i) {
+      const double angle = kTurn * i / count;
+      const double u = std::cos(angle);
+      const double v = std::sin(angle);
+      spokes_[static_cast<std::size_t>(i)] = {map.xx * u + map.xy * v, map.xy * u + map.yy * v};
+    }
+    middle_ = {map.cx, map.cy};
+    count_ = static_cast<std::size_t>(count);
+  }
 
   void SampleAt(double radius, Samples& greys) const {
-#ifdef __x86_64__
-    if (TakesAvx2()) return SampleByAvx2(radius, greys);
-#endif
-    Sample(radius, greys);
+    for (std::size_t i = 0; i < count_; ++i) {
+      greys[i] =
+          Between(picture_, middle_.x + radius * spokes_[i].x, middle_.y + radius * spokes_[i].y);
+    }
   }
 
  private:
-#ifdef __x86_64__
-  /// The same to the bit.
-  [[gnu::target("avx2")]] void SampleByAvx2(double radius, Samples& greys) const {
-    Sample(radius, greys);
-  }
-#endif
-
-  [[gnu::always_inline]] inline void Sample(double radius, Samples& greys) const {
-    for (int i = 0; i < count_; i += 4) {
-      FourPlaces to;
-      std::memcpy(&to.x, &to_.x[i], sizeof(to.x));
-      std::memcpy(&to.y, &to_.y[i], sizeof(to.y));
-      const FourDoubles grey = Between(
-          picture_, FourPlaces{disc_.column_px + radius * to.x, disc_.row_px + radius * to.y});
-      std::memcpy(&greys[i], &grey, sizeof(grey));
-    }
-  }
-
   const PageView& picture_;
-  const DiscModel& disc_;
-  const Places& to_;
-  int count_;
+  Offset middle_;
+  std::array<Offset, kMostSamples> spokes_;  ///< at a radius of 1
+  std::size_t count_ = 0;
 };
 
 /// Samples gap or quiet zone; the share of what is not plain, or 1 where it is above `most`.
@@ -264,11 +216,10 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   }
   Circles circles;
   circles.count = bits * kPerSegment;
-  const Spokes spokes(map, bits);
   // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
   constexpr double kMostGap = 0.35;
   constexpr double kMostQuiet = 0.5;
-  const CircleSampler sampler(picture, disc, spokes, circles.count);
+  const CircleSampler sampler(picture, map, circles.count);
   const double gap = SamplePlain(sampler, disc, kGapRadius, kMostGap, circles.count, circles.gap);
   if (gap > kMostGap) return reading;
   const double quiet =

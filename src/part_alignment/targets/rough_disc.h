@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "base/page.h"
+#include "part_alignment/targets/blob_search.h"
 #include "part_alignment/targets/disc_fit.h"
-#include "part_alignment/targets/disc_search.h"
 
 namespace trammel::part_alignment {
 

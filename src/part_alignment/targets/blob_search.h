@@ -1,0 +1,39 @@
+// Blobs of one shade in a picture that may be discs.
+#pragma once
+
+#include <vector>
+
+#include "base/page.h"
+
+namespace trammel::part_alignment {
+
+/// An ellipse about a middle.
+struct Middle {
+  double column_px = 0;
+  double row_px = 0;
+  /// From the unit circle to the ellipse, symmetric: (xx, xy; xy, yy), px.
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+};
+
+struct Blob {
+  Middle middle;
+  bool dark = false;  ///< than what is about it
+};
+
+struct BlobRules {
+  double noise = 0;  ///< of the picture's pixels, grey levels
+  double min_radius_px = 3;
+  double max_radius_px = 150;
+  bool dark = true;  ///< which kinds are wanted
+  bool bright = true;
+};
+
+/// Finds outlines of what is darker or brighter than the mean of the pixels around it, and that are
+/// ellipses by their moments: the axes are 1 : 4 at most. Small discs come with up to 1.5 px more
+/// of radius. The largest come first; large ones may come twice.
+/// @param picture  1 channel, of Quieten.
+[[nodiscard]] std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules);
+
+}  // namespace trammel::part_alignment
