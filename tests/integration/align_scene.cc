@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <numbers>
 
 namespace trammel::test {
@@ -75,20 +74,5 @@ sim::SpindleSetup HalfTurned(sim::SpindleSetup setup) {
   }
   return setup;
 }
-
-namespace {
-
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
-}  // namespace
-
-std::uint64_t Clampings(std::uint64_t otherwise) {
-  return FromEnvironment("TRAMMEL_CLAMPINGS", otherwise);
-}
-
-std::uint64_t ClampingsSeed() { return FromEnvironment("TRAMMEL_CLAMPINGS_SEED", 500000); }
 
 }  // namespace trammel::test

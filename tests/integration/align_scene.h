@@ -28,9 +28,4 @@ namespace trammel::test {
 /// Every stop again with C at 180 degrees.
 [[nodiscard]] sim::SpindleSetup HalfTurned(sim::SpindleSetup setup);
 
-/// TRAMMEL_CLAMPINGS and TRAMMEL_CLAMPINGS_SEED of the studies; the seed of reported figures
-/// without.
-[[nodiscard]] std::uint64_t Clampings(std::uint64_t otherwise);
-[[nodiscard]] std::uint64_t ClampingsSeed();
-
 }  // namespace trammel::test

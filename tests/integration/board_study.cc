@@ -2,10 +2,8 @@
 // whether its covariance tells its errors, what it does to a measurement, and whether every fault
 // of a set-up is named. Prints the tables that docs/part-alignment-board.md quotes.
 //
-// TRAMMEL_BOARDS: of the first row, 200 without it; other rows have at most 50 of them, faults 10.
-// TRAMMEL_BOARDS_SEED: of the first board. Reported figures are those of 500000; development uses
-// seeds below 1000. TRAMMEL_BOARDS_ROW: rows alone whose name has that in it.
-// TRAMMEL_BOARDS_TELL: says what was answered to a fault that was not named.
+// TRAMMEL_STUDY_SEEDS: boards of the first row, 200 without it; other rows have at most 50 of them,
+// faults 10.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -20,6 +18,7 @@
 #include <vector>
 
 #include "align_scene.h"
+#include "alignment_study.h"
 #include "base/chi_square.h"
 #include "board_scene.h"
 #include "geometry/euler.h"
@@ -38,13 +37,8 @@ using part_alignment::kCameraParameters;
 
 constexpr std::uint64_t kReportedBoards = 200;
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
-std::uint64_t Boards() { return FromEnvironment("TRAMMEL_BOARDS", kReportedBoards); }
-std::uint64_t FirstSeed() { return FromEnvironment("TRAMMEL_BOARDS_SEED", 500000); }
+std::uint64_t Boards() { return test::StudySeeds(kReportedBoards); }
+std::uint64_t FirstSeed() { return test::StudyFirstSeed(); }
 
 /// Over all boards of a row.
 struct Row {
@@ -84,9 +78,7 @@ std::vector<Case> Cases() {
     return [=](sim::BoardSetup& setup) { SetStops(setup, count, low_mm, high_mm); };
   };
   return {{"C 0, 180, 0; 100 pictures, 150 … 400 mm", stops(100, 150, 400)},
-          {"16 pictures", stops(16, 150, 400)},
           {"48 pictures", stops(48, 150, 400)},
-          {"200 pictures", stops(200, 150, 400)},
           {"heights 250 … 300 mm", stops(100, 250, 300)},
           {"C 0 alone, touched in X, Y, Z",
            [](sim::BoardSetup& setup) {
@@ -128,11 +120,6 @@ std::vector<Case> Cases() {
              setup.sheet.bend_mm = 5;
            },
            [](BoardMeasurement& measurement) { measurement.layout.clear(); }}};
-}
-
-bool IsWanted(const std::string& row) {
-  const char* wanted = std::getenv("TRAMMEL_BOARDS_ROW");
-  return wanted == nullptr || row.find(wanted) != std::string::npos;
 }
 
 Row Repeat(const Case& of, std::uint64_t boards) {
@@ -185,7 +172,6 @@ TEST(BoardStudy, StatesItsErrorsOverBoardsAndMachines) {
   for (const Case& of : Cases()) {
     const std::uint64_t boards = first ? Boards() : std::min(Boards(), kOthers);
     const bool is_first = std::exchange(first, false);
-    if (!IsWanted(of.name)) continue;
     const Row row = Repeat(of, boards);
     Print(of.name, row);
     if (Boards() < kReportedBoards) continue;
@@ -418,13 +404,6 @@ TEST(BoardStudy, MeasuresPartsAsTable3Has) {
 
 // ---- What cannot be seen, and what is wrong.
 
-bool Says(const BoardCalibration& calibration, const std::string& words) {
-  return calibration.reason.find(words) != std::string::npos ||
-         std::any_of(
-             calibration.notices.begin(), calibration.notices.end(),
-             [&](const std::string& notice) { return notice.find(words) != std::string::npos; });
-}
-
 /// A fault put into a sound set-up, and how it must be answered.
 struct Fault {
   std::string name;
@@ -615,16 +594,6 @@ std::vector<Fault> OddPictures() {
           {"C 0 alone, no touch", one_turn, no_touch, "place across the spindle's axis"}};
 }
 
-bool Named(const Fault& fault, const BoardCalibration& calibration) {
-  std::string rest = fault.words;
-  while (true) {
-    const std::size_t bar = rest.find('|');
-    if (Says(calibration, rest.substr(0, bar))) return true;
-    if (bar == std::string::npos) return false;
-    rest = rest.substr(bar + 1);
-  }
-}
-
 void NameAll(const std::vector<Fault>& faults) {
   fmt::print(
       "\n| fault | named | not good | good and wrong (NEES beyond 99.9 %) |\n"
@@ -632,7 +601,6 @@ void NameAll(const std::vector<Fault>& faults) {
   constexpr std::uint64_t kMost = 10;
   const std::uint64_t boards = std::min(Boards(), kMost);
   for (const Fault& fault : faults) {
-    if (!IsWanted(fault.name)) continue;
     int named = 0;
     int not_good = 0;
     int wrong = 0;
@@ -647,20 +615,13 @@ void NameAll(const std::vector<Fault>& faults) {
       if (fault.in_table) fault.in_table(measurement, random);
       const auto calibration = CalibrateByBoard(measurement, {});
       ASSERT_TRUE(calibration) << fault.name << ": " << calibration.error().message;
-      const bool is_named = Named(fault, *calibration);
-      named += is_named ? 1 : 0;
+      named += test::Says(*calibration, fault.words) ? 1 : 0;
       const bool good = calibration->verdict == Verdict::kGood;
       not_good += good ? 0 : 1;
-      double nees = 0;
-      if (good) {
-        nees = geometry::SquaredMahalanobisDistance(calibration->covariance,
-                                                    test::BoardError(world, calibration->camera));
-        wrong += nees > ChiSquareQuantile(0.999, kCameraParameters) ? 1 : 0;
-      }
-      if (!is_named && std::getenv("TRAMMEL_BOARDS_TELL") != nullptr) {
-        fmt::print("seed {}: {} (NEES {:.1f}) {}\n", seed, ToString(calibration->verdict), nees,
-                   calibration->reason);
-      }
+      if (!good) continue;
+      const double nees = geometry::SquaredMahalanobisDistance(
+          calibration->covariance, test::BoardError(world, calibration->camera));
+      wrong += nees > ChiSquareQuantile(0.999, kCameraParameters) ? 1 : 0;
     }
     fmt::print("| {} | {} of {} | {} | {} |\n", fault.name, named, boards, not_good, wrong);
     std::fflush(stdout);

@@ -1,8 +1,7 @@
 // How near the fit of a CAD mesh comes to the best placement of the exact surface, over castings
 // drawn anew. Prints the tables that docs/part-alignment.md quotes.
 //
-// TRAMMEL_CASTINGS: per row, 20 without it. TRAMMEL_CASTINGS_SEED: of the first. Reported figures
-// are those of 700000; development uses seeds below 2000.
+// TRAMMEL_STUDY_SEEDS: castings of a row, 20 without it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include <functional>
 #include <string>
 
+#include "alignment_study.h"
 #include "casting_world.h"
 
 namespace trammel {
@@ -20,13 +20,8 @@ using Eigen::Vector3d;
 using part_alignment::FitPart;
 using part_alignment::PartFit;
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
-std::uint64_t Castings() { return FromEnvironment("TRAMMEL_CASTINGS", 20); }
-std::uint64_t FirstSeed() { return FromEnvironment("TRAMMEL_CASTINGS_SEED", 700000); }
+std::uint64_t Castings() { return test::StudySeeds(20); }
+std::uint64_t FirstSeed() { return test::StudyFirstSeed(); }
 
 const Vector3d kHalf_mm(400, 250, 150);
 constexpr double kWanted_mm = 3;

@@ -1,8 +1,7 @@
 // How well surveys of a part of 2 m do over networks drawn anew, and whether their covariance tells
 // it. Prints the tables that docs/part-alignment-survey.md quotes.
 //
-// TRAMMEL_NETWORKS: per row, 40 without it. TRAMMEL_NETWORKS_SEED: of the first network. Reported
-// figures are those of 500000; development uses seeds below 1000.
+// TRAMMEL_STUDY_SEEDS: networks of a row, 40 without it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "alignment_study.h"
 #include "base/chi_square.h"
 #include "base/random.h"
 #include "part_alignment/survey/survey.h"
@@ -24,13 +24,8 @@ namespace {
 
 constexpr std::uint64_t kReportedNetworks = 40;
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
-std::uint64_t Networks() { return FromEnvironment("TRAMMEL_NETWORKS", kReportedNetworks); }
-std::uint64_t FirstSeed() { return FromEnvironment("TRAMMEL_NETWORKS_SEED", 500000); }
+std::uint64_t Networks() { return trammel::test::StudySeeds(kReportedNetworks); }
+std::uint64_t FirstSeed() { return trammel::test::StudyFirstSeed(); }
 
 /// Over all networks of a row.
 struct Row {
@@ -205,12 +200,7 @@ struct Fault {
   std::function<bool(const Survey&)> named;
 };
 
-bool Says(const Survey& survey, const std::string& words) {
-  return survey.reason.find(words) != std::string::npos ||
-         std::any_of(survey.notices.begin(), survey.notices.end(), [&](const std::string& notice) {
-           return notice.find(words) != std::string::npos;
-         });
-}
+using trammel::test::Says;
 
 std::vector<Fault> Faults() {
   const auto shift = [](double mm) {

@@ -1,8 +1,7 @@
 // Rings seen obliquely, from near and far, glossy, shaded, faint, noisy, blurred, covered and
 // cut off: how many of twelve are read, how far off, and whether what is not read is named.
 //
-// TRAMMEL_TARGETS: pictures of each target, 4 without it. TRAMMEL_TARGETS_SEED: reported figures
-// are those of 600000; development uses seeds below 1000.
+// TRAMMEL_STUDY_SEEDS: pictures of each target, 4 without it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +11,7 @@
 #include <numbers>
 #include <string>
 
+#include "alignment_study.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "support/target_picture.h"
 
@@ -28,12 +28,8 @@ using test::PinholeView;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kTargets = 12;
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-std::uint64_t Seed() { return FromEnvironment("TRAMMEL_TARGETS_SEED", 600000); }
-std::uint64_t Pictures() { return FromEnvironment("TRAMMEL_TARGETS", 4); }
+std::uint64_t Seed() { return test::StudyFirstSeed(); }
+std::uint64_t Pictures() { return test::StudySeeds(4); }
 
 struct Condition {
   PinholeView view;

@@ -155,7 +155,7 @@ struct BoardCalibration {
 /// Its verdicts name: pictures that are the mirror image of their places, a wrong unit, a table
 /// that does not belong to the pictures (with the largest residuals), pictures of two sizes, a
 /// board or a camera that moved, touches that contradict, heights too alike. Errors (kInput):
-/// numbers that cannot be, a mark twice in a picture, no view. Accuracy: board_study.
+/// numbers that cannot be, a mark twice in a picture, no view. Accuracy: part_alignment_study.
 [[nodiscard]] Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
                                                         const BoardCalibrateOptions& options);
 

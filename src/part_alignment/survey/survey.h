@@ -149,7 +149,7 @@ struct Survey {
 /// that changed, bars that contradict one another, residuals beyond reason (refused); pictures that
 /// do not hang together, more observations rejected than outliers can be (rejection.h), no bar
 /// (cannot_tell). Errors (kInput): numbers that cannot be, a target twice in a picture, a bar
-/// between a target and itself. Accuracy and cost: survey_study.
+/// between a target and itself. Accuracy and cost: part_alignment_study.
 [[nodiscard]] Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& options);
 
 }  // namespace trammel::part_alignment

@@ -25,7 +25,7 @@ constexpr double kMedianChiSquare2 = 1.3862943611198906;  // of two degrees of f
 constexpr double kLeastNoise = 0.2;                       // of stated sigmas; no more is believed
 constexpr double kMostNoise = 5;
 // Reflections on screws move by about as much from picture to picture, and outlines so little known
-// tell no disc (plain_target_study).
+// tell no disc (part_alignment_study).
 constexpr double kMostSigma_px = 0.5;
 
 std::optional<std::string> TooMany(const SurveyInput& input) {
