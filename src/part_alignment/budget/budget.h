@@ -22,10 +22,6 @@ struct BudgetScene {
   /// Repeatability of the pose about the part's origin: x y z in mm, alpha beta gamma in rad. Zero
   /// where it is in target_sigma_mm already; the literature adds both.
   Eigen::Matrix<double, 6, 1> pose_sigma = Eigen::Matrix<double, 6, 1>::Zero();
-  /// Instead of both, where it was measured with its correlations (RepeatAlignments): of the part's
-  /// motion, x y z in mm at its origin and turns about its axes in rad. What all targets share, as
-  /// an eccentric clamping, does not average out over them.
-  std::optional<Eigen::Matrix<double, 6, 6>> motion_covariance;
   /// How many measurements and calibrations stand behind the two above; 0: taken as known.
   int repeats = 10;
   /// The box of points that the budget is for.
@@ -101,19 +97,5 @@ struct Capability {
 /// REQUIRES upper_mm > lower_mm, most_ratio > 0.
 [[nodiscard]] Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
                                          double most_ratio = 0.2);
-
-/// A coordinate from each of several calibrations with each of several measurements, per axis.
-struct CrossedScatter {
-  Eigen::Vector3d joint_mm = Eigen::Vector3d::Zero();  ///< over all values, as the literature does
-  Eigen::Vector3d calibration_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d measurement_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d rest_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d single_mm = Eigen::Vector3d::Zero();  ///< one calibration, one measurement
-};
-/// Variance components of a crossed design (calibrations by measurements), each with two or more.
-/// The 100 values of ten by ten are not independent: `joint_mm` is too small where one factor
-/// dominates, `single_mm` is not. Errors (kInput): fewer than two of either, ragged, not finite.
-[[nodiscard]] Result<CrossedScatter> SplitScatter(
-    const std::vector<std::vector<Eigen::Vector3d>>& by_calibration);
 
 }  // namespace trammel::part_alignment

@@ -86,13 +86,6 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   terms.motion_from_targets = inverse * right;
   terms.motion_covariance = inverse;
   terms.motion_covariance.diagonal() += scene.pose_sigma.cwiseAbs2();
-  if (scene.motion_covariance) {
-    if (!scene.motion_covariance->allFinite()) {
-      return Fail("the measured covariance of the part's motion has a number that is not finite");
-    }
-    terms.root = geometry::CovarianceRoot(*scene.motion_covariance);
-    terms.motion_covariance = terms.root * terms.root.transpose();
-  }
   return terms;
 }
 
@@ -111,11 +104,6 @@ Vector3d OutSigma(const BudgetScene& scene) {
 
 Eigen::Matrix<double, 6, 1> DrawMotion(const BudgetScene& scene, const BudgetTerms& terms,
                                        Random& random) {
-  if (scene.motion_covariance) {
-    Eigen::Matrix<double, 6, 1> normal;
-    for (double& number : normal) number = random.Normal();
-    return terms.root * normal;
-  }
   Eigen::VectorXd errors(terms.motion_from_targets.cols());
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     errors[i] = random.Normal(0, scene.target_sigma_mm[i % 3]);

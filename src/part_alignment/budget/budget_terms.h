@@ -13,8 +13,6 @@ namespace trammel::part_alignment {
 struct BudgetTerms {
   Eigen::Matrix<double, 6, 6> motion_covariance;
   Eigen::MatrixXd motion_from_targets;  ///< (6, 3 · targets): the weighted fit of their errors
-  Eigen::Matrix<double, 6, 6> root =
-      Eigen::Matrix<double, 6, 6>::Zero();  ///< of a measured covariance: root · rootᵀ; else 0
 };
 
 /// Errors (kInput) as in MakeBudget.

@@ -127,42 +127,5 @@ TEST(Capability, IsOfTheFullWidthOfTheTolerance) {
   EXPECT_FALSE(JudgeCapability(0.45, -1, 1).capable);
 }
 
-// One factor dominates: the scatter of all values is too small for a single use, the split is not.
-TEST(CrossedScatter, SplitsWhatCalibrationsAndMeasurementsAdd) {
-  const std::uint64_t seed = 85;
-  Random random(seed);
-  constexpr int kRounds = 2000;
-  constexpr int kOfEach = 10;
-  const Vector3d truth(0.010, 0.004, 0.002);  // calibration, measurement, rest
-  Eigen::Array3d square = Eigen::Array3d::Zero();
-  double joint = 0;
-  double single = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<double> by_measurement(kOfEach);
-    for (double& error : by_measurement) error = random.Normal(0, truth[1]);
-    std::vector<std::vector<Vector3d>> values(kOfEach);
-    for (auto& row : values) {
-      const double by_calibration = random.Normal(0, truth[0]);
-      for (const double by : by_measurement) {
-        row.emplace_back(5 + by_calibration + by + random.Normal(0, truth[2]), 1, 2);
-      }
-    }
-    const auto split = SplitScatter(values);
-    ASSERT_TRUE(split);
-    square +=
-        Eigen::Array3d(std::pow(split->calibration_mm.x(), 2),
-                       std::pow(split->measurement_mm.x(), 2), std::pow(split->rest_mm.x(), 2)) /
-        kRounds;
-    joint += std::pow(split->joint_mm.x(), 2) / kRounds;
-    single += std::pow(split->single_mm.x(), 2) / kRounds;
-    ASSERT_NEAR(split->single_mm.y(), 0, 1e-12);
-  }
-  // A variance from nine degrees scatters by sqrt(2 / 9) = 0.47; its mean over 2000 by 0.011.
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(square[i] / (truth[i] * truth[i]), 1, 0.06) << seed;
-  EXPECT_NEAR(single / truth.squaredNorm(), 1, 0.05);
-  EXPECT_LT(joint, 0.95 * truth.squaredNorm());
-  EXPECT_FALSE(SplitScatter({{Vector3d::Zero()}}));
-}
-
 }  // namespace
 }  // namespace trammel::part_alignment

@@ -12,7 +12,6 @@ void AddAlignCommands(CLI::App& align, int& exit_code) {
   AddAlignCalibrateCommand(align, exit_code);
   AddAlignCameraCommand(align, exit_code);
   AddAlignFitCommand(align, exit_code);
-  AddAlignStudyCommand(align, exit_code);
   AddAlignSurveyCommand(align, exit_code);
   AddAlignTargetsCommand(align, exit_code);
   AddAlignCorrectCommand(align, exit_code);

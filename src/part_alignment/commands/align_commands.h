@@ -16,7 +16,6 @@ void AddAlignBudgetCommand(CLI::App& parent, int& exit_code);
 void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);
 void AddAlignCameraCommand(CLI::App& parent, int& exit_code);
 void AddAlignFitCommand(CLI::App& parent, int& exit_code);
-void AddAlignStudyCommand(CLI::App& parent, int& exit_code);
 void AddAlignSurveyCommand(CLI::App& parent, int& exit_code);
 void AddAlignTargetsCommand(CLI::App& parent, int& exit_code);
 void AddAlignCorrectCommand(CLI::App& parent, int& exit_code);

@@ -262,24 +262,4 @@ std::string BudgetText(const Budget& budget) {
   return text;
 }
 
-std::string StudyText(const std::vector<part_alignment::StudyTable>& tables) {
-  std::string text;
-  for (const auto& table : tables) {
-    text += fmt::format(
-        "{}\n  µm       paper: u_out   u_ip   u_it      U | its terms sum to U |  "
-        "ours: u_out   u_ip   u_it      U  simulated\n",
-        table.title);
-    for (const auto& row : table.rows) {
-      text += fmt::format(
-          "  {}          {:>8.1f} {:>6.1f} {:>6.1f} {:>6.1f} | {:>18.1f} | {:>12.1f} {:>6.1f} "
-          "{:>6.1f} {:>6.1f} {:>10.1f}\n",
-          row.axis, row.paper_out_um, row.paper_ip_um, row.paper_it_um, row.paper_total_um,
-          row.paper_sum_um, row.out_um, row.ip_um, row.it_um, row.total_um, row.simulated_um);
-    }
-    for (const std::string& note : table.notes) text += fmt::format("  - {}\n", note);
-    text += "\n";
-  }
-  return text;
-}
-
 }  // namespace trammel::report

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "part_alignment/budget/budget.h"
-#include "part_alignment/budget/budget_study.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/part_fit/part_fit.h"
 
@@ -42,6 +41,5 @@ struct ParameterWords {
 [[nodiscard]] std::string PartFitText(const part_alignment::PartFitInput& input,
                                       const part_alignment::PartFit& fit);
 [[nodiscard]] std::string BudgetText(const part_alignment::Budget& budget);
-[[nodiscard]] std::string StudyText(const std::vector<part_alignment::StudyTable>& tables);
 
 }  // namespace trammel::report
