@@ -64,64 +64,6 @@ Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
   return figure;
 }
 
-Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
-  constexpr double kHeightPx = 560;
-  const double far_mm = 1.25 * calibration.farthest_mm;
-  const double near_mm = std::min(100.0, 0.3 * calibration.nearest_mm);
-  std::vector<DataPoint> middle;
-  std::vector<DataPoint> corner;
-  constexpr int kSteps = 60;
-  double top_px = 0;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double distance_mm = near_mm * std::pow(far_mm / near_mm, i / double{kSteps});
-    const std::vector<double> within_px = Within95_px(calibration, distance_mm, 3, 3);
-    double worst_px = 0;
-    for (const std::size_t at : {0U, 2U, 6U, 8U}) worst_px = std::fmax(worst_px, within_px[at]);
-    middle.push_back({distance_mm, within_px[4]});
-    corner.push_back({distance_mm, worst_px});
-    if (distance_mm > 0.6 * calibration.nearest_mm) top_px = std::max(top_px, worst_px);
-  }
-  const LegendEntry legend[] = {
-      {"worst corner", LegendEntry::Mark::kLine, {.color = kVermilion}},
-      {"middle of the picture", LegendEntry::Mark::kLine, {.color = kBlue}},
-      {"calibrated range", LegendEntry::Mark::kPatch, {.color = kGrid}}};
-  Canvas canvas(width_px, kHeightPx);
-  const double top = 8 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
-  const double half = (kHeightPx - top) / 2;
-  const Axis distance{
-      "distance from the camera (mm)", {0, far_mm}, width_px < kFigureWidthPx ? 4 : 8};
-  Plot upper(canvas, {6, top, width_px - 12, half - 12}, distance,
-             {"95 % within (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
-  upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
-  upper.Line(corner, {.color = kVermilion});
-  upper.Line(middle, {.color = kBlue});
-  double most = 1.5;
-  for (const auto& plane : calibration.cross_validation) most = std::max(most, plane.rms_sigma);
-  Plot lower(canvas, {6, top + half, width_px - 12, half - 4}, distance,
-             {"error / expected", {0, 1.1 * most}}, "Each plane, foretold by the others");
-  lower.HorizontalLine(1, {.color = kMuted, .width_px = 1, .dash_px = {5, 4}});
-  for (const auto& plane : calibration.cross_validation) {
-    lower.Dot({plane.distance_mm, plane.rms_sigma}, 4, kBlue);
-  }
-  return canvas;
-}
-
-Figure DistanceFigure(const CameraCalibration& calibration) {
-  Figure figure{
-      "distance",
-      "Above: uncertainty of a foretold pixel against distance; outside the grey range it is "
-      "extrapolated. Below: each plane of the grid left out of the fit, and how far off the rest "
-      "foretells it, in units of what both uncertainties let expect. Near 1 is sound; a rise "
-      "towards one end speaks of a lens model that does not hold, a single high plane of wrong "
-      "places.",
-      DrawDistance(calibration, kFigureWidthPx)};
-  figure.seen =
-      "Two plots against the distance from the camera: the uncertainty of a foretold pixel, and "
-      "the error of each plane foretold by the others.";
-  figure.narrow = DrawDistance(calibration, kNarrowWidthPx);
-  return figure;
-}
-
 Canvas DrawResidual(const GridMeasurement& grid, const CameraCalibration& calibration,
                     double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
@@ -181,7 +123,6 @@ std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
                                        const CameraCalibration& calibration) {
   std::vector<Figure> figures;
   figures.push_back(MapFigure(calibration, (calibration.nearest_mm + calibration.farthest_mm) / 2));
-  figures.push_back(DistanceFigure(calibration));
   figures.push_back(ResidualFigure(grid, calibration));
   return figures;
 }

@@ -9,10 +9,8 @@
 
 namespace trammel::report {
 
-/// "projection-uncertainty": a map over the sensor at the grid's middle distance; "distance": the
-/// same in the picture's middle and corners against distance, with the calibrated range, and how
-/// well each plane is foretold by the others; "residuals": arrows, enlarged as its key says.
-/// REQUIRES a calibration with verdict good of this grid.
+/// "projection-uncertainty": a map over the sensor at the grid's middle distance; "residuals":
+/// arrows, enlarged as its key says. REQUIRES a calibration with verdict good of this grid.
 [[nodiscard]] std::vector<Figure> CalibrationFigures(
     const part_alignment::GridMeasurement& grid,
     const part_alignment::CameraCalibration& calibration);
