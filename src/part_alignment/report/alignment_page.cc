@@ -17,8 +17,6 @@ namespace {
 
 namespace pa = part_alignment;
 
-constexpr std::size_t kMostRows = 400;  // of a table: a page that can still be opened
-
 double Sigma(const pa::Alignment& alignment, std::size_t parameter) {
   const auto i = static_cast<Eigen::Index>(parameter);
   if (i >= alignment.covariance.rows()) return NAN;
@@ -153,54 +151,6 @@ std::string BudgetCard(const AlignmentOutput& output) {
           table.Html());
 }
 
-std::string CovarianceCard(const pa::Alignment& alignment) {
-  const auto count = static_cast<std::size_t>(alignment.covariance.rows());
-  if (alignment.verdict != Verdict::kGood || count == 0 || count > alignment.parameters.size()) {
-    return "";
-  }
-  std::vector<Table::Column> columns = {{""}, {"95 % within"}};
-  for (std::size_t i = 0; i < count; ++i) columns.push_back({NameOf(alignment.parameters[i])});
-  Table table(columns);
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool angle = alignment.parameters[i].ends_with("_rad");
-    std::vector<std::string> cells = {
-        NameOf(alignment.parameters[i]),
-        fmt::format("{:.4f} {}", kNormal95 * Sigma(alignment, i) * (angle ? kPerMille.scale : 1),
-                    angle ? "mm/m" : "mm")};
-    for (std::size_t k = 0; k < count; ++k) {
-      const double both = Sigma(alignment, i) * Sigma(alignment, k);
-      const double correlation =
-          alignment.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) / both;
-      cells.push_back(i == k ? "1" : both > 0 ? NumberText(correlation, 2, true) : "–");
-    }
-    table.Row(cells);
-  }
-  return Card(
-      "Covariance",
-      "<p class=\"quiet\">Half of each value's 95 % interval, and how the errors of two values go "
-      "together (correlation, -1 to 1). result.json has the covariance itself.</p>\n" +
-          table.Html());
-}
-
-std::string ResidualCard(const AlignmentOutput& output) {
-  const auto& residuals = output.alignment.residuals;
-  if (residuals.empty()) return "";
-  Table table({{"view"},
-               {"target"},
-               {"column (px)"},
-               {"row (px)"},
-               {"standard uncertainty (px)"},
-               {"", true}});
-  for (std::size_t i = 0; i < std::min(kMostRows, residuals.size()); ++i) {
-    const pa::AlignmentResidual& residual = residuals[i];
-    table.Row({fmt::format("{}", residual.view + 1), EscapeHtml(residual.target),
-               NumberText(residual.column_px, 3, true), NumberText(residual.row_px, 3, true),
-               fmt::format("{:.3f}", residual.sigma_px), residual.weight == 0 ? "left out" : ""},
-              residual.weight == 0);
-  }
-  return Card("Residuals: measured minus projected", table.Html());
-}
-
 std::string ViewsCard(std::span<const Figure> views, const PhotoDetail& detail) {
   if (views.empty()) return "";
   std::string body = fmt::format("<p class=\"quiet\">{}</p>\n", EscapeHtml(views.front().caption));
@@ -215,13 +165,12 @@ std::string PageOf(const AlignmentOutput& output, std::span<const Figure> views,
   const pa::Alignment& alignment = output.alignment;
   std::string page = PageBegin("Part alignment", "Where the part is");
   page += Head(output) + Next(output) + ListCard("Worth knowing", alignment.notices);
-  if (const auto plan = AlignmentPlanFigure(output)) page += Card("", FigureHtml(*plan));
-  page += BudgetCard(output) + CovarianceCard(alignment);
+  page += BudgetCard(output);
   page += Card("",
                "<details>\n<summary>All in words, with the clamping and what the views tell"
                "</summary>\n<pre>" +
                    EscapeHtml(AlignmentText(output)) + "</pre>\n</details>\n");
-  page += ResidualCard(output) + ViewsCard(views, detail);
+  page += ViewsCard(views, detail);
   return page + PageEnd();
 }
 

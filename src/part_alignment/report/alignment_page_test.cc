@@ -4,9 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <limits>
-
 #include "document/parsers_test_support.h"
 
 namespace trammel::report {
@@ -49,15 +46,13 @@ TEST(AlignmentPage, LeadsWithThePlaceItsIntervalsAndTheLinesForTheControl) {
   EXPECT_THAT(page, AllOf(HasSubstr("X\u00a01400.000, Y\u00a01000.000, Z\u00a0250.000\u00a0mm"),
                           HasSubstr("95 %: 1399.9608 to 1400.0392 mm"),
                           HasSubstr("G10 L2 P1 X1400.000000"), HasSubstr("&lt;b&gt;mind")));
-  EXPECT_LT(page.find("G10 L2"), page.find("<svg"));
 }
 
-TEST(AlignmentPage, ShowsWhatTheUncertaintyIsMadeOfAndItsCovariance) {
+TEST(AlignmentPage, ShowsWhatTheUncertaintyIsMadeOf) {
   const std::string page = AlignmentPage(Made(), {});
-  EXPECT_THAT(page, AllOf(HasSubstr("eccentricity of the clamping"),
-                          HasSubstr("0.0210 mm, not stated"), HasSubstr("the pictures alone"),
-                          HasSubstr(">0.0392<"), HasSubstr("0.0392 mm</td>"), HasSubstr("left out"),
-                          HasSubstr(">+0.000</td>"), Not(HasSubstr(">-0.000"))));
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("eccentricity of the clamping"), HasSubstr("0.0210 mm, not stated"),
+                    HasSubstr("the pictures alone"), HasSubstr(">0.0392<")));
 }
 
 TEST(AlignmentPage, NamesNoPlaceUnlessTheVerdictIsGood) {
@@ -68,7 +63,6 @@ TEST(AlignmentPage, NamesNoPlaceUnlessTheVerdictIsGood) {
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_THAT(page, AllOf(HasSubstr("No place"), HasSubstr("&lt;do not&gt;"),
                           Not(HasSubstr("1400.0")), Not(HasSubstr("G10"))));
-  EXPECT_FALSE(AlignmentPlanFigure(output));
 }
 
 TEST(AlignmentPage, SaysACaptionOnceForAllViews) {
@@ -80,27 +74,6 @@ TEST(AlignmentPage, SaysACaptionOnceForAllViews) {
   const std::size_t first = page.find("caption of a view");
   ASSERT_NE(first, std::string::npos);
   EXPECT_EQ(page.find("caption of a view", first + 1), std::string::npos);
-}
-
-TEST(AlignmentPlan, SaysWhichWayATiltLiftsATarget) {
-  const auto plan = AlignmentPlanFigure(Made());
-  ASSERT_TRUE(plan);
-  EXPECT_EQ(test::XmlProblem(plan->canvas.ToSvg()), "");
-  EXPECT_EQ(test::XmlProblem(plan->narrow->ToSvg()), "");
-  // z of R X about the origin: y sin(alpha) - x sin(beta) = -500 · -0.001 - 750 · -0.002.
-  EXPECT_THAT(plan->seen,
-              AllOf(HasSubstr("T2 lies 2.000 mm too high"), HasSubstr("T1 lies 1.000 mm too low")));
-  EXPECT_THAT(plan->canvas.ToSvg(), HasSubstr(">T2: +2.000 mm</text>"));
-}
-
-TEST(AlignmentPlan, TakesPartsOfOneTargetAndNumbersThatAreNotFinite) {
-  AlignmentOutput one = Made();
-  one.measurement.targets.resize(1);
-  ASSERT_TRUE(AlignmentPlanFigure(one));
-  AlignmentOutput wild = Made();
-  wild.alignment.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(AlignmentPlanFigure(wild));
-  EXPECT_EQ(test::XmlProblem(AlignmentPage(wild, {})), "");
 }
 
 }  // namespace
