@@ -2,19 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <string_view>
-#include <vector>
 
 #include "base/json_text.h"
 #include "base/measured_json.h"
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
-#include "document/page.h"
+#include "part_alignment/report/answer_page.h"
 #include "part_alignment/report/part_metrology_page.h"
 #include "part_alignment/report/part_metrology_text.h"
 
@@ -183,74 +178,20 @@ std::string BoardCalibrationText(const BoardCalibration& calibration) {
   return text;
 }
 
-namespace {
-
-std::string Head(const BoardCalibration& calibration) {
-  if (calibration.verdict != Verdict::kGood) {
-    return HeadCard(calibration.verdict,
-                    fmt::format("<p class=\"value\">No calibration</p>\n<p class=\"reason\">{}"
-                                "</p>\n",
-                                EscapeHtml(calibration.reason)));
-  }
-  Table table({{""}, {"value"}, {"interval"}});
-  for (const auto& [name, value, interval] :
-       CalibratedParameters(calibration.camera, calibration.covariance)) {
-    table.Row({name, value, interval});
-  }
-  const auto used = std::count_if(calibration.views.begin(), calibration.views.end(),
-                                  [](const auto& view) { return view.used; });
-  return HeadCard(
-      Verdict::kGood,
-      fmt::format("<p class=\"value\">{:.4f} px <small>residual, root mean square</small></p>\n"
-                  "<p class=\"quiet\">{} of {} pictures used, {} marks, {:.0f} … {:.0f} mm from "
-                  "the camera; the spindle stands where the machine states it to {:.1f} um; {}."
-                  "</p>\n{}",
-                  calibration.residual_rms_px, used, calibration.views.size(),
-                  calibration.marks.size(), calibration.nearest_mm, calibration.farthest_mm,
-                  kUmPerMm * calibration.repeatability_mm, CheckWords(calibration.check),
-                  calibration.unchecked.empty()
-                      ? ""
-                      : fmt::format("<p class=\"reason\">Unchecked: {}</p>\n",
-                                    EscapeHtml(calibration.unchecked))) +
-          table.Html());
-}
-
-std::string NullCard(const BoardCalibration& calibration) {
-  if (calibration.null_directions.empty()) return {};
-  Table table({{"", true}, {"taken from", true}, {"95 %"}, {"closed by", true}});
-  for (const NullDirection& direction : calibration.null_directions) {
-    table.Row({EscapeHtml(direction.what), EscapeHtml(TakenWords(direction)),
-               EscapeHtml(SigmaWords(direction)), EscapeHtml(direction.closed_by)});
-  }
-  return Card("What no picture tells", table.Html());
-}
-
-std::string SheetCard(const BoardCalibration& calibration) {
-  if (!calibration.print) return {};
-  return Card("The sheet", fmt::format("<p>Printed {}. Nothing of that goes into the camera.</p>\n",
-                                       EscapeHtml(PrintWords(calibration))));
-}
-
-std::string ViewsCard(const BoardCalibration& calibration) {
-  Table table({{"picture"}, {"marks"}, {"residual", true}, {"beside its place"}});
-  for (const BoardViewResult& view : calibration.views) {
-    table.Row({EscapeHtml(view.picture), fmt::format("{}", view.observations),
-               view.used ? fmt::format("{:.3f} px", view.rms_px) : EscapeHtml(view.reason),
-               view.used ? fmt::format("{:.1f} um", kUmPerMm * view.off_mm.norm()) : ""});
-  }
-  return Card("Pictures", table.Html());
-}
-
-}  // namespace
-
 std::string BoardCalibrationPage(const std::string& date, const BoardCalibration& calibration) {
-  const std::string title = "Camera calibration on the machine, " + date;
   const bool good = calibration.verdict == Verdict::kGood;
-  return PageBegin(title, title) + Head(calibration) +
-         CalibratedCameraCard(good, calibration.nearest_mm, calibration.farthest_mm,
-                              "take the pictures anew") +
-         ListCard("Worth knowing", calibration.notices) + NullCard(calibration) +
-         SheetCard(calibration) + ViewsCard(calibration) + PageEnd();
+  AnswerPage page;
+  page.title = "Camera calibration on the machine, " + date;
+  page.verdict = calibration.verdict;
+  page.value = good ? fmt::format("{:.4f} px", calibration.residual_rms_px) : "No calibration";
+  if (good) page.detail = "residual, root mean square";
+  page.reason = calibration.reason;
+  if (!calibration.unchecked.empty()) page.unchecked = {calibration.unchecked};
+  page.next =
+      CameraWords(good, calibration.nearest_mm, calibration.farthest_mm, "take the pictures anew");
+  page.notices = calibration.notices;
+  page.text = BoardCalibrationText(calibration);
+  return AnswerPageHtml(page, {});
 }
 
 }  // namespace trammel::report

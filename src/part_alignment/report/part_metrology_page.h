@@ -11,13 +11,12 @@
 
 namespace trammel::report {
 
-// HTML that stands alone: the answer with its 95 % interval or the reason why there is none, what
-// to do next, the figures.
+// Pages of AnswerPageHtml.
 
 /// What to do next with a calibrated camera, or without one.
 /// @param again  what to do where it is not good, as an order: "measure another grid"
-[[nodiscard]] std::string CalibratedCameraCard(bool good, double nearest_mm, double farthest_mm,
-                                               std::string_view again);
+[[nodiscard]] std::string CameraWords(bool good, double nearest_mm, double farthest_mm,
+                                      std::string_view again);
 
 /// @param date  of the grid, as its file says it.
 [[nodiscard]] std::string CalibrationPage(const std::string& date,

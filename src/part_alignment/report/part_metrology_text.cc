@@ -53,6 +53,21 @@ std::string Verdicts(Verdict verdict, const std::string& reason) {
                      reason);
 }
 
+// The point with the least stock allowance, and where it is in the ideal part; empty without
+// points.
+std::string LeastWords(const PartFitInput& input, const PartFit& fit) {
+  if (fit.stock_allowances.empty()) return {};
+  const auto least = std::min_element(
+      fit.stock_allowances.begin(), fit.stock_allowances.end(),
+      [](const auto& a, const auto& b) { return a.stock_allowance_mm < b.stock_allowance_mm; });
+  const auto& point = input.points[least->point];
+  const Eigen::Vector3d at =
+      geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad) * (fit.scale * point.at_mm) +
+      fit.ideal_from_measured.translation_mm;
+  return fmt::format("{} ({}), {:.3f} mm at x {:.1f}, y {:.1f}, z {:.1f} of the ideal part",
+                     point.id, point.surface, least->stock_allowance_mm, at.x(), at.y(), at.z());
+}
+
 }  // namespace
 
 std::string ToJson(const CameraCalibration& calibration) {
@@ -94,19 +109,6 @@ std::string ToJson(const CameraCalibration& calibration) {
                    {"cross_validation", planes},
                    {"residuals", residuals},
                    {"notices", calibration.notices}});
-}
-
-std::string LeastWords(const PartFitInput& input, const PartFit& fit) {
-  if (fit.stock_allowances.empty()) return {};
-  const auto least = std::min_element(
-      fit.stock_allowances.begin(), fit.stock_allowances.end(),
-      [](const auto& a, const auto& b) { return a.stock_allowance_mm < b.stock_allowance_mm; });
-  const auto& point = input.points[least->point];
-  const Eigen::Vector3d at =
-      geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad) * (fit.scale * point.at_mm) +
-      fit.ideal_from_measured.translation_mm;
-  return fmt::format("{} ({}), {:.3f} mm at x {:.1f}, y {:.1f}, z {:.1f} of the ideal part",
-                     point.id, point.surface, least->stock_allowance_mm, at.x(), at.y(), at.z());
 }
 
 std::string ToJson(const PartFitInput& input, const PartFit& fit) {

@@ -30,11 +30,6 @@ struct ParameterWords {
 [[nodiscard]] std::vector<ParameterWords> CalibratedParameters(
     const part_alignment::Camera& camera, const part_alignment::CameraCovariance& covariance);
 
-/// The point with the least stock allowance, and where it is in the ideal part; empty without
-/// points.
-[[nodiscard]] std::string LeastWords(const part_alignment::PartFitInput& input,
-                                     const part_alignment::PartFit& fit);
-
 // Several lines each.
 
 [[nodiscard]] std::string CalibrationText(const part_alignment::CameraCalibration& calibration);

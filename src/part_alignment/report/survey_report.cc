@@ -11,10 +11,9 @@
 #include "base/measured_json.h"
 #include "base/rejection.h"
 #include "base/statistics.h"
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
-#include "document/page.h"
+#include "part_alignment/report/answer_page.h"
 #include "part_alignment/survey/survey_advice.h"
 
 namespace trammel::report {
@@ -180,75 +179,6 @@ std::size_t UsedStations(const Survey& survey) {
                                                 [](const auto& station) { return station.used; }));
 }
 
-std::string TargetsCard(const Survey& survey) {
-  Table places({{"target"}, {"x"}, {"y"}, {"z"}});
-  Table checks({{"target"}, {"observations"}, {"widest angle"}, {"residual"}, {"checked to"}});
-  for (const SurveyedTarget& target : survey.targets) {
-    std::vector<std::string> cells = {EscapeHtml(target.id)};
-    for (int axis = 0; axis < 3; ++axis) {
-      const Interval interval = NormalInterval95(target.at_mm[axis], target.sigma_mm[axis]);
-      cells.push_back(ValueCell(ValueText(target.at_mm[axis], interval, kMillimetres),
-                                IntervalText(interval, kMillimetres)));
-    }
-    places.Row(cells);
-    checks.Row({EscapeHtml(target.id), fmt::format("{}", target.observations),
-                fmt::format("{:.0f}°", target.widest_angle_rad * 57.29577951308232),
-                fmt::format("{:.3f} px", target.rms_px),
-                fmt::format("{:.0f} %", 100 * target.least_redundancy)});
-  }
-  return Card("Targets", places.Html()) + Card("How each target is seen", checks.Html());
-}
-
-std::string StationsCard(const Survey& survey) {
-  Table table({{"picture"}, {"x"}, {"y"}, {"z"}, {"targets"}, {"residual"}, {"", true}});
-  for (const SurveyStation& station : survey.stations) {
-    if (!station.used) {
-      table.Row({EscapeHtml(station.picture), "", "", "", "", "", EscapeHtml(station.reason)},
-                true);
-      continue;
-    }
-    const Eigen::Vector3d& at = station.place_mm;
-    table.Row({EscapeHtml(station.picture), fmt::format("{:.0f} mm", at.x()),
-               fmt::format("{:.0f} mm", at.y()), fmt::format("{:.0f} mm", at.z()),
-               fmt::format("{}", station.observations), fmt::format("{:.3f} px", station.rms_px),
-               ""});
-  }
-  return Card("Pictures", table.Html());
-}
-
-std::string LensCard(const Survey& survey) {
-  Table table({{""}, {"value"}, {"interval"}});
-  for (int i = 0; i < kLensParameters; ++i) {
-    const Interval interval = NormalInterval95(survey.lens[i], survey.lens_sigma[i]);
-    table.Row({part_alignment::kLensParameterNames.at(static_cast<std::size_t>(i)),
-               fmt::format("{:.8g}", survey.lens[i]),
-               fmt::format("95 %: {:.8g} to {:.8g}", interval.lo, interval.hi)});
-  }
-  return Card("The lens, calibrated along", table.Html());
-}
-
-std::string Head(const Survey& survey) {
-  const std::string checks = UncheckedHtml(survey.unchecked) +
-                             fmt::format("<p class=\"quiet\">{}.</p>\n", CheckWords(survey.check));
-  if (survey.verdict != Verdict::kGood) {
-    return HeadCard(
-        survey.verdict,
-        fmt::format("<p class=\"value\">No coordinates</p>\n<p class=\"reason\">{}</p>\n",
-                    EscapeHtml(survey.reason)) +
-            checks);
-  }
-  double worst_mm = 0;
-  for (const SurveyedTarget& target : survey.targets) {
-    worst_mm = std::max(worst_mm, target.sigma_mm.maxCoeff());
-  }
-  return HeadCard(
-      Verdict::kGood,
-      fmt::format("<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
-                  "95 %</small></p>\n{}<p class=\"quiet\">{} of {} pictures. Datum: {}.</p>\n",
-                  survey.targets.size(), kNormal95 * worst_mm, checks, UsedStations(survey),
-                  survey.stations.size(), kDatum));
-}
-
 }  // namespace
 
 std::string ToJson(const Survey& survey) {
@@ -354,32 +284,27 @@ std::string SurveyPoints(const Survey& survey, const std::string& surface) {
 
 std::string SurveyPage(const std::string& date, const Survey& survey,
                        const std::vector<Figure>& figures) {
-  const std::string title = "Survey of " + date;
-  std::vector<std::string> outliers;
-  for (const SurveyOutlier& outlier : survey.outliers) outliers.push_back(OutlierWords(outlier));
-  std::string html = PageBegin(title, title) + Head(survey);
-  const std::vector<std::string> advice = Advice(survey);
-  if (survey.verdict != Verdict::kGood) {
-    html += Card("What to do next",
-                 "<p>Put right what the reason above names and photograph anew. No targets were "
-                 "written.</p>\n");
-  } else if (advice.empty()) {
-    html +=
-        Card("What to do next",
-             "<p>Name the file of <code>--out</code> as <code>targets</code> of the "
-             "observations, or fit the ideal part to the points of <code>--points</code>.</p>\n");
-  } else {
-    html += ListCard("What to photograph next", advice);
+  const bool good = survey.verdict == Verdict::kGood;
+  double worst_mm = 0;
+  for (const SurveyedTarget& target : survey.targets) {
+    worst_mm = std::max(worst_mm, target.sigma_mm.maxCoeff());
   }
-  html += ListCard("Worth knowing", survey.notices) + ListCard("Left out", outliers);
-  if (survey.verdict == Verdict::kGood) {
-    std::vector<std::string> bars;
-    for (const SurveyedBar& bar : survey.bars) bars.push_back(BarWords(bar));
-    for (const Figure& figure : figures) html += Card("The network", FigureHtml(figure));
-    html += ListCard("Plain targets", PlainWords(survey)) + ListCard("Scale bars", bars) +
-            TargetsCard(survey) + LensCard(survey);
-  }
-  return html + StationsCard(survey) + PageEnd();
+  AnswerPage page;
+  page.title = "Survey of " + date;
+  page.verdict = survey.verdict;
+  page.value = good ? fmt::format("{} targets", survey.targets.size()) : "No coordinates";
+  if (good)
+    page.detail = fmt::format("each coordinate within {:.3f} mm, 95 %", kNormal95 * worst_mm);
+  page.reason = survey.reason;
+  page.unchecked = survey.unchecked;
+  page.next = good ? "Name the file of --out as targets of the observations, or fit the ideal part "
+                     "to the points of --points."
+                   : "Put right what the reason above names and photograph anew. No targets were "
+                     "written.";
+  for (const std::string& line : Advice(survey)) page.next += " " + line + ".";
+  page.notices = survey.notices;
+  page.text = SurveyText(survey);
+  return AnswerPageHtml(page, figures);
 }
 
 }  // namespace trammel::report
