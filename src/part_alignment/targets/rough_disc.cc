@@ -136,6 +136,25 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
   return Levels{(sum + 4) / 9, *chosen};
 }
 
+/// Whether nearly all within the ellipse has the disc's shade: a closed ring is no disc.
+bool IsFilled(const PageView& picture, const Middle& middle, const Levels& levels) {
+  constexpr int kPlaces = 12;
+  constexpr double kWithin = 0.55;
+  constexpr int kMostOutside = 2;
+  static const auto kDirections = AllAround<kPlaces>(0);
+  const bool dark = levels.inside < levels.outside;
+  int outside = 0;
+  for (const Offset& direction : kDirections) {
+    const Offset rim = RimAt(middle, direction);
+    const double x = middle.column_px + kWithin * rim.x + 0.5;
+    const double y = middle.row_px + kWithin * rim.y + 0.5;
+    if (!(x >= 0 && y >= 0 && x < picture.width && y < picture.height)) continue;
+    const int grey = picture.row(static_cast<int>(y))[static_cast<int>(x)];
+    outside += (2 * grey < levels.inside + levels.outside) != dark ? 1 : 0;
+  }
+  return outside <= kMostOutside;
+}
+
 }  // namespace
 
 std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle, bool dark,
@@ -143,6 +162,7 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
   const std::optional<Levels> levels = LevelsAbout(picture, middle, dark);
   if (!levels || (levels->inside < levels->outside) != dark) return std::nullopt;
   if (std::abs(levels->inside - levels->outside) < min_contrast) return std::nullopt;
+  if (!IsFilled(picture, middle, *levels)) return std::nullopt;
   RimFinder rim(picture, middle, *levels);
   std::optional<DiscModel> disc;
   // Half of the rays tell most of what is no disc.
