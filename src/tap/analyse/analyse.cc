@@ -34,14 +34,11 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
                      static_cast<double>(WorkspaceBytes(tap.time_s.size()))};
     return;
   }
-  // What is asked of a tap does not depend on how the other method was set.
-  const bool by_lines = options.method == Method::kTwoLine;
-  const TapLines lines =
-      FindTapLines(clean, motion, by_lines ? options.two_line : TwoLineOptions{});
+  const TapLines lines = FindTapLines(clean, motion);
   const CheckOptions checks = {options.nozzle_temperature_c, options.trigger_force_g,
                                options.decompression_angle_rad};
   const Finding refusal = CheckTap(clean, motion, lines, checks, result);
-  if (by_lines) {
+  if (options.method == Method::kTwoLine) {
     JudgeTwoLine(tap.moves, clean, motion, lines, options, result);
   } else {
     AnalyseContact(clean, motion, options, workspace, result);

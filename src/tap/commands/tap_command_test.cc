@@ -110,8 +110,7 @@ TEST_F(TapCommand, OptionsOutOfBoundsAreNamed) {
 
 TEST_F(TapCommand, PlotsAPageAndPictures) {
   Write("a.jsonl", DrawnTap(0).dump() + "\n" + DrawnTap(0.002).dump() + "\n");
-  for (const std::string file :
-       {"p.html", "p.svg", "p.png", "tap.png --figure tap", "ba.svg --figure before-after"}) {
+  for (const std::string file : {"p.html", "p.svg", "p.png", "tap.png --figure tap"}) {
     const CommandResult result = Run("tap plot a.jsonl --out " + file);
     EXPECT_EQ(result.exit_code, 0) << result.output;
     EXPECT_GT(fs::file_size(folder_.path() / file.substr(0, file.find(' '))), 2000u) << file;

@@ -49,23 +49,6 @@ std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptio
   return plotted;
 }
 
-/// The published method with each root cause of the write-up switched back on.
-std::vector<report::RootCause> RootCausesOf(const tap::Recording& recording,
-                                            tap::TapOptions options) {
-  options.method = tap::Method::kTwoLine;
-  std::vector<report::RootCause> causes;
-  for (const auto& [name, two_line] :
-       {std::pair{"Acceleration samples kept",
-                  tap::TwoLineOptions{.keep_acceleration_samples = true}},
-        std::pair{"Decompression not split", tap::TwoLineOptions{.split_decompression = false}},
-        std::pair{"Elbows by Kneedle", tap::TwoLineOptions{.kneedle = true}}}) {
-    options.two_line = two_line;
-    tap::TapAnalyser analyser(options);
-    causes.push_back({name, AnalyseRecorded(recording, options, analyser)});
-  }
-  return causes;
-}
-
 /// @param tune  A single picture shows no advice, and need not wait for its trial.
 report::TapReportInput InputOf(std::span<const report::PlottedTap> taps,
                                const tap::TapOptions& options, bool tune) {
@@ -118,10 +101,7 @@ int RunPlot(const PlotArguments& arguments) {
   const SlowWork work("analysing and drawing the taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   for (const Error& error : run.failed) return PrintError(error);
-  std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
-  if (taps.size() == 1 || (!taps.empty() && arguments.figure == "before-after")) {
-    taps.front().root_causes = RootCausesOf(taps.front().recording, *options);
-  }
+  const std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
   const auto bytes = BytesOf(arguments, *options, taps);
   if (!bytes) return PrintError(bytes.error());
   if (auto written = WriteOutputs({{arguments.out, *bytes}}, arguments.force); !written) {
@@ -143,10 +123,9 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
   AddTapMeasuring(*command, arguments->tap);
   command->add_option("-o,--out", arguments->out, "file to write: .html, .svg or .png")->required();
   command->add_flag("--force", arguments->force, "overwrite it");
-  command->add_option(
-      "--figure", arguments->figure,
-      "picture: series, mesh, tap, before-after or noise (default: the first there is); of "
-      "several taps the first one's");
+  command->add_option("--figure", arguments->figure,
+                      "picture: series, mesh, tap or noise (default: the first there is); of "
+                      "several taps the first one's");
   command->callback([arguments, &exit_code] { exit_code = RunPlot(*arguments); });
 }
 

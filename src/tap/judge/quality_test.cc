@@ -38,7 +38,7 @@ Checked Check(const RecordedTap& tap, const CheckOptions& options = {}) {
   TapMotion motion;
   EXPECT_EQ(FindMotion(tap.moves, motion).code, FindingCode::kNone);
   const CleanTap clean = CleanSamples(tap.View(), motion, workspace);
-  const TapLines lines = FindTapLines(clean, motion, {});
+  const TapLines lines = FindTapLines(clean, motion);
   Checked checked;
   checked.refusal = CheckTap(clean, motion, lines, options, checked.result);
   return checked;

@@ -4,7 +4,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "document/figure.h"
@@ -14,19 +13,12 @@
 
 namespace trammel::report {
 
-/// The published method with one root cause of bad taps switched back on (tap::TwoLineOptions).
-struct RootCause {
-  std::string name;
-  tap::TapAnalysis analysis;
-};
-
 /// One tap as both methods read it.
 struct PlottedTap {
   tap::Recording recording;
   tap::TapAnalysis contact;
   tap::TapAnalysis two_line;
-  double latency_s = 0;                     ///< That both took into account.
-  std::vector<RootCause> root_causes = {};  ///< For BeforeAfterFigure; may be empty.
+  double latency_s = 0;  ///< That both took into account.
 };
 
 // None names an answer unless its verdict is good. No input makes them fail: no samples, unsorted
@@ -35,10 +27,6 @@ struct PlottedTap {
 /// "tap": force against time with the points and lines of both methods; force against height around
 /// the break with the fit and its interval, whole and enlarged; what the fit leaves.
 [[nodiscard]] Figure TapFigure(const PlottedTap& tap);
-
-/// "before-after": the published method with and without each root cause, a row of panels each.
-/// Nothing without moves or root causes.
-[[nodiscard]] std::optional<Figure> BeforeAfterFigure(const PlottedTap& tap);
 
 /// "series": contact height tap after tap, with the intervals, outliers, drift and, where it is
 /// known, the printer's own result. Nothing without two good taps.

@@ -109,7 +109,6 @@ std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_tap
     figures.push_back(TapFigure(input.taps[i]));
     // The first one's caption explains them all.
     if (i > 0) figures.back().caption = input.taps[i].recording.name + ", drawn as the first tap.";
-    if (auto figure = BeforeAfterFigure(input.taps[i])) figures.push_back(std::move(*figure));
   }
   if (auto figure = NoiseFigure(input.noise)) figures.push_back(std::move(*figure));
   return figures;

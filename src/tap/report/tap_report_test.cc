@@ -159,19 +159,6 @@ TEST(TapReport, ANarrowMeshSaysTheHeightOfEveryPlace) {
   }
 }
 
-TEST(TapReport, DrawsEachRootCauseBesideThePublishedMethodAndNothingWithoutMoves) {
-  Random random(4);
-  PlottedTap tap = MakeTap(-0.005, random);
-  EXPECT_FALSE(BeforeAfterFigure(tap));
-  tap.root_causes = {{"kept <&>", tap.contact}, {"refused", tap.two_line}};
-  const auto figure = BeforeAfterFigure(tap);
-  ASSERT_TRUE(figure);
-  const std::string svg = figure->canvas.ToSvg();
-  EXPECT_EQ(test::XmlProblem(svg), "");
-  tap.recording.moves.clear();
-  EXPECT_FALSE(BeforeAfterFigure(tap));
-}
-
 TEST(TapReport, IsWellFormedWhateverTheNamesHold) {
   Random random(3);
   const std::vector<PlottedTap> one = {MakeTap(-0.005, random)};

@@ -282,7 +282,7 @@ TEST(Hum, IsSeldomHeardInNoise) {
   constexpr int kTaps = 1000;
   for (std::uint64_t seed = 0; seed < kTaps; ++seed) {
     const Cleaned cleaned = Clean(Record({}, seed));
-    const TapLines lines = FindTapLines(cleaned.tap, cleaned.motion, {});
+    const TapLines lines = FindTapLines(cleaned.tap, cleaned.motion);
     heard += FindHum(cleaned.tap.samples, lines.break_at, lines.departure_end, lines.departure,
                      cleaned.tap.period_s)
                  .mains_hz > 0;

@@ -7,7 +7,6 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "tap/two_line/kneedle.h"
 
 namespace trammel::tap {
 namespace {
@@ -105,34 +104,6 @@ TEST(Elbow, CrossingScattersAsItsUncertaintySaysWhereTheElbowIsKnown) {
   // A standard deviation of n values is known to 1 / sqrt(2 n) = 1.6 %; three times that.
   EXPECT_NEAR(StandardDeviation(errors) / predicted, 1, 3 * 1.6e-2);
   EXPECT_NEAR(Mean(errors) / predicted, 0, 3 / std::sqrt(kTrials));
-}
-
-TEST(Kneedle, FindsABendWithoutNoise) {
-  Random random(5);
-  constexpr double kSmoothing = 4;  // samples to either side, by which a bend may move
-  const Curve late = Bent(100, 80, 0, 3000, 0, random);
-  EXPECT_NEAR(static_cast<double>(FindKnee(late.View(), 0, 100, true)), 80, kSmoothing);
-  const Curve early = Bent(100, 30, -3000, 0, 0, random);
-  EXPECT_NEAR(static_cast<double>(FindKnee(early.View(), 0, 100, false)), 30, kSmoothing);
-}
-
-TEST(Kneedle, StrayFartherThanTwoLinesOnANoisyCollision) {
-  // The write-up's third root cause: 100 samples of approach, four of collision, noise of the
-  // faster way down.
-  Random random(6);
-  int kneedle_astray = 0;
-  int two_lines_astray = 0;
-  constexpr int kTrials = 300;
-  constexpr double kAstray = 3;  // samples: all of the compression
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const Curve curve = Bent(104, 100, 0, 12000, 8, random);
-    kneedle_astray +=
-        std::abs(static_cast<double>(FindKnee(curve.View(), 0, 104, true)) - 100) > kAstray;
-    two_lines_astray +=
-        std::abs(static_cast<double>(FindElbow(curve.View(), 0, 104, 2)) - 100) > kAstray;
-  }
-  EXPECT_GT(kneedle_astray, kTrials / 4);
-  EXPECT_LT(two_lines_astray, kTrials / 50);
 }
 
 }  // namespace

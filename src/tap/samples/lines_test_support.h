@@ -25,10 +25,9 @@ inline RecordedTap Record(const test_support::TapDrawing& drawing, std::uint64_t
   return tap;
 }
 
-inline TapAnalysis AnalyseTwoLine(const TapView& tap, const TwoLineOptions& two_line = {}) {
+inline TapAnalysis AnalyseTwoLine(const TapView& tap) {
   TapOptions options;
   options.method = Method::kTwoLine;
-  options.two_line = two_line;
   return TapAnalyser(options).Analyse(tap);
 }
 

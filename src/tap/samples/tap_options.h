@@ -5,17 +5,6 @@
 
 namespace trammel::tap {
 
-/// Each root cause that the write-up found can be switched back on, to see what it did. The
-/// defaults are the published method.
-struct TwoLineOptions {
-  /// Look for the break from the pull-back's very start, samples of its acceleration included.
-  bool keep_acceleration_samples = false;
-  /// Take a curved decompression for two lines, split at the midpoint of force.
-  bool split_decompression = true;
-  /// Find elbows with Kneedle instead of trying every split.
-  bool kneedle = false;
-};
-
 struct TapOptions {
   Method method = Method::kContact;
   /// By which a sample's time is after its force acted; below 0 where a host dates samples too
@@ -30,7 +19,6 @@ struct TapOptions {
   /// Of the decompression of a clean nozzle at 25 gf = 0.1 s, a factor of the published score; NaN
   /// leaves it out.
   double decompression_angle_rad = __builtin_nan("");
-  TwoLineOptions two_line = {};
 };
 
 }  // namespace trammel::tap

@@ -188,7 +188,7 @@ void ReadShape(const TapView& tap, const TapMotion& motion, TapTemplate& found) 
   Workspace workspace(memory);
   const CleanTap clean = CleanSamples(tap, motion, workspace);
   if (!clean.memory_suffices) return;
-  const TapShape shape = MeasureShape(clean, motion, FindTapLines(clean, motion, {}));
+  const TapShape shape = MeasureShape(clean, motion, FindTapLines(clean, motion));
   constexpr double kMostLost = 0.9;
   constexpr double kPullSignificance = 5;
   if (std::isfinite(shape.dwell_ratio)) found.lost_share = std::min(shape.dwell_ratio, kMostLost);

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tap/two_line/kneedle.h"
-
 namespace trammel::tap {
 namespace {
 
@@ -12,23 +10,16 @@ constexpr std::size_t kLeastOfLine = 2;
 constexpr std::size_t kLeastOfHalf = 3;  // so that a half has a residual
 constexpr double kBreakWidths = 1.5;     // of the pull-back, from its cruise's start: as published
 
-std::size_t FindBend(const Samples& samples, std::size_t first, std::size_t end, bool late_bend,
-                     const TwoLineOptions& options) {
-  return options.kneedle ? FindKnee(samples, first, end, late_bend)
-                         : FindElbow(samples, first, end, kLeastOfLine);
-}
-
-void FindCollision(const Samples& samples, double halt_s, double width_s,
-                   const TwoLineOptions& options, TapLines& lines) {
+void FindCollision(const Samples& samples, double halt_s, double width_s, TapLines& lines) {
   lines.approach_first = IndexAt(samples.time_s, halt_s - width_s);
   const std::size_t halt = IndexAt(samples.time_s, halt_s);
-  lines.collision = FindBend(samples, lines.approach_first, halt, true, options);
+  lines.collision = FindElbow(samples, lines.approach_first, halt, kLeastOfLine);
   if (lines.collision >= halt) {
     return;
   }
   const std::size_t end =
       std::min(lines.pull_back, IndexAt(samples.time_s, samples.time_s[lines.collision] + width_s));
-  lines.dwell_first = FindBend(samples, lines.collision, end, false, options);
+  lines.dwell_first = FindElbow(samples, lines.collision, end, kLeastOfLine);
   if (lines.dwell_first >= end) {
     return;
   }
@@ -57,21 +48,16 @@ void SplitDecompression(const Samples& samples, TapLines& lines) {
                    forces.size() - upper >= kLeastOfHalf;
 }
 
-void FindBreak(const Samples& samples, double cruise_s, double width_s,
-               const TwoLineOptions& options, TapLines& lines) {
-  lines.decompression_first =
-      IndexAt(samples.time_s, options.keep_acceleration_samples ? 0 : cruise_s);
+void FindBreak(const Samples& samples, double cruise_s, double width_s, TapLines& lines) {
+  lines.decompression_first = IndexAt(samples.time_s, cruise_s);
   lines.departure_end = IndexAt(samples.time_s, cruise_s + kBreakWidths * width_s);
-  lines.break_at =
-      FindBend(samples, lines.decompression_first, lines.departure_end, false, options);
+  lines.break_at = FindElbow(samples, lines.decompression_first, lines.departure_end, kLeastOfLine);
   if (lines.break_at >= lines.departure_end) {
     return;
   }
   lines.departure = FitLine(samples, lines.break_at, lines.departure_end);
   lines.whole = FitLine(samples, lines.decompression_first, lines.break_at);
-  if (options.split_decompression) {
-    SplitDecompression(samples, lines);
-  }
+  SplitDecompression(samples, lines);
   lines.upper =
       lines.is_split ? FitLine(samples, lines.decompression_first, lines.split_at) : lines.whole;
   lines.decompression =
@@ -90,17 +76,16 @@ void FindBreak(const Samples& samples, double cruise_s, double width_s,
 
 }  // namespace
 
-TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion,
-                      const TwoLineOptions& options) {
+TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion) {
   TapLines lines;
   const Samples& samples = clean.samples;
   lines.press_sign = clean.dwell_g < clean.departure_g ? -1 : 1;
   const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
   lines.pull_back = IndexAt(samples.time_s, 0);
   if (motion.has_approach) {
-    FindCollision(samples, motion.approach_end_s - clean.origin_s, width_s, options, lines);
+    FindCollision(samples, motion.approach_end_s - clean.origin_s, width_s, lines);
   }
-  FindBreak(samples, motion.cruise_start_s - clean.origin_s, width_s, options, lines);
+  FindBreak(samples, motion.cruise_start_s - clean.origin_s, width_s, lines);
   if (lines.has_collision && lines.has_break) {
     lines.dwell_end = Intersect(lines.dwell, lines.upper);
   }

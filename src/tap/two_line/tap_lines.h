@@ -6,7 +6,6 @@
 #include "tap/samples/corruption.h"
 #include "tap/samples/line_fit.h"
 #include "tap/samples/motion.h"
-#include "tap/samples/tap_options.h"
 
 namespace trammel::tap {
 
@@ -50,7 +49,6 @@ struct TapLines {
 inline constexpr double kSplitNoise = 2;
 
 /// Cost: O(samples), 3 us for 400; no memory.
-[[nodiscard]] TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion,
-                                    const TwoLineOptions& options);
+[[nodiscard]] TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion);
 
 }  // namespace trammel::tap

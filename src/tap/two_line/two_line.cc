@@ -138,7 +138,7 @@ void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapM
     result.reason = reason;
     return;
   }
-  if (options.two_line.split_decompression && !lines.is_split) {
+  if (!lines.is_split) {
     result.Notice({FindingCode::kDecompressionNotSplit, lines.split_reach, kSplitNoise});
   }
   result.verdict = Verdict::kGood;

@@ -21,11 +21,11 @@ struct Errors {
   int refused = 0;
 };
 
-Errors Repeat(const TapDrawing& drawing, int taps, const TwoLineOptions& options = {}) {
+Errors Repeat(const TapDrawing& drawing, int taps) {
   Errors errors;
   for (int i = 0; i < taps; ++i) {
     const RecordedTap tap = Record(drawing, 500 + static_cast<std::uint64_t>(i));
-    const TapAnalysis result = AnalyseTwoLine(tap.View(), options);
+    const TapAnalysis result = AnalyseTwoLine(tap.View());
     if (result.verdict != Verdict::kGood) {
       ++errors.refused;
       continue;
