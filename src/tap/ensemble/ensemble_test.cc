@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "tap/judge/nozzle_cleaning.h"
 
 namespace trammel::tap {
 namespace {
@@ -125,39 +124,6 @@ TEST(Ensemble, AHundredThousandPlacesAreNoBurden) {
   EXPECT_THAT(Summarise(taps).places, SizeIs(100'000));
   for (TapResult& tap : taps) tap.x_mm = 0;
   EXPECT_THAT(Summarise(taps).outliers, IsEmpty());
-}
-
-TEST(NozzleCleaning, ThreeCleanTapsInARowEndIt) {
-  CleaningState state;
-  const CleaningRule rule;
-  EXPECT_EQ(NextStep(state, rule, {false, 0}), CleaningStep::kScrubAndTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.001}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.002}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {false, 0}), CleaningStep::kScrubAndTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.001}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.002}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.003}), CleaningStep::kDone);
-  EXPECT_EQ(NextStep(state, rule, {false, 0}), CleaningStep::kDone);
-}
-
-TEST(NozzleCleaning, CleanTapsThatDisagreeBeginANewRow) {
-  CleaningState state;
-  const CleaningRule rule;
-  EXPECT_EQ(NextStep(state, rule, {true, 0.100}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.060}), CleaningStep::kTapAgain);
-  EXPECT_EQ(state.in_a_row, 1);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.061}), CleaningStep::kTapAgain);
-  EXPECT_EQ(NextStep(state, rule, {true, 0.059}), CleaningStep::kDone);
-}
-
-TEST(NozzleCleaning, GivesUpAfterSoManyTapsAndNeverTapsOnAndOn) {
-  CleaningState state;
-  const CleaningRule rule{.clean_in_a_row = 3, .most_taps = 6};
-  int steps = 0;
-  while (NextStep(state, rule, {steps % 2 == 0, 0.001}) != CleaningStep::kGiveUp) {
-    ASSERT_LT(++steps, 100);
-  }
-  EXPECT_EQ(state.taps, 6);
 }
 
 }  // namespace
