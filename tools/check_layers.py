@@ -42,7 +42,6 @@ INSTRUMENTS = {
         "contact": {"samples"},
         "analyse": {"samples", "two_line", "judge", "contact"},
         "ensemble": {"samples"},
-        "tuning": {"samples", "two_line", "judge", "analyse", "ensemble"},
     },
     "tool_offset": {
         "sheet": set(),

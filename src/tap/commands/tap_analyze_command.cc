@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,9 @@
 #include "base/json_text.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
+#include "tap/ensemble/comparison.h"
+#include "tap/report/advice_report.h"
+#include "tap/report/comparison_report.h"
 #include "tap/report/tap_json.h"
 #include "tap/report/tap_text.h"
 #include "tap/samples/finding.h"
@@ -28,20 +33,85 @@ struct AnalyzeTapArguments {
   TapArguments tap;
   bool json = false;
   bool summary = false;
+  bool advice = false;
+  double wanted_um = 1;
+  std::string compare;  ///< "methods", "files", or empty.
   ReportFiles files;
 };
 
-nlohmann::ordered_json JsonOf(const TapRun& run, const AnalyzeTapArguments& arguments) {
-  if (arguments.summary) return report::JsonOf(run.taps, tap::Summarise(ResultsOf(run.taps)));
+/// What is told besides the taps, as far as it was wanted.
+struct Besides {
+  std::optional<TapAdviceRun> advice;
+  std::vector<tap::SeriesScatter> comparison;
+};
+
+nlohmann::ordered_json JsonOf(const TapRun& run, const Besides& besides,
+                              const AnalyzeTapArguments& arguments) {
+  if (arguments.summary || besides.advice || !besides.comparison.empty()) {
+    auto json = report::JsonOf(run.taps, tap::Summarise(ResultsOf(run.taps)));
+    if (besides.advice) {
+      json["advice"] = report::JsonOf(besides.advice->advice, besides.advice->noise);
+    }
+    if (!besides.comparison.empty()) json["comparison"] = report::JsonOf(besides.comparison);
+    return json;
+  }
   const bool one = run.taps.size() == 1 && arguments.tap.files.size() == 1;
   return one ? report::JsonOf(run.taps.front()) : report::JsonOf(run.taps);
 }
 
-std::string TextOf(const TapRun& run) {
-  if (run.taps.size() == 1) return report::TapText(run.taps.front());
+std::string TextOf(const TapRun& run, const Besides& besides) {
   std::string text;
-  for (const report::AnalysedTap& tap : run.taps) text += report::TapLine(tap);
-  return text + "\n" + report::EnsembleText(tap::Summarise(ResultsOf(run.taps)), run.taps);
+  if (run.taps.size() == 1) {
+    text = report::TapText(run.taps.front());
+  } else {
+    for (const report::AnalysedTap& tap : run.taps) text += report::TapLine(tap);
+    text += "\n" + report::EnsembleText(tap::Summarise(ResultsOf(run.taps)), run.taps);
+  }
+  if (besides.advice) {
+    text += "\n" + report::AdviceText(besides.advice->advice, besides.advice->noise);
+  }
+  if (!besides.comparison.empty()) text += "\n" + report::ComparisonText(besides.comparison);
+  return text;
+}
+
+/// Both methods on every tap, or the taps of each file.
+std::vector<tap::TapSeries> SeriesOf(const TapRun& run, const AnalyzeTapArguments& arguments,
+                                     tap::TapOptions options) {
+  std::vector<tap::TapSeries> series;
+  if (arguments.compare == "methods") {
+    for (const tap::Method method : {tap::Method::kTwoLine, tap::Method::kContact}) {
+      options.method = method;
+      tap::TapAnalyser analyser(options);
+      std::vector<report::AnalysedTap> taps = run.taps;
+      for (report::AnalysedTap& tap : taps) {
+        if (tap.unread.empty()) tap.analysis = AnalyseRecorded(tap.recording, options, analyser);
+      }
+      series.push_back({std::string(tap::ToString(method)), ResultsOf(taps)});
+    }
+    return series;
+  }
+  std::span<const report::AnalysedTap> rest(run.taps);
+  for (std::size_t i = 0; i < arguments.tap.files.size(); ++i) {
+    series.push_back({arguments.tap.files[i], ResultsOf(rest.first(run.taps_of_file[i]))});
+    rest = rest.subspan(run.taps_of_file[i]);
+  }
+  return series;
+}
+
+/// An error that names an option which does not go with the others.
+Result<void> CheckArguments(const AnalyzeTapArguments& arguments, tap::Method method) {
+  if (!(arguments.wanted_um > 0 && arguments.wanted_um <= 1000)) {
+    return Fail(
+        fmt::format("--uncertainty-um {}: must be above 0, at most 1000", arguments.wanted_um));
+  }
+  if (arguments.advice && method != tap::Method::kContact) {
+    return Fail("--advice needs --method contact: the published method fits no press");
+  }
+  if (!arguments.compare.empty() && arguments.compare != "methods" &&
+      arguments.compare != "files") {
+    return Fail(fmt::format("--compare {}: must be methods or files", arguments.compare));
+  }
+  return {};
 }
 
 Measured ContactOf(const report::AnalysedTap& tap) {
@@ -72,9 +142,10 @@ measurement::Outcome OutcomeOf(const std::vector<report::AnalysedTap>& taps) {
   return outcome;
 }
 
-Result<void> WriteResult(const TapRun& run, const AnalyzeTapArguments& arguments) {
+Result<void> WriteResult(const TapRun& run, const nlohmann::ordered_json& json,
+                         const AnalyzeTapArguments& arguments) {
   if (arguments.files.result.empty()) return {};
-  const ResultFile result{OutcomeOf(run.taps), JsonOf(run, arguments)};
+  const ResultFile result{OutcomeOf(run.taps), json};
   return WriteOutputs({OutputOf(arguments.files.result, result)}, arguments.files.force);
 }
 
@@ -82,14 +153,27 @@ int RunAnalyze(const AnalyzeTapArguments& arguments) {
   if (auto may = CheckOutputs(arguments.files); !may) return PrintError(may.error());
   const auto options = TapOptionsOf(arguments.tap);
   if (!options) return PrintError(options.error());
+  if (auto may = CheckArguments(arguments, options->method); !may) return PrintError(may.error());
   const SlowWork work("analysing the taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   // A file alone that cannot be read is an error and no measurement.
-  if (run.taps.size() > run.failed.size()) {
-    std::fputs((arguments.json ? JsonText(JsonOf(run, arguments)) : TextOf(run)).c_str(), stdout);
-    if (auto done = WriteResult(run, arguments); !done) return PrintError(done.error());
-  }
   int exit_code = ExitCodeOf(run.taps);
+  if (run.taps.size() > run.failed.size()) {
+    Besides besides;
+    constexpr double kMmPerUm = 1e-3;
+    if (arguments.advice) besides.advice = AdviseOn(run.taps, kMmPerUm * arguments.wanted_um);
+    if (!arguments.compare.empty()) {
+      besides.comparison =
+          tap::Compare(SeriesOf(run, arguments, *options), arguments.compare == "methods");
+    }
+    const nlohmann::ordered_json json = JsonOf(run, besides, arguments);
+    std::fputs((arguments.json ? JsonText(json) : TextOf(run, besides)).c_str(), stdout);
+    if (auto done = WriteResult(run, json, arguments); !done) return PrintError(done.error());
+    const bool told = (!besides.advice || besides.advice->advice.none.empty()) &&
+                      std::all_of(besides.comparison.begin(), besides.comparison.end(),
+                                  [](const auto& one) { return one.deviation_mm.good(); });
+    if (!told) exit_code = kExitNotTrusted;
+  }
   for (const Error& error : run.failed) exit_code = PrintError(error);
   return exit_code;
 }
@@ -108,6 +192,14 @@ void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->add_flag("--summary", arguments->summary,
                  "JSON: one object with the taps and what they say together")
       ->needs(json);
+  command->add_flag("--advice", arguments->advice,
+                    "noise, hum and better settings, from ten or twenty taps of one setting");
+  command
+      ->add_option("--uncertainty-um", arguments->wanted_um,
+                   "standard uncertainty that a tap shall have, for the advice")
+      ->capture_default_str();
+  command->add_option("--compare", arguments->compare,
+                      "how well they repeat side by side: methods (both on each tap) or files");
   command->add_option("--result", arguments->files.result, "keep the answer as JSON here");
   command->add_flag("--force", arguments->files.force, "overwrite that file");
   command->callback([arguments, &exit_code] { exit_code = RunAnalyze(*arguments); });

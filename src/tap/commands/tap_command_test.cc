@@ -140,7 +140,7 @@ TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
   EXPECT_EQ(ReadWhole(folder_.path() / "anothers"), "precious");
 }
 
-TEST_F(TapCommand, ComparesBothMethodsAndNeedsSeveralTaps) {
+TEST_F(TapCommand, ComparesMethodsAndFilesAndNeedsSeveralTaps) {
   std::string lines;
   for (int i = 0; i < 10; ++i) {
     json tap = DrawnTap(0.01 + 0.0007 * ((i * 7) % 10));
@@ -151,61 +151,47 @@ TEST_F(TapCommand, ComparesBothMethodsAndNeedsSeveralTaps) {
     lines += tap.dump() + "\n";
   }
   Write("ten.jsonl", lines);
+  Write("again.jsonl", lines);
   Write("one.json", DrawnTap(0).dump());
-  const CommandResult ten = Run("tap compare ten.jsonl --json --report c.html");
-  EXPECT_EQ(ten.exit_code, 0) << ten.output;
-  const json comparison = json::parse(ten.standard_output);
-  EXPECT_EQ(comparison["used"], 10);
-  EXPECT_EQ(comparison["places"], 1);
+  const CommandResult methods = Run("tap analyze ten.jsonl --compare methods --json");
+  EXPECT_EQ(methods.exit_code, 0) << methods.output;
+  const json comparison = json::parse(methods.standard_output)["comparison"];
+  ASSERT_EQ(comparison.size(), 2u);
+  EXPECT_EQ(comparison[1]["series"], "contact");
   // The contacts were drawn with a deviation of 2.1 um.
-  EXPECT_NEAR(comparison["contact"]["deviation_mm"]["value"].get<double>(), 0.0021, 0.0008);
-  EXPECT_THAT(ReadWhole(folder_.path() / "c.html"), HasSubstr("<svg"));
-  const CommandResult again = Run("tap compare ten.jsonl --report c.html");
-  EXPECT_EQ(again.exit_code, 1);
-  EXPECT_THAT(again.standard_error, HasSubstr("--force"));
-  const CommandResult one = Run("tap compare one.json");
+  EXPECT_NEAR(comparison[1]["deviation_mm"]["value"].get<double>(), 0.0021, 0.0008);
+  EXPECT_EQ(comparison[1]["ratio"]["verdict"], "good");
+  const CommandResult files = Run("tap analyze ten.jsonl again.jsonl --compare files");
+  EXPECT_THAT(files.standard_output, AllOf(HasSubstr("again.jsonl       10 of 10"),
+                                           HasSubstr("1.00 (95 %: "), HasSubstr("cannot tell")));
+  const CommandResult one = Run("tap analyze one.json --compare methods");
   EXPECT_EQ(one.exit_code, 2) << one.output;
-  EXPECT_THAT(one.standard_output, HasSubstr("cannot tell: 0 of 1 taps"));
-  EXPECT_EQ(Run("tap compare missing.json").exit_code, 1);
+  EXPECT_THAT(one.standard_output, HasSubstr("because: 0 of 1 taps"));
+  EXPECT_THAT(Run("tap analyze one.json --compare all").standard_error,
+              HasSubstr("methods or files"));
 }
 
-TEST_F(TapCommand, TuneSaysItsAdviceFirstAndWhatTheTrialGave) {
+TEST_F(TapCommand, AdvisesWithReasonsAndNamesWhyItCannot) {
   Write("a.json", DrawnTap(0).dump());
-  const CommandResult result = Run("tap tune a.json");
+  const CommandResult result = Run("tap analyze a.json --advice");
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_THAT(result.standard_output, StartsWith("advice"));
   EXPECT_THAT(result.standard_output,
-              AllOf(HasSubstr("pull-back speed"), HasSubstr("320 samples/s"), HasSubstr("\ntrial"),
-                    HasSubstr("of 200 good, 95 %: within "), HasSubstr("noise")));
-}
-
-TEST_F(TapCommand, TunePrintsTheSameAsJson) {
-  Write("a.json", DrawnTap(0).dump());
-  const CommandResult result = Run("tap tune a.json --json");
-  EXPECT_EQ(result.exit_code, 0) << result.output;
-  const json tuning = json::parse(result.standard_output);
-  EXPECT_EQ(tuning["verdict"], "good");
-  EXPECT_EQ(tuning["settings"].size(), 5u);
-  EXPECT_EQ(tuning["settings"][1]["setting"], "pull-back speed");
-  EXPECT_EQ(tuning["trial"]["present"]["taps"], 200);
-  EXPECT_GT(tuning["trial"]["present"]["standard_uncertainty_mm"], 0);
-  EXPECT_EQ(tuning["scatter"]["cause"], "too_few");
-}
-
-TEST_F(TapCommand, TuneWithoutAGoodTapSaysWhatToDo) {
+              AllOf(HasSubstr("\nnoise "), HasSubstr("\nadvice\n"), HasSubstr("pull-back speed"),
+                    HasSubstr("µm by noise alone"), HasSubstr("drift filter")));
+  const json advice =
+      json::parse(Run("tap analyze a.json --advice --json").standard_output)["advice"];
+  EXPECT_EQ(advice["settings"].size(), 5u);
+  EXPECT_EQ(advice["reason"], "");
   json tap = DrawnTap(0);
   for (json& force : tap["force"]) force = 0.0;
-  Write("a.json", tap.dump());
-  const CommandResult result = Run("tap tune a.json");
-  EXPECT_EQ(result.exit_code, 2) << result.output;
-  EXPECT_THAT(result.standard_output, StartsWith("advice                none: none of 1 taps"));
-  const CommandResult as_json = Run("tap tune a.json --json");
-  EXPECT_EQ(as_json.exit_code, 2);
-  const json tuning = json::parse(as_json.standard_output);
-  EXPECT_EQ(tuning["verdict"], "refused");
-  EXPECT_THAT(tuning["reason"].get<std::string>(), HasSubstr("none of 1 taps"));
-  EXPECT_TRUE(tuning["trial"]["present"].is_null());
-  EXPECT_TRUE(tuning["traits"].is_null());
+  Write("flat.json", tap.dump());
+  const CommandResult flat = Run("tap analyze flat.json --advice");
+  EXPECT_EQ(flat.exit_code, 2) << flat.output;
+  EXPECT_THAT(flat.standard_output, HasSubstr("advice            none: 0 of 1 taps are good. "));
+  EXPECT_THAT(Run("tap analyze a.json --advice --method two-line").standard_error,
+              HasSubstr("--advice needs --method contact"));
+  EXPECT_THAT(Run("tap analyze a.json --advice --uncertainty-um 0").standard_error,
+              HasSubstr("--uncertainty-um 0"));
 }
 
 TEST_F(TapCommand, ReadsEveryRealTapWithBothMethods) {

@@ -7,9 +7,7 @@ namespace trammel::app {
 void AddTapCommands(CLI::App& tap, int& exit_code) {
   tap.require_subcommand(1);
   AddTapAnalyzeCommand(tap, exit_code);
-  AddTapCompareCommand(tap, exit_code);
   AddTapPlotCommand(tap, exit_code);
-  AddTapTuneCommand(tap, exit_code);
   AddTapWatchCommand(tap, exit_code);
 }
 

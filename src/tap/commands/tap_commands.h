@@ -12,9 +12,7 @@ void AddTapCommands(CLI::App& tap, int& exit_code);
 
 /// Each hangs its command below `parent`.
 void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code);
-void AddTapCompareCommand(CLI::App& parent, int& exit_code);
 void AddTapPlotCommand(CLI::App& parent, int& exit_code);
-void AddTapTuneCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

@@ -49,19 +49,13 @@ std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptio
   return plotted;
 }
 
-/// @param tune  A single picture shows no advice, and need not wait for its trial.
-report::TapReportInput InputOf(std::span<const report::PlottedTap> taps,
-                               const tap::TapOptions& options, bool tune) {
+report::TapReportInput InputOf(std::span<const report::PlottedTap> taps) {
   std::vector<report::AnalysedTap> analysed;
-  std::vector<tap::TapView> views;
-  for (const report::PlottedTap& tap : taps) {
-    analysed.push_back({tap.recording, tap.contact, {}});
-    views.push_back(tap.recording.View());
-  }
-  report::TapReportInput input{
-      taps, tap::Summarise(ResultsOf(analysed)), tap::FindNoise(views), {}};
-  if (tune) input.tuning = tap::Tune(TuningTapsOf(analysed), {.analysis = options});
-  return input;
+  for (const report::PlottedTap& tap : taps) analysed.push_back({tap.recording, tap.contact, {}});
+  constexpr double kWanted_mm = 0.001;  // a first layer does not show 1 um
+  TapAdviceRun advice = AdviseOn(analysed, kWanted_mm);
+  return {taps, tap::Summarise(ResultsOf(analysed)), std::move(advice.noise),
+          std::move(advice.advice)};
 }
 
 /// The picture that is asked for, or the first there is.
@@ -78,10 +72,10 @@ Result<std::string> PictureOf(const report::TapReportInput& input, const std::st
   return Fail(fmt::format("--figure {}: these taps have the figures {}", wanted, known));
 }
 
-Result<std::string> BytesOf(const PlotArguments& arguments, const tap::TapOptions& options,
+Result<std::string> BytesOf(const PlotArguments& arguments,
                             std::span<const report::PlottedTap> taps) {
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
-  const report::TapReportInput input = InputOf(taps, options, ending == ".html");
+  const report::TapReportInput input = InputOf(taps);
   if (ending == ".html") {
     if (!arguments.figure.empty()) {
       return Fail(
@@ -102,7 +96,7 @@ int RunPlot(const PlotArguments& arguments) {
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   for (const Error& error : run.failed) return PrintError(error);
   const std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
-  const auto bytes = BytesOf(arguments, *options, taps);
+  const auto bytes = BytesOf(arguments, taps);
   if (!bytes) return PrintError(bytes.error());
   if (auto written = WriteOutputs({{arguments.out, *bytes}}, arguments.force); !written) {
     return PrintError(written.error());

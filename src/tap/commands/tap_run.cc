@@ -100,8 +100,10 @@ TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& option
       unread.analysis.method = options.method;
       unread.analysis.quality = unread.analysis.noise_g = tap::Recording::kUnknown;
       run.failed.push_back(taps.error());
+      run.taps_of_file.push_back(1);
       continue;
     }
+    run.taps_of_file.push_back(taps->size());
     for (tap::Recording& recording : *taps) {
       const tap::TapAnalysis analysis = AnalyseRecorded(recording, options, analyser);
       run.taps.push_back({std::move(recording), analysis, {}});
@@ -120,13 +122,14 @@ std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps)
   return results;
 }
 
-std::vector<tap::TuningTap> TuningTapsOf(std::span<const report::AnalysedTap> taps) {
-  std::vector<tap::TuningTap> tuning;
-  for (const auto& [recording, analysis, unread] : taps) {
-    tuning.push_back({recording.View(), &analysis, recording.nozzle_temperature_c, recording.x_mm,
-                      recording.y_mm});
+TapAdviceRun AdviseOn(std::span<const report::AnalysedTap> taps, double wanted_mm) {
+  std::vector<tap::AdvisedTap> advised;
+  std::vector<tap::TapView> views;
+  for (const report::AnalysedTap& tap : taps) {
+    views.push_back(tap.recording.View());
+    advised.push_back({views.back(), &tap.analysis});
   }
-  return tuning;
+  return {tap::Advise(advised, tap::Summarise(ResultsOf(taps)), wanted_mm), tap::FindNoise(views)};
 }
 
 int ExitCodeOf(std::span<const report::AnalysedTap> taps) {

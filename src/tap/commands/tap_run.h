@@ -9,9 +9,10 @@
 
 #include "base/result.h"
 #include "tap/analyse/analyse.h"
+#include "tap/ensemble/advice.h"
 #include "tap/ensemble/ensemble.h"
 #include "tap/report/tap_json.h"
-#include "tap/tuning/tuning.h"
+#include "tap/samples/noise_spectrum.h"
 
 namespace CLI {
 class App;
@@ -46,13 +47,17 @@ void AddTapFiles(CLI::App& command, TapArguments& arguments);
 struct TapRun {
   std::vector<report::AnalysedTap> taps;  ///< With one for each file that could not be read.
   std::vector<Error> failed;              ///< Of those files.
+  std::vector<std::size_t> taps_of_file;  ///< How many of `taps` each file has.
 };
 [[nodiscard]] TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& options);
 
 [[nodiscard]] std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps);
 
-/// Views of the taps, which must outlive them.
-[[nodiscard]] std::vector<tap::TuningTap> TuningTapsOf(std::span<const report::AnalysedTap> taps);
+struct TapAdviceRun {
+  tap::TapAdvice advice;
+  tap::NoiseSpectrum noise;
+};
+[[nodiscard]] TapAdviceRun AdviseOn(std::span<const report::AnalysedTap> taps, double wanted_mm);
 
 /// Exit code of what was measured: good where every tap is.
 [[nodiscard]] int ExitCodeOf(std::span<const report::AnalysedTap> taps);

@@ -293,7 +293,7 @@ void TapWatcher::PrintSummary() const {
       unrecorded_ > 0 ? fmt::format("{} of {} taps: ", taps_.size() - unrecorded_, taps_.size())
                       : "";
   fmt::print("recorded          {}{}\n", those, options_.recording.string());
-  SayNext("next", "trammel tap tune " + ShellQuoted(options_.recording.string()));
+  SayNext("next", "trammel tap analyze " + ShellQuoted(options_.recording.string()) + " --advice");
 }
 
 }  // namespace trammel::app

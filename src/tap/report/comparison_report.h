@@ -1,22 +1,18 @@
-// Two methods on the same taps: a figure and an HTML page.
+// Series of taps side by side, as a table and as JSON.
 #pragma once
 
-#include <optional>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
-#include <vector>
 
-#include "document/figure.h"
-#include "tap/ensemble/method_comparison.h"
+#include "tap/ensemble/comparison.h"
 
 namespace trammel::report {
 
-/// "compare": heights less the mean of their place, tap after tap, by both methods. Nothing without
-/// taps that were compared.
-[[nodiscard]] std::optional<Figure> ComparisonFigure(const tap::MethodComparison& comparison);
+/// A row a series; those that repeat better or worse than the first are named.
+[[nodiscard]] std::string ComparisonText(std::span<const tap::SeriesScatter> series);
 
-/// Stands alone: nothing is loaded from elsewhere.
-/// @param files  Named at the top; may hold any bytes.
-[[nodiscard]] std::string ComparisonReport(const tap::MethodComparison& comparison,
-                                           const std::vector<std::string>& files);
+/// A list of objects (docs/formats.md).
+[[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const tap::SeriesScatter> series);
 
 }  // namespace trammel::report

@@ -8,9 +8,9 @@
 #include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
+#include "tap/report/advice_report.h"
 #include "tap/report/tap_style.h"
 #include "tap/report/tap_text.h"
-#include "tap/report/tuning_text.h"
 #include "tap/samples/finding.h"
 
 namespace trammel::report {
@@ -127,10 +127,9 @@ std::string TapReport(const TapReportInput& input) {
   if (input.taps.size() > kMostTaps) {
     page += fmt::format("<p class=\"quiet\">The first {} taps are drawn.</p>\n", kMostTaps);
   }
-  if (input.tuning) {
-    page += Card("How to tap better", "<pre style=\"white-space:pre-wrap\">" +
-                                          EscapeHtml(TuningText(*input.tuning)) + "</pre>\n");
-  }
+  page +=
+      Card("How to tap better", "<pre style=\"white-space:pre-wrap\">" +
+                                    EscapeHtml(AdviceText(input.advice, input.noise)) + "</pre>\n");
   if (!one) page += TableOf(input.taps);
   return page + PageEnd();
 }

@@ -1,13 +1,12 @@
 // One HTML page on a tap or on many.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "tap/ensemble/advice.h"
 #include "tap/report/tap_figures.h"
-#include "tap/tuning/tuning.h"
 
 namespace trammel::report {
 
@@ -15,7 +14,7 @@ struct TapReportInput {
   std::span<const PlottedTap> taps;
   tap::Ensemble ensemble;
   tap::NoiseSpectrum noise;
-  std::optional<tap::Tuning> tuning;
+  tap::TapAdvice advice;
 };
 
 /// In the order of the page: series, mesh, the single taps, at most `most_taps` of them, noise.

@@ -56,7 +56,7 @@ TapReportInput InputOf(std::span<const PlottedTap> taps) {
                        tap.recording.x_mm, tap.recording.y_mm});
     views.push_back(tap.recording.View());
   }
-  return {taps, tap::Summarise(results), tap::FindNoise(views), std::nullopt};
+  return {taps, tap::Summarise(results), tap::FindNoise(views), {}};
 }
 
 TEST(TapJson, HasTheKeysThatAreDocumentedAndNullWhereRefused) {

@@ -1,0 +1,19 @@
+// Advice on how to tap and the noise by frequency, in words and as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tap/ensemble/advice.h"
+#include "tap/samples/noise_spectrum.h"
+
+namespace trammel::report {
+
+/// Noise and its lines, then a line a setting: those that change first.
+[[nodiscard]] std::string AdviceText(const tap::TapAdvice& advice, const tap::NoiseSpectrum& noise);
+
+/// One object (docs/formats.md).
+[[nodiscard]] nlohmann::ordered_json JsonOf(const tap::TapAdvice& advice,
+                                            const tap::NoiseSpectrum& noise);
+
+}  // namespace trammel::report
