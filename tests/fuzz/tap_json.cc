@@ -19,7 +19,7 @@ TRAMMEL_FUZZ_TARGET(tap_json)(const std::uint8_t* data, std::size_t size) {
       tap::TapOptions options;
       options.method = method;
       const tap::TapAnalysis result = tap::TapAnalyser(options).Analyse(recording.View());
-      fuzz::Require((result.verdict == Verdict::kGood) == std::isfinite(result.contact_z_mm),
+      fuzz::Require((result.verdict == Verdict::kGood) == std::isfinite(result.contact_mm.value),
                     "a tap has a contact exactly where its verdict is good");
     }
   }

@@ -79,8 +79,8 @@ void Add(const tap::TapAnalysis& analysis, const TapWorld& world, double contact
     ++answers.reasons[std::string(tap::Name(analysis.reason.code))];
     return;
   }
-  const auto [lo, hi] = analysis.interval95_mm;
-  answers.error_um.push_back(kUmPerMm * (analysis.contact_z_mm - contact_z_mm));
+  const auto [lo, hi] = analysis.contact_mm.interval95;
+  answers.error_um.push_back(kUmPerMm * (analysis.contact_mm.value - contact_z_mm));
   answers.half_width_um.push_back(kUmPerMm * 0.5 * (hi - lo));
   answers.covered += lo <= contact_z_mm && contact_z_mm <= hi;
   answers.between += hi >= contact_z_mm - 2 * world.cell.press.law.toe_mm && lo <= contact_z_mm;

@@ -52,8 +52,8 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
 /// Value and uncertainty exist only with a good verdict.
 void HideUnlessGood(TapAnalysis& result) {
   if (result.verdict != Verdict::kGood) {
-    result.contact_z_mm = result.contact_time_s = result.standard_uncertainty_mm = kNone;
-    result.interval95_mm = {kNone, kNone};
+    result.contact_mm = {kNone, kNone, {kNone, kNone}};
+    result.contact_time_s = kNone;
   }
 }
 

@@ -93,11 +93,11 @@ trammel_tap_result ToC(const TapAnalysis& analysis) {
   result.verdict = ToC(analysis.verdict);
   result.method = static_cast<std::int32_t>(analysis.method);
   result.reason = ToC(analysis.reason);
-  result.contact_z_mm = analysis.contact_z_mm;
+  result.contact_z_mm = analysis.contact_mm.value;
   result.contact_time_s = analysis.contact_time_s;
-  result.standard_uncertainty_mm = analysis.standard_uncertainty_mm;
-  result.interval95_lo_mm = analysis.interval95_mm.lo;
-  result.interval95_hi_mm = analysis.interval95_mm.hi;
+  result.standard_uncertainty_mm = analysis.contact_mm.standard_uncertainty;
+  result.interval95_lo_mm = analysis.contact_mm.interval95.lo;
+  result.interval95_hi_mm = analysis.contact_mm.interval95.hi;
   result.quality = analysis.quality;
   result.noise_g = analysis.noise_g;
   result.point_count = static_cast<std::int32_t>(analysis.point_count);

@@ -44,9 +44,9 @@ TEST(TapCInterface, SaysWhatTheLibrarySays) {
   TapAnalyser analyser({});
   const TapAnalysis analysis = analyser.Analyse(call.tap.View());
   EXPECT_EQ(call.result.verdict, TRAMMEL_TAP_GOOD);
-  EXPECT_EQ(call.result.contact_z_mm, analysis.contact_z_mm);
-  EXPECT_EQ(call.result.interval95_lo_mm, analysis.interval95_mm.lo);
-  EXPECT_EQ(call.result.interval95_hi_mm, analysis.interval95_mm.hi);
+  EXPECT_EQ(call.result.contact_z_mm, analysis.contact_mm.value);
+  EXPECT_EQ(call.result.interval95_lo_mm, analysis.contact_mm.interval95.lo);
+  EXPECT_EQ(call.result.interval95_hi_mm, analysis.contact_mm.interval95.hi);
   EXPECT_EQ(call.result.point_count, static_cast<int>(analysis.point_count));
   EXPECT_EQ(call.result.struct_size, sizeof call.result);
 }

@@ -40,7 +40,8 @@ std::string ExpectedText(const test::PressTap& tap) {
   TapAnalyser analyser({});
   const TapAnalysis analysis = analyser.Analyse(tap.View());
   return fmt::format("good: contact at z = {:.5f} mm, 95 % interval {:.5f} to {:.5f} mm",
-                     analysis.contact_z_mm, analysis.interval95_mm.lo, analysis.interval95_mm.hi);
+                     analysis.contact_mm.value, analysis.contact_mm.interval95.lo,
+                     analysis.contact_mm.interval95.hi);
 }
 
 std::filesystem::path File(const std::string& name) {

@@ -115,15 +115,7 @@ Result<void> CheckArguments(const AnalyzeTapArguments& arguments, tap::Method me
 }
 
 Measured ContactOf(const report::AnalysedTap& tap) {
-  const tap::TapAnalysis& analysis = tap.analysis;
-  if (!tap.unread.empty()) return Measured::Refused(tap.unread);
-  if (analysis.verdict == Verdict::kCannotTell) {
-    return Measured::CannotTell(tap::Explain(analysis.reason));
-  }
-  if (analysis.verdict == Verdict::kRefused)
-    return Measured::Refused(tap::Explain(analysis.reason));
-  return Measured::Good(
-      {analysis.contact_z_mm, analysis.standard_uncertainty_mm, analysis.interval95_mm});
+  return tap.unread.empty() ? tap::ContactOf(tap.analysis) : Measured::Refused(tap.unread);
 }
 
 measurement::Outcome OutcomeOf(const std::vector<report::AnalysedTap>& taps) {

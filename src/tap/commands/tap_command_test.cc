@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -21,13 +20,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-using ::testing::StartsWith;
-
-/// The real taps, or empty.
-std::string RealTaps() {
-  const char* data = std::getenv("TRAMMEL_TEST_DATA");
-  return data == nullptr ? "" : (fs::path(data) / "tap").string();
-}
 
 class TapCommand : public testing::Test {
  protected:
@@ -192,18 +184,6 @@ TEST_F(TapCommand, AdvisesWithReasonsAndNamesWhyItCannot) {
               HasSubstr("--advice needs --method contact"));
   EXPECT_THAT(Run("tap analyze a.json --advice --uncertainty-um 0").standard_error,
               HasSubstr("--uncertainty-um 0"));
-}
-
-TEST_F(TapCommand, ReadsEveryRealTapWithBothMethods) {
-  const std::string taps = RealTaps();
-  if (taps.empty()) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with tap/";
-  for (const char* method : {"contact", "two-line"}) {
-    const CommandResult result =
-        Run(fmt::format("tap analyze {}/*.json --json --method {}", taps, method));
-    const json list = json::parse(result.standard_output);
-    EXPECT_GE(list.size(), 8u);
-    for (const json& tap : list) EXPECT_EQ(tap["method"], method);
-  }
 }
 
 }  // namespace

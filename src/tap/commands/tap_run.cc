@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "tap/files/tap_file.h"
+#include "tap/samples/finding.h"
 
 namespace trammel::app {
 namespace {
@@ -115,8 +116,7 @@ TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& option
 std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps) {
   std::vector<tap::TapResult> results;
   for (const auto& [recording, analysis, unread] : taps) {
-    results.push_back({analysis.verdict == Verdict::kGood, analysis.contact_z_mm,
-                       analysis.standard_uncertainty_mm, analysis.contact_time_s,
+    results.push_back({tap::ContactOf(analysis), analysis.contact_time_s,
                        recording.nozzle_temperature_c, recording.x_mm, recording.y_mm});
   }
   return results;

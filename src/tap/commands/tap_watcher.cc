@@ -89,8 +89,8 @@ std::string AnswerScript(const tap::TapAnalysis& analysis, const std::string& id
   }
   std::string script =
       fmt::format("TRAMMEL_TAP_RESULT VERDICT=good Z={:.6f} U={:.6f} LO={:.6f} HI={:.6f}",
-                  analysis.contact_z_mm, analysis.standard_uncertainty_mm,
-                  analysis.interval95_mm.lo, analysis.interval95_mm.hi);
+                  analysis.contact_mm.value, analysis.contact_mm.standard_uncertainty,
+                  analysis.contact_mm.interval95.lo, analysis.contact_mm.interval95.hi);
   if (std::isfinite(analysis.quality)) script += fmt::format(" QUALITY={:.0f}", analysis.quality);
   return WithId(std::move(script), id);
 }
@@ -255,7 +255,7 @@ void TapWatcher::Close() {
   if (tap.recording.firmware_z_mm) {
     line += fmt::format("    printer's own z {:.4f} mm", *tap.recording.firmware_z_mm);
     if (tap.analysis.verdict == Verdict::kGood) {
-      differences_mm_.push_back(*tap.recording.firmware_z_mm - tap.analysis.contact_z_mm);
+      differences_mm_.push_back(*tap.recording.firmware_z_mm - tap.analysis.contact_mm.value);
       line += fmt::format(", {:+.4f} mm from ours", differences_mm_.back());
       if (differences_mm_.size() > 1) line += "; so far " + DifferenceText(differences_mm_);
     }

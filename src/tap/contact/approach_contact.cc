@@ -1,10 +1,8 @@
 #include "tap/contact/approach_contact.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "tap/contact/press_profile.h"
 #include "tap/samples/finding.h"
@@ -25,7 +23,7 @@ constexpr double kSamplesApart = 4;
 
 void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                    Workspace& workspace, TapAnalysis& result) {
-  const double press_mm = result.contact_z_mm - motion.halt_z_mm;
+  const double press_mm = result.contact_mm.value - motion.halt_z_mm;
   if (!motion.has_approach || result.verdict != Verdict::kGood || !(press_mm > 0)) {
     return;
   }
@@ -58,13 +56,9 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   best.sum_squares[0] = std::numeric_limits<double>::infinity();
   constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
   const std::size_t step = 1 + n / kMostTried;
-  std::array<PressProfile::At, kMostTried> tried;
-  const std::size_t count = (n - kLeastPressed - kLeastFree + step - 1) / step;
-  profile.EvaluateSamples(1, kLeastPressed, step, std::span(tried).first(count));
-  for (std::size_t i = 0; i < count; ++i) {
-    if (tried[i].start_slope[0] > 0 && tried[i].sum_squares[0] < best.sum_squares[0]) {
-      best = tried[i];
-    }
+  for (std::size_t below = kLeastPressed; below + kLeastFree < n; below += step) {
+    const PressProfile::At tried = profile.Evaluate(y[below], below);
+    if (tried.start_slope[0] > 0 && tried.sum_squares[0] < best.sum_squares[0]) best = tried;
   }
   if (!std::isfinite(best.sum_squares[0])) {
     return;
@@ -75,8 +69,8 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
       motion.approach_speed_mm_s * (motion.approach_end_s - deepest_s + best.t * duration_s);
   const double spacing_mm = motion.approach_speed_mm_s * duration_s / static_cast<double>(n - 1);
   const double usual_mm = std::max(kUsual_mm, kSamplesApart * spacing_mm);
-  if (std::abs(z_mm - result.contact_z_mm) > usual_mm) {
-    result.Notice({FindingCode::kApproachDiffers, z_mm - result.contact_z_mm, usual_mm});
+  if (std::abs(z_mm - result.contact_mm.value) > usual_mm) {
+    result.Notice({FindingCode::kApproachDiffers, z_mm - result.contact_mm.value, usual_mm});
   }
 }
 

@@ -78,7 +78,10 @@ Scan ScanSamples(const PressProfile& profile, Workspace& workspace, std::size_t 
   const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
   const std::size_t step = (range + kMost - 1) / kMost;
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
-  profile.EvaluateSamples(orders, kLeastBelow, step, scan);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const std::size_t below = kLeastBelow + i * step;
+    scan[i] = profile.EvaluateUpTo(orders, y[below], below);
+  }
   return scan;
 }
 

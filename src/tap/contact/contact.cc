@@ -26,10 +26,9 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit&
   const ContactInterval interval = IntervalOf(clean, stretch, e, motion, options);
   const double z = stretch.Z(e.t);
   result.noise_g = e.noise;
-  result.contact_z_mm = z;
+  result.contact_mm = {
+      z, interval.standard_uncertainty_mm, {z - interval.below_mm, z + interval.above_mm}};
   result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
-  result.standard_uncertainty_mm = interval.standard_uncertainty_mm;
-  result.interval95_mm = {z - interval.below_mm, z + interval.above_mm};
 
   // Back to gf and mm: force = sign f + mean, d in mm.
   const auto& [a, b, c] = fit.coefficients;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
 #include "base/statistics.h"
 #include "tap/contact/press_profile.h"
@@ -75,30 +74,12 @@ std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean)
 
 using OfLags = std::array<double, kMostBlocks>;
 
-// Sums of x_i x_(i + lag) for each lag from 1 on, eight lags side by side.
+// Sums of x_i x_(i + lag) for each lag from 1 on.
 // @param lags  The first that is not asked for; those beyond the values have no sum.
 void SumProducts(std::span<const double> x, std::size_t lags, OfLags& sums) {
-  constexpr std::size_t kPairs = 4;
-  constexpr std::size_t kSide = 2 * kPairs;
-  const std::size_t n = x.size();
-  for (std::size_t first = 1; first < std::min(lags, n); first += kSide) {
-    std::array<Pair, kPairs> sum{};
-    std::size_t i = 0;
-    for (; i + first + kSide <= n; ++i) {
-      const double* const later = &x[i + first];
-      for (std::size_t k = 0; k < kPairs; ++k) {
-        Pair two;
-        std::memcpy(&two, later + 2 * k, sizeof two);
-        sum[k] += x[i] * two;
-      }
-    }
-    for (std::size_t k = 0; k < kSide && first + k < std::min(lags, n); ++k) {
-      double& all = sums[first + k];
-      all = sum[k / 2][k % 2];
-      for (std::size_t rest = i; rest + first + k < n; ++rest) {
-        all += x[rest] * x[rest + first + k];
-      }
-    }
+  for (std::size_t lag = 1; lag < std::min(lags, x.size()); ++lag) {
+    sums[lag] = 0;
+    for (std::size_t i = 0; i + lag < x.size(); ++i) sums[lag] += x[i] * x[i + lag];
   }
 }
 

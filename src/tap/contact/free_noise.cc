@@ -148,7 +148,7 @@ void DrawIn(std::span<double> force, std::span<double> scratch) {
   for (std::size_t i = 0; i < force.size(); ++i) {
     scratch[i] = std::abs(force[i] - line.At(i));
   }
-  const double median = ValueOfRank(scratch.first(force.size()), force.size() / 2);
+  const double median = UpperMedian(scratch.first(force.size()));
   const double most = kMostDeviations * median / kMedianOfNormal;
   for (std::size_t i = 0; i < force.size(); ++i) {
     force[i] = std::clamp(force[i], line.At(i) - most, line.At(i) + most);

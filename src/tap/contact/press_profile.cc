@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();  // as a slope
 
-double AtLeast0(double value) { return std::max(0.0, value); }
-
-Pair AtLeast0(const Pair& value) { return value > 0 ? value : Pair{0, 0}; }
-
 }  // namespace
 
 PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
@@ -86,14 +82,14 @@ std::size_t PressProfile::BelowNear(double t, std::size_t at) const {
   return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
 }
 
-template <std::size_t kUpTo, class Real>
-PressProfile::Elimination<Real> PressProfile::Eliminate(
-    const Real& t, const std::array<Real, 2 * kUpTo + 1>& d,
-    const std::array<Real, kUpTo + 1>& g) const {
-  Elimination<Real> e;
-  std::array<Real, kOrders> h{};
-  const Real offset = t - baseline_.mean_y;
-  for (std::size_t i = 0; i < kUpTo; ++i) {
+PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
+  // Sums over the samples below t, of (t - y)^i and of these times the force.
+  const auto d = Shifted<2 * kOrders + 1>(prefix_[below].y, t);
+  const auto g = Shifted<kOrders + 1>(prefix_[below].force, t);
+  Elimination e;
+  std::array<double, kOrders> h{};
+  const double offset = t - baseline_.mean_y;
+  for (std::size_t i = 0; i < kOrders; ++i) {
     e.sum_d[i] = d[i + 1];
     e.sum_dy[i] = offset * d[i + 1] - d[i + 2];
     h[i] = g[i + 1] - baseline_.mean_force * e.sum_d[i] - baseline_.slope * e.sum_dy[i];
@@ -102,103 +98,47 @@ PressProfile::Elimination<Real> PressProfile::Eliminate(
     return d[i + j + 2] - baseline_.inverse_count * e.sum_d[i] * e.sum_d[j] -
            baseline_.inverse_spread * e.sum_dy[i] * e.sum_dy[j];
   };
-  const Real i1 = Invert(product(0, 0), d[2]);
-  e.solved[0] = h[0] * i1;
-  e.gained[0] = h[0] * e.solved[0];
-  if constexpr (kUpTo > 1) {
-    const Real g12 = product(0, 1);
-    e.l12 = g12 * i1;
-    const Real h2 = h[1] - e.l12 * h[0];
-    const Real i2 = Invert(product(1, 1) - e.l12 * g12, d[4]);
-    e.solved[1] = h2 * i2;
-    e.gained[1] = h2 * e.solved[1];
-    if constexpr (kUpTo > 2) {
-      const Real g13 = product(0, 2);
-      e.l13 = g13 * i1;
-      const Real g23 = product(1, 2) - e.l12 * g13;
-      e.l23 = g23 * i2;
-      const Real h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
-      const Real i3 = Invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
-      e.solved[2] = h3 * i3;
-      e.gained[2] = h3 * e.solved[2];
-    }
-  }
+  const double i1 = Invert(product(0, 0), d[2]);
+  const double g12 = product(0, 1);
+  e.l12 = g12 * i1;
+  const double h2 = h[1] - e.l12 * h[0];
+  const double i2 = Invert(product(1, 1) - e.l12 * g12, d[4]);
+  const double g13 = product(0, 2);
+  e.l13 = g13 * i1;
+  const double g23 = product(1, 2) - e.l12 * g13;
+  e.l23 = g23 * i2;
+  const double h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
+  const double i3 = Invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
+  e.solved = {h[0] * i1, h2 * i2, h3 * i3};
+  e.gained = {h[0] * e.solved[0], h2 * e.solved[1], h3 * e.solved[2]};
   return e;
 }
 
-template <std::size_t kUpTo, class Real>
-PressProfile::Evaluation<Real> PressProfile::EvaluateSums(
-    const Real& t, const std::array<Real, 2 * kUpTo + 1>& d,
-    const std::array<Real, kUpTo + 1>& g) const {
-  const Elimination<Real> e = Eliminate<kUpTo>(t, d, g);
-  Evaluation<Real> at;
-  at.sum_squares[0] = AtLeast0(baseline_.sum_squares - e.gained[0]);
-  at.start_slope[0] = e.solved[0];
-  if constexpr (kUpTo > 1) {
-    at.sum_squares[1] = AtLeast0(at.sum_squares[0] - e.gained[1]);
-    at.start_slope[1] = e.solved[0] - e.l12 * e.solved[1];
-  }
-  if constexpr (kUpTo > 2) {
-    at.sum_squares[2] = AtLeast0(at.sum_squares[1] - e.gained[2]);
-    at.start_slope[2] =
-        e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2];
-  }
-  return at;
-}
-
-template <std::size_t kUpTo>
-PressProfile::At PressProfile::EvaluateOrders(double t, std::size_t below) const {
-  const Evaluation<double> sums = EvaluateSums<kUpTo>(
-      t, Shifted<2 * kUpTo + 1>(prefix_[below].y, t), Shifted<kUpTo + 1>(prefix_[below].force, t));
-  At at{t, {}, {kNoPress, kNoPress, kNoPress}};
-  std::copy_n(sums.sum_squares.begin(), kUpTo, at.sum_squares.begin());
-  std::copy_n(sums.start_slope.begin(), kUpTo, at.start_slope.begin());
-  return at;
-}
-
-template <std::size_t kUpTo>
-void PressProfile::EvaluatePairs(std::size_t first, std::size_t step, std::span<At> at) const {
-  for (std::size_t i = 0; i < at.size(); i += 2) {
-    // An odd last one is looked at twice.
-    const std::size_t below = first + i * step;
-    const std::size_t next = i + 1 < at.size() ? below + step : below;
-    const Moments& sums = prefix_[below];
-    const Moments& next_sums = prefix_[next];
-    const Pair t = {samples_.y[below], samples_.y[next]};
-    const Evaluation<Pair> two =
-        EvaluateSums<kUpTo>(t, Shifted<2 * kUpTo + 1>(sums.y, next_sums.y, t),
-                            Shifted<kUpTo + 1>(sums.force, next_sums.force, t));
-    for (std::size_t k = 0; k < 2 && i + k < at.size(); ++k) {
-      at[i + k] = {t[k], {}, {kNoPress, kNoPress, kNoPress}};
-      for (std::size_t order = 0; order < kUpTo; ++order) {
-        at[i + k].sum_squares[order] = two.sum_squares[order][k];
-        at[i + k].start_slope[order] = two.start_slope[order][k];
-      }
-    }
-  }
-}
-
 PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
-  return EvaluateOrders<kOrders>(t, below);
+  const Elimination e = Eliminate(t, below);
+  At at{t, {}, {}};
+  double rest = baseline_.sum_squares;
+  for (std::size_t i = 0; i < kOrders; ++i) {
+    rest = std::max(0.0, rest - e.gained[i]);
+    at.sum_squares[i] = rest;
+  }
+  at.start_slope = {
+      e.solved[0], e.solved[0] - e.l12 * e.solved[1],
+      e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2]};
+  return at;
 }
 
 PressProfile::At PressProfile::EvaluateUpTo(std::size_t orders, double t, std::size_t below) const {
-  return orders == 1   ? EvaluateOrders<1>(t, below)
-         : orders == 2 ? EvaluateOrders<2>(t, below)
-                       : EvaluateOrders<kOrders>(t, below);
-}
-
-void PressProfile::EvaluateSamples(std::size_t orders, std::size_t first, std::size_t step,
-                                   std::span<At> at) const {
-  orders == 1   ? EvaluatePairs<1>(first, step, at)
-  : orders == 2 ? EvaluatePairs<2>(first, step, at)
-                : EvaluatePairs<kOrders>(first, step, at);
+  At at = Evaluate(t, below);
+  for (std::size_t i = orders; i < kOrders; ++i) {
+    at.sum_squares[i] = 0;
+    at.start_slope[i] = kNoPress;
+  }
+  return at;
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
-  const Moments& sums = prefix_[Below(t)];
-  const Elimination<double> e = Eliminate<kOrders>(t, Shifted<2 * kOrders + 1>(sums.y, t),
-                                                   Shifted<kOrders + 1>(sums.force, t));
+  const Elimination e = Eliminate(t, Below(t));
   Coefficients fit;
   fit.c[2] = order > 2 ? e.solved[2] : 0;
   fit.c[1] = order > 1 ? e.solved[1] - e.l23 * fit.c[2] : 0;

@@ -62,11 +62,8 @@ class PressProfile {
   /// @param below  How many samples have y < t (or y <= t, which gives the same).
   [[nodiscard]] At Evaluate(double t, std::size_t below) const;
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
-  /// Only the first `orders` of them, for less; the others are no press.
+  /// Only the first `orders` of them; the others are no press.
   [[nodiscard]] At EvaluateUpTo(std::size_t orders, double t, std::size_t below) const;
-  /// At samples first, first + step, …, two of them at a time.
-  void EvaluateSamples(std::size_t orders, std::size_t first, std::size_t step,
-                       std::span<At> at) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const {
     // Samples are nearly evenly spaced: the place is where it would be if they were, or next to it.
@@ -100,34 +97,17 @@ class PressProfile {
   [[nodiscard]] std::size_t BelowNear(double t, std::size_t at) const;
 
   // The normal equations of the press at a break point, with the baseline projected out (1 and
-  // y - mean span it, whatever the break point), eliminated. Real is a number or a Pair.
-  template <class Real>
+  // y - mean span it, whatever the break point), eliminated.
   struct Elimination {
-    std::array<Real, kOrders> sum_d{};   // of d^i
-    std::array<Real, kOrders> sum_dy{};  // of d^i (y - mean)
-    Real l12{};
-    Real l13{};
-    Real l23{};
-    std::array<Real, kOrders> solved{};  // right-hand side over pivot
-    std::array<Real, kOrders> gained{};  // by which each column lowers the sum of squares
+    std::array<double, kOrders> sum_d{};   // of d^i
+    std::array<double, kOrders> sum_dy{};  // of d^i (y - mean)
+    double l12 = 0;
+    double l13 = 0;
+    double l23 = 0;
+    std::array<double, kOrders> solved{};  // right-hand side over pivot
+    std::array<double, kOrders> gained{};  // by which each column lowers the sum of squares
   };
-  template <class Real>
-  struct Evaluation {
-    std::array<Real, kOrders> sum_squares{};
-    std::array<Real, kOrders> start_slope{};
-  };
-  // d and g are sums over the samples below t, of (t - y)^i and of these times the force.
-  template <std::size_t kUpTo, class Real>
-  [[nodiscard]] Elimination<Real> Eliminate(const Real& t, const std::array<Real, 2 * kUpTo + 1>& d,
-                                            const std::array<Real, kUpTo + 1>& g) const;
-  template <std::size_t kUpTo, class Real>
-  [[nodiscard]] Evaluation<Real> EvaluateSums(const Real& t,
-                                              const std::array<Real, 2 * kUpTo + 1>& d,
-                                              const std::array<Real, kUpTo + 1>& g) const;
-  template <std::size_t kUpTo>
-  [[nodiscard]] At EvaluateOrders(double t, std::size_t below) const;
-  template <std::size_t kUpTo>
-  void EvaluatePairs(std::size_t first, std::size_t step, std::span<At> at) const;
+  [[nodiscard]] Elimination Eliminate(double t, std::size_t below) const;
 
   BreakSamples samples_;
   std::span<Moments> prefix_;

@@ -102,31 +102,6 @@ TEST(PressProfile, IsTheLeastSquaresOfEachOrderAtAnyBreak) {
   }
 }
 
-TEST(PressProfile, SamplesTwoAtATimeAreEachAsIfAlone) {
-  const World world = MakeWorld(1005, true);
-  std::vector<std::byte> memory(1 << 16);
-  Workspace workspace(memory);
-  const PressProfile profile({world.y, world.force, world.weight}, workspace);
-  for (const std::size_t count : {1, 2, 7, 24}) {
-    for (std::size_t orders = 1; orders <= PressProfile::kOrders; ++orders) {
-      std::vector<PressProfile::At> at(count);
-      profile.EvaluateSamples(orders, 5, 3, at);
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t sample = 5 + 3 * i;
-        const PressProfile::At alone = profile.EvaluateUpTo(orders, world.y[sample], sample);
-        EXPECT_EQ(at[i].t, alone.t);
-        for (std::size_t order = 0; order < orders; ++order) {
-          EXPECT_EQ(at[i].sum_squares[order], alone.sum_squares[order]);
-          EXPECT_EQ(at[i].start_slope[order], alone.start_slope[order]);
-        }
-        for (std::size_t order = orders; order < PressProfile::kOrders; ++order) {
-          EXPECT_TRUE(std::isnan(at[i].start_slope[order]));
-        }
-      }
-    }
-  }
-}
-
 TEST(PressProfile, CoefficientsLeaveThatSumOfSquares) {
   const World world = MakeWorld(1002, true);
   std::vector<std::byte> memory(1 << 16);

@@ -71,7 +71,7 @@ TapTraits TraitsOf(const AdvisedTap& tap, const TapMotion& motion) {
   traits.noise_g = tap.analysis->noise_g;
   traits.approach_noise_g = ApproachNoise(tap.tap, motion, traits.press_depth_mm);
   traits.drift_g_s = force.baseline_slope_g_mm * motion.pull_back_speed_mm_s;
-  traits.uncertainty_mm = tap.analysis->standard_uncertainty_mm;
+  traits.uncertainty_mm = tap.analysis->contact_mm.standard_uncertainty;
   return traits;
 }
 

@@ -33,7 +33,8 @@ struct Drawn {
   [[nodiscard]] std::vector<double> Stated() const {
     std::vector<double> stated_mm;
     for (const TapAnalysis& analysis : analyses) {
-      if (analysis.verdict == Verdict::kGood) stated_mm.push_back(analysis.standard_uncertainty_mm);
+      if (analysis.verdict == Verdict::kGood)
+        stated_mm.push_back(analysis.contact_mm.standard_uncertainty);
     }
     return stated_mm;
   }

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "tap/ensemble/place_groups.h"
 
 namespace trammel::tap {
 namespace {
@@ -33,10 +32,10 @@ struct Heights {
 
 Heights HeightsOf(const TapSeries& series, std::span<const TapResult> usable) {
   Heights heights;
-  for (const auto& group : GroupByPlace(usable, EnsembleOptions{}.same_place_mm)) {
+  for (const auto& group : GroupByPlace(usable)) {
     if (group.size() < 2) continue;
     std::vector<double>& place = heights.places.emplace_back();
-    for (const std::size_t i : group) place.push_back(series.taps[i].z_mm);
+    for (const std::size_t i : group) place.push_back(series.taps[i].z_mm.quantity().value);
     const double mean = Mean(place);
     for (const double z_mm : place) heights.rest.push_back(z_mm - mean);
   }
@@ -127,8 +126,9 @@ std::vector<TapResult> Usable(const TapSeries& one, std::span<const TapSeries> s
                               bool same_taps) {
   std::vector<TapResult> usable = one.taps;
   for (std::size_t i = 0; same_taps && i < usable.size(); ++i) {
-    usable[i].good = std::all_of(series.begin(), series.end(),
-                                 [i](const TapSeries& other) { return other.taps[i].good; });
+    const bool all = std::all_of(series.begin(), series.end(),
+                                 [i](const TapSeries& other) { return other.taps[i].z_mm.good(); });
+    if (!all) usable[i].z_mm = {};
   }
   return usable;
 }

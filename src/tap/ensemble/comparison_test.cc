@@ -15,9 +15,8 @@ using ::testing::HasSubstr;
 constexpr double kMmPerUm = 1e-3;
 
 TapResult Tap(double z_um, double x_mm = 10) {
-  return {.good = true,
-          .z_mm = kMmPerUm * z_um,
-          .standard_uncertainty_mm = 0.001,
+  const double z_mm = kMmPerUm * z_um;
+  return {.z_mm = Measured::Good({z_mm, 0.001, {z_mm - 0.002, z_mm + 0.002}}),
           .x_mm = x_mm,
           .y_mm = 20};
 }
@@ -105,7 +104,7 @@ TEST(Comparison, UsesOnlyTapsThatAllSeriesHaveAndEnoughOfThem) {
   EXPECT_EQ(found[0].good, 10U);
   EXPECT_EQ(found[0].used, 9U);
   EXPECT_TRUE(found[1].ratio.good());
-  series[1].taps.front().good = false;
+  series[1].taps.front().z_mm = {};
   const Measured& few = Compare(series, true)[1].ratio;
   EXPECT_EQ(few.verdict(), Verdict::kCannotTell);
   EXPECT_THAT(few.reason(), HasSubstr("7 degrees of freedom"));

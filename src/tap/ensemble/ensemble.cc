@@ -2,16 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "base/statistics.h"
-#include "tap/ensemble/place_groups.h"
 
 namespace trammel::tap {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastForOutliers = 5;
+
+double Height(const TapResult& tap) { return tap.z_mm.quantity().value; }
 
 /// Indices of the taps at each place.
 using Group = std::vector<std::size_t>;
@@ -26,7 +28,7 @@ double TheilSenSlope(std::span<const TapResult> taps, const std::vector<Group>& 
       for (std::size_t j = i + step; j < group.size(); j += step) {
         const TapResult& a = taps[group[i]];
         const TapResult& b = taps[group[j]];
-        const double slope = (b.z_mm - a.z_mm) / (b.time_s - a.time_s);
+        const double slope = (Height(b) - Height(a)) / (b.time_s - a.time_s);
         if (std::isfinite(slope)) slopes.push_back(slope);
       }
     }
@@ -39,7 +41,7 @@ std::vector<double> Detrended(std::span<const TapResult> taps, const Group& grou
   std::vector<double> rest;
   for (const std::size_t i : group) {
     const double since = taps[i].time_s - taps[group.front()].time_s;
-    rest.push_back(taps[i].z_mm - (std::isfinite(since) ? slope * since : 0));
+    rest.push_back(Height(taps[i]) - (std::isfinite(since) ? slope * since : 0));
   }
   const double middle = Median(rest);
   for (double& value : rest) value -= middle;
@@ -55,7 +57,9 @@ double Rms(std::span<const double> values) {
 /// Takes outliers out of the groups. The scale is that of all places together, and never below what
 /// the taps themselves claim: a lucky row of equal heights makes no outliers of the others.
 std::vector<std::size_t> TakeOutliers(std::span<const TapResult> taps, std::vector<Group>& groups,
-                                      double claimed_mm, const EnsembleOptions& options) {
+                                      double claimed_mm) {
+  // Iglewicz & Hoaglin 1993, on the scale of the median absolute deviation.
+  constexpr double kOutlierDeviations = 3.5;
   const double slope = TheilSenSlope(taps, groups);
   std::vector<double> all;
   for (const Group& group : groups) {
@@ -70,7 +74,7 @@ std::vector<std::size_t> TakeOutliers(std::span<const TapResult> taps, std::vect
     const std::vector<double> rest = Detrended(taps, group, slope);
     Group kept;
     for (std::size_t i = 0; i < group.size(); ++i) {
-      const bool apart = std::abs(rest[i]) > options.outlier_deviations * scale_mm;
+      const bool apart = std::abs(rest[i]) > kOutlierDeviations * scale_mm;
       (apart ? outliers : kept).push_back(group[i]);
     }
     group = std::move(kept);
@@ -93,7 +97,7 @@ std::optional<Trend> FitTrend(std::span<const TapResult> taps, const std::vector
     for (const std::size_t i : group) {
       if (!std::isfinite(abscissa(taps[i]))) continue;
       x.push_back(abscissa(taps[i]));
-      z.push_back(taps[i].z_mm);
+      z.push_back(Height(taps[i]));
     }
     if (x.size() < 2) continue;
     const double mean_x = Mean(x);
@@ -106,25 +110,27 @@ std::optional<Trend> FitTrend(std::span<const TapResult> taps, const std::vector
     freedom += static_cast<double>(x.size()) - 1;
   }
   if (!(freedom >= 1) || !(xx > 0)) return std::nullopt;
-  Trend trend;
-  trend.slope = xz / xx;
-  trend.standard_uncertainty = std::sqrt(std::max(0.0, zz - trend.slope * xz) / freedom / xx);
-  const double half = StudentT95(freedom) * trend.standard_uncertainty;
-  trend.interval95 = {trend.slope - half, trend.slope + half};
-  trend.significant = std::abs(trend.slope) > half;
-  return trend;
+  const double slope = xz / xx;
+  const double uncertainty = std::sqrt(std::max(0.0, zz - slope * xz) / freedom / xx);
+  const double half = StudentT95(freedom) * uncertainty;
+  return Trend{{slope, uncertainty, {slope - half, slope + half}}, std::abs(slope) > half};
 }
 
 Place PlaceOf(std::span<const TapResult> taps, const Group& group) {
   std::vector<double> z;
   std::vector<double> claimed;
   for (const std::size_t i : group) {
-    z.push_back(taps[i].z_mm);
-    claimed.push_back(taps[i].standard_uncertainty_mm);
+    z.push_back(Height(taps[i]));
+    claimed.push_back(taps[i].z_mm.quantity().standard_uncertainty);
   }
-  const double scatter = std::max(StandardDeviation(z), Rms(claimed));
-  return {taps[group.front()].x_mm, taps[group.front()].y_mm, group.size(), Mean(z),
-          scatter / std::sqrt(static_cast<double>(group.size()))};
+  const double mean = Mean(z);
+  const auto count = static_cast<double>(group.size());
+  const double uncertainty = std::max(StandardDeviation(z), Rms(claimed)) / std::sqrt(count);
+  const double half = group.size() > 1 ? StudentT95(count - 1) * uncertainty : kNan;
+  return {taps[group.front()].x_mm,
+          taps[group.front()].y_mm,
+          group.size(),
+          {mean, uncertainty, {mean - half, mean + half}}};
 }
 
 void AddScatter(std::span<const TapResult> taps, const std::vector<Group>& groups,
@@ -136,17 +142,18 @@ void AddScatter(std::span<const TapResult> taps, const std::vector<Group>& group
   double range = 0;
   for (const Group& group : groups) {
     if (group.size() < 2) continue;
-    double lo = taps[group.front()].z_mm;
+    double lo = Height(taps[group.front()]);
     double hi = lo;
     double mean = 0;
     for (const std::size_t i : group) {
-      lo = std::min(lo, taps[i].z_mm);
-      hi = std::max(hi, taps[i].z_mm);
-      mean += taps[i].z_mm / static_cast<double>(group.size());
+      lo = std::min(lo, Height(taps[i]));
+      hi = std::max(hi, Height(taps[i]));
+      mean += Height(taps[i]) / static_cast<double>(group.size());
     }
     for (std::size_t i = 0; i < group.size(); ++i) {
-      squares += (taps[group[i]].z_mm - mean) * (taps[group[i]].z_mm - mean);
-      if (i > 0) steps += std::abs(taps[group[i]].z_mm - taps[group[i - 1]].z_mm);
+      const double z_mm = Height(taps[group[i]]);
+      squares += (z_mm - mean) * (z_mm - mean);
+      if (i > 0) steps += std::abs(z_mm - Height(taps[group[i - 1]]));
     }
     range = std::max(range, hi - lo);
     freedom += static_cast<double>(group.size()) - 1;
@@ -158,19 +165,56 @@ void AddScatter(std::span<const TapResult> taps, const std::vector<Group>& group
   ensemble.mean_step_mm = any ? steps / step_count : kNan;
 }
 
+/// The square of taps whose place is not known.
+constexpr double kNowhere = -1e300;
+
+bool SamePlace(const TapResult& a, const TapResult& b) {
+  const bool a_known = std::isfinite(a.x_mm) && std::isfinite(a.y_mm);
+  const bool b_known = std::isfinite(b.x_mm) && std::isfinite(b.y_mm);
+  if (!a_known || !b_known) return a_known == b_known;
+  return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm) <= kSamePlace_mm;
+}
+
 }  // namespace
 
-Ensemble Summarise(std::span<const TapResult> taps, const EnsembleOptions& options) {
+/// The bed in squares of kSamePlace_mm, so that only neighbours are compared.
+std::vector<Group> GroupByPlace(std::span<const TapResult> taps) {
+  std::vector<Group> groups;
+  std::map<std::pair<double, double>, std::vector<std::size_t>> in_square;
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    if (!taps[i].z_mm.good()) continue;
+    const bool known = std::isfinite(taps[i].x_mm) && std::isfinite(taps[i].y_mm);
+    const double column = known ? std::floor(taps[i].x_mm / kSamePlace_mm) : kNowhere;
+    const double row = known ? std::floor(taps[i].y_mm / kSamePlace_mm) : kNowhere;
+    std::optional<std::size_t> found;
+    for (int side = 0; side < 9 && !found; ++side) {
+      const auto square = in_square.find({column + side % 3 - 1, row + side / 3 - 1});
+      if (square == in_square.end()) continue;
+      for (const std::size_t group : square->second) {
+        if (SamePlace(taps[groups[group].front()], taps[i])) found = group;
+      }
+    }
+    if (found) {
+      groups[*found].push_back(i);
+    } else {
+      in_square[{column, row}].push_back(groups.size());
+      groups.push_back({i});
+    }
+  }
+  return groups;
+}
+
+Ensemble Summarise(std::span<const TapResult> taps) {
   Ensemble ensemble;
   ensemble.taps = taps.size();
   std::vector<double> claimed;
   for (const TapResult& tap : taps) {
-    if (tap.good) claimed.push_back(tap.standard_uncertainty_mm);
+    if (tap.z_mm.good()) claimed.push_back(tap.z_mm.quantity().standard_uncertainty);
   }
   ensemble.good = claimed.size();
   ensemble.predicted_deviation_mm = Rms(claimed);
-  std::vector<Group> groups = GroupByPlace(taps, options.same_place_mm);
-  ensemble.outliers = TakeOutliers(taps, groups, ensemble.predicted_deviation_mm, options);
+  std::vector<Group> groups = GroupByPlace(taps);
+  ensemble.outliers = TakeOutliers(taps, groups, ensemble.predicted_deviation_mm);
   ensemble.used = ensemble.good - ensemble.outliers.size();
   std::erase_if(groups, [](const Group& group) { return group.empty(); });
   AddScatter(taps, groups, ensemble);

@@ -13,28 +13,19 @@ namespace trammel::tap {
 
 /// One tap of many. NaN where something is not known.
 struct TapResult {
-  bool good = false;  ///< The verdict; z_mm and its uncertainty count only then.
-  double z_mm = 0;
-  double standard_uncertainty_mm = 0;
+  Measured z_mm;
   double time_s = 0;  ///< Of the contact, on a clock that all taps share.
   double temperature_c = std::numeric_limits<double>::quiet_NaN();
   double x_mm = std::numeric_limits<double>::quiet_NaN();
   double y_mm = std::numeric_limits<double>::quiet_NaN();
 };
 
-struct EnsembleOptions {
-  /// Taps nearer to each other are at one place, mm. A head comes back to some 10 um.
-  double same_place_mm = 0.1;
-  /// A tap is an outlier farther than this many robust standard deviations from the others
-  /// (Iglewicz & Hoaglin 1993: 3.5 on the scale of the median absolute deviation).
-  double outlier_deviations = 3.5;
-};
+/// Taps nearer to each other are at one place, mm. A head comes back to some 10 um.
+inline constexpr double kSamePlace_mm = 0.1;
 
 /// A straight line through the heights, against time or temperature.
 struct Trend {
-  double slope = 0;  ///< mm per s, or per degC
-  double standard_uncertainty = 0;
-  Interval interval95;       ///< Student's t with the degrees of freedom that are left.
+  Quantity slope;            ///< mm per s, or per degC; Student's t for the interval.
   bool significant = false;  ///< The interval does not hold 0.
 };
 
@@ -43,9 +34,9 @@ struct Place {
   double x_mm = 0;  ///< NaN where taps say no place.
   double y_mm = 0;
   std::size_t taps = 0;  ///< Used ones.
-  double z_mm = 0;       ///< Their mean.
-  /// Of the mean; from the scatter where there are several taps, never below what they claim.
-  double standard_uncertainty_mm = 0;
+  /// Their mean; its uncertainty from the scatter where there are several taps, never below what
+  /// they claim. Student's t for the interval, which a tap alone has none of (NaN).
+  Quantity z_mm;
 };
 
 /// Scatter is that about the mean of each place, so that a mesh's shape is no scatter. Numbers that
@@ -68,7 +59,10 @@ struct Ensemble {
 /// Outliers are judged against their place's median, after a drift that all taps share (Theil-Sen,
 /// which up to 29 % of outliers do not bend) is taken off, and only where a place has five taps.
 /// Cost: O(n log n), and O(m^2) in the taps of a place that the drift is read from, at most 400.
-[[nodiscard]] Ensemble Summarise(std::span<const TapResult> taps,
-                                 const EnsembleOptions& options = {});
+[[nodiscard]] Ensemble Summarise(std::span<const TapResult> taps);
+
+/// Groups the indices of good taps by place, in the order of their first tap. Taps that say no
+/// place are at one place together. Cost: O(n log n).
+[[nodiscard]] std::vector<std::vector<std::size_t>> GroupByPlace(std::span<const TapResult> taps);
 
 }  // namespace trammel::tap

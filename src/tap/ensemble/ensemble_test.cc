@@ -14,18 +14,27 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
+Measured Height(double z_mm, double sigma_mm) {
+  return Measured::Good({z_mm, sigma_mm, {z_mm - 2 * sigma_mm, z_mm + 2 * sigma_mm}});
+}
+
+void Raise(TapResult& tap, double by_mm) {
+  const Quantity height = tap.z_mm.quantity();
+  tap.z_mm = Height(height.value + by_mm, height.standard_uncertainty);
+}
+
 std::vector<TapResult> Taps(std::size_t count, double sigma_mm, Random& random) {
   std::vector<TapResult> taps;
   for (std::size_t i = 0; i < count; ++i) {
     taps.push_back(
-        {true, 0.1 + sigma_mm * random.Normal(), sigma_mm, 10.0 * static_cast<double>(i)});
+        {Height(0.1 + sigma_mm * random.Normal(), sigma_mm), 10.0 * static_cast<double>(i)});
   }
   return taps;
 }
 
 TEST(Ensemble, GivesRangeDeviationAndMeanStepOfHandWorkedTaps) {
   const std::vector<TapResult> taps = {
-      {true, 0.001, 0.002, 0}, {true, 0.003, 0.002, 1}, {false, 9, 9, 2}, {true, 0.002, 0.002, 3}};
+      {Height(0.001, 0.002), 0}, {Height(0.003, 0.002), 1}, {{}, 2}, {Height(0.002, 0.002), 3}};
   const Ensemble found = Summarise(taps);
   EXPECT_EQ(found.taps, 4u);
   EXPECT_EQ(found.good, 3u);
@@ -39,7 +48,7 @@ TEST(Ensemble, GivesRangeDeviationAndMeanStepOfHandWorkedTaps) {
 
 TEST(Ensemble, FewTapsHaveNoScatterAndNoTrend) {
   EXPECT_TRUE(std::isnan(Summarise({}).standard_deviation_mm));
-  const std::vector<TapResult> one = {{true, 0.1, 0.001, 0}};
+  const std::vector<TapResult> one = {{Height(0.1, 0.001), 0}};
   EXPECT_TRUE(std::isnan(Summarise(one).range_mm));
   EXPECT_FALSE(Summarise(one).with_time);
   const std::vector<TapResult> refused(5);
@@ -49,7 +58,7 @@ TEST(Ensemble, FewTapsHaveNoScatterAndNoTrend) {
 TEST(Ensemble, TakesOutATapThatStandsApartAndNoOther) {
   Random random(4);
   auto taps = Taps(30, 0.001, random);
-  taps[11].z_mm += 0.02;
+  Raise(taps[11], 0.02);
   const Ensemble found = Summarise(taps);
   EXPECT_THAT(found.outliers, ElementsAre(11u));
   EXPECT_LT(found.standard_deviation_mm, 0.0015);
@@ -62,12 +71,13 @@ TEST(Ensemble, ADriftMakesNoOutliersAndIsFoundWithItsUncertainty) {
   for (int run = 0; run < kRuns; ++run) {
     Random random(static_cast<std::uint64_t>(100 + run));
     auto taps = Taps(30, 0.001, random);
-    for (TapResult& tap : taps) tap.z_mm += kSlope * tap.time_s;
+    for (TapResult& tap : taps) Raise(tap, kSlope * tap.time_s);
     const Ensemble found = Summarise(taps);
     ASSERT_TRUE(found.with_time);
     EXPECT_TRUE(found.with_time->significant);
     EXPECT_LE(found.outliers.size(), 1u);
-    within += found.with_time->interval95.lo <= kSlope && kSlope <= found.with_time->interval95.hi;
+    within += found.with_time->slope.interval95.lo <= kSlope &&
+              kSlope <= found.with_time->slope.interval95.hi;
   }
   // 95 % of 200 runs, with three standard deviations of a binomial count (3.1) to either side.
   EXPECT_NEAR(within, 190, 10);
@@ -89,13 +99,13 @@ TEST(Ensemble, GrowthOfTheNozzleShowsAgainstTemperature) {
   auto taps = Taps(20, 0.001, random);
   for (std::size_t i = 0; i < taps.size(); ++i) {
     taps[i].temperature_c = 150 + 5.0 * static_cast<double>(i % 7);
-    taps[i].z_mm -= 3e-4 * taps[i].temperature_c;
+    Raise(taps[i], -3e-4 * taps[i].temperature_c);
   }
   const Ensemble found = Summarise(taps);
   ASSERT_TRUE(found.with_temperature);
   EXPECT_TRUE(found.with_temperature->significant);
-  EXPECT_NEAR(found.with_temperature->slope, -3e-4,
-              4 * found.with_temperature->standard_uncertainty);
+  EXPECT_NEAR(found.with_temperature->slope.value, -3e-4,
+              4 * found.with_temperature->slope.standard_uncertainty);
 }
 
 TEST(Ensemble, TheShapeOfAMeshIsNoScatter) {
@@ -105,7 +115,7 @@ TEST(Ensemble, TheShapeOfAMeshIsNoScatter) {
     for (int i = 0; i < 25; ++i) {
       const double x = 10.0 * (i % 5);
       const double y = 10.0 * (i / 5);
-      taps.push_back({true, 0.002 * x + 0.001 * random.Normal(), 0.001,
+      taps.push_back({Height(0.002 * x + 0.001 * random.Normal(), 0.001),
                       static_cast<double>(taps.size()), std::nan(""), x + 0.01 * again, y});
     }
   }
@@ -119,7 +129,7 @@ TEST(Ensemble, TheShapeOfAMeshIsNoScatter) {
 TEST(Ensemble, AHundredThousandPlacesAreNoBurden) {
   std::vector<TapResult> taps;
   for (int i = 0; i < 100'000; ++i) {
-    taps.push_back({true, 0, 0.001, static_cast<double>(i), 0, static_cast<double>(i), 0});
+    taps.push_back({Height(0, 0.001), static_cast<double>(i), 0, static_cast<double>(i), 0});
   }
   EXPECT_THAT(Summarise(taps).places, SizeIs(100'000));
   for (TapResult& tap : taps) tap.x_mm = 0;

@@ -9,7 +9,6 @@
 #include "document/page.h"
 #include "document/plot.h"
 #include "tap/report/tap_figures.h"
-#include "tap/report/tap_style.h"
 #include "tap/samples/finding.h"
 #include "tap/samples/motion.h"
 
@@ -149,8 +148,8 @@ void DrawCurve(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
 BreakSamples CollectBreak(const PlottedTap& tap, const tap::TapMotion& motion) {
   BreakSamples samples;
   samples.tare_g = Tare(tap);
-  samples.zero_mm = Good(tap.contact)    ? tap.contact.contact_z_mm
-                    : Good(tap.two_line) ? tap.two_line.contact_z_mm
+  samples.zero_mm = Good(tap.contact)    ? tap.contact.contact_mm.value
+                    : Good(tap.two_line) ? tap.two_line.contact_mm.value
                                          : motion.halt_z_mm;
   const std::size_t stride = StrideFor(tap.recording.time_s.size());
   for (std::size_t i = 0; i < tap.recording.time_s.size(); i += stride) {
@@ -201,14 +200,14 @@ std::vector<DataPoint> FitCurve(const FittedForce& fit, const BreakSamples& samp
 /// Answers of both methods, as lines and the band of ours.
 void DrawAnswers(Plot& plot, const PlottedTap& tap, double zero_mm) {
   if (Good(tap.contact)) {
-    plot.ShadeX({(tap.contact.interval95_mm.lo - zero_mm) * kUmPerMm,
-                 (tap.contact.interval95_mm.hi - zero_mm) * kUmPerMm},
+    plot.ShadeX({(tap.contact.contact_mm.interval95.lo - zero_mm) * kUmPerMm,
+                 (tap.contact.contact_mm.interval95.hi - zero_mm) * kUmPerMm},
                 WithAlpha(kNewMethod, 0.18));
-    plot.VerticalLine((tap.contact.contact_z_mm - zero_mm) * kUmPerMm,
+    plot.VerticalLine((tap.contact.contact_mm.value - zero_mm) * kUmPerMm,
                       {.color = kNewMethod, .width_px = 1.3});
   }
   if (Good(tap.two_line)) {
-    plot.VerticalLine((tap.two_line.contact_z_mm - zero_mm) * kUmPerMm,
+    plot.VerticalLine((tap.two_line.contact_mm.value - zero_mm) * kUmPerMm,
                       {.color = kOldMethod, .width_px = 1.3, .dash_px = {5, 4}});
   }
 }
@@ -244,10 +243,13 @@ Range CloseUp(const PlottedTap& tap, const BreakSamples& samples, const Range& w
   double half = kLeast_um;
   if (Good(tap.contact)) {
     half = std::max(
-        half, 4 * kUmPerMm * (tap.contact.interval95_mm.hi - tap.contact.interval95_mm.lo) / 2);
+        half, 4 * kUmPerMm *
+                  (tap.contact.contact_mm.interval95.hi - tap.contact.contact_mm.interval95.lo) /
+                  2);
   }
   if (Good(tap.two_line)) {
-    half = std::max(half, 1.6 * kUmPerMm * std::abs(tap.two_line.contact_z_mm - samples.zero_mm));
+    half =
+        std::max(half, 1.6 * kUmPerMm * std::abs(tap.two_line.contact_mm.value - samples.zero_mm));
   }
   const Range near{std::max(-half, whole.lo), std::min(half, whole.hi)};
   return near.lo < near.hi ? near : whole;
@@ -282,8 +284,7 @@ std::string Answer(const char* name, const TapAnalysis& analysis) {
   if (!Good(analysis)) {
     return fmt::format("{}: {}", name, VerdictWords(analysis.verdict));
   }
-  return fmt::format("{}: {}", name,
-                     WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres));
+  return fmt::format("{}: {}", name, WithInterval(analysis.contact_mm, kMillimetres));
 }
 
 double DrawHead(Canvas& canvas, const PlottedTap& tap) {

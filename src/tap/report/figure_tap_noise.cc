@@ -6,7 +6,6 @@
 
 #include "document/plot.h"
 #include "tap/report/tap_figures.h"
-#include "tap/report/tap_style.h"
 
 namespace trammel::report {
 namespace {

@@ -7,7 +7,6 @@
 #include "document/interval_text.h"
 #include "document/plot.h"
 #include "tap/report/tap_figures.h"
-#include "tap/report/tap_style.h"
 
 namespace trammel::report {
 namespace {
@@ -25,7 +24,7 @@ double MeanHeight(std::span<const PlottedTap> taps, const tap::Ensemble& ensembl
   double count = 0;
   for (std::size_t i = 0; i < taps.size(); ++i) {
     if (taps[i].contact.verdict != Verdict::kGood || IsOutlier(ensemble, i)) continue;
-    sum += taps[i].contact.contact_z_mm;
+    sum += taps[i].contact.contact_mm.value;
     ++count;
   }
   return count > 0 ? sum / count : 0;
@@ -45,9 +44,10 @@ std::vector<SeriesPoint> SeriesOf(std::span<const PlottedTap> taps, const tap::E
   for (std::size_t i = 0; i < taps.size(); ++i) {
     const tap::TapAnalysis& contact = taps[i].contact;
     if (contact.verdict != Verdict::kGood) continue;
-    series.push_back({static_cast<double>(i + 1), (contact.contact_z_mm - zero_mm) * kUmPerMm,
-                      (contact.interval95_mm.lo - zero_mm) * kUmPerMm,
-                      (contact.interval95_mm.hi - zero_mm) * kUmPerMm, IsOutlier(ensemble, i)});
+    series.push_back({static_cast<double>(i + 1), (contact.contact_mm.value - zero_mm) * kUmPerMm,
+                      (contact.contact_mm.interval95.lo - zero_mm) * kUmPerMm,
+                      (contact.contact_mm.interval95.hi - zero_mm) * kUmPerMm,
+                      IsOutlier(ensemble, i)});
   }
   return series;
 }
@@ -97,7 +97,7 @@ Axis TapAxis(std::size_t taps) {
 }
 
 double OldHeight(const PlottedTap& tap) {
-  return tap.two_line.verdict == Verdict::kGood ? tap.two_line.contact_z_mm
+  return tap.two_line.verdict == Verdict::kGood ? tap.two_line.contact_mm.value
                                                 : tap::Recording::kUnknown;
 }
 
@@ -112,7 +112,7 @@ double PrinterOffset(std::span<const PlottedTap> taps) {
   double count = 0;
   for (const PlottedTap& tap : taps) {
     if (tap.contact.verdict != Verdict::kGood || !std::isfinite(PrinterHeight(tap))) continue;
-    sum += PrinterHeight(tap) - tap.contact.contact_z_mm;
+    sum += PrinterHeight(tap) - tap.contact.contact_mm.value;
     ++count;
   }
   return count > 0 ? sum / count : 0;
@@ -250,7 +250,7 @@ double HeightTextPx(const Canvas& canvas, const std::vector<double>& heights_um,
 /// @param text_px  0: no text
 void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double half_mm,
               const Range& heights, double mean_mm, double text_px) {
-  const double height_um = (place.z_mm - mean_mm) * kUmPerMm;
+  const double height_um = (place.z_mm.value - mean_mm) * kUmPerMm;
   const Color color = MapColor((height_um - heights.lo) / (heights.hi - heights.lo));
   const double left = plot.X(place.x_mm - half_mm);
   const double right = plot.X(place.x_mm + half_mm);
@@ -270,9 +270,8 @@ std::vector<tap::Place> RefusedPlaces(std::span<const PlottedTap> taps,
   constexpr std::size_t kMost = 1000;
   std::vector<tap::Place> refused;
   const auto among = [](const tap::Recording& at, const std::vector<tap::Place>& known) {
-    const double same_mm = tap::EnsembleOptions{}.same_place_mm;
     return std::any_of(known.begin(), known.end(), [&](const tap::Place& place) {
-      return std::hypot(place.x_mm - at.x_mm, place.y_mm - at.y_mm) <= same_mm;
+      return std::hypot(place.x_mm - at.x_mm, place.y_mm - at.y_mm) <= tap::kSamePlace_mm;
     });
   };
   for (const PlottedTap& tap : taps) {
@@ -311,8 +310,9 @@ Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>&
                 double width_px) {
   double mean_mm = 0;
   std::vector<double> heights;
-  for (const tap::Place& place : places) mean_mm += place.z_mm / static_cast<double>(places.size());
-  for (const tap::Place& place : places) heights.push_back((place.z_mm - mean_mm) * kUmPerMm);
+  for (const tap::Place& place : places)
+    mean_mm += place.z_mm.value / static_cast<double>(places.size());
+  for (const tap::Place& place : places) heights.push_back((place.z_mm.value - mean_mm) * kUmPerMm);
   const Range height = RangeOf(heights);
   const std::vector<tap::Place> refused = RefusedPlaces(taps, places);
   std::vector<tap::Place> all = places;
@@ -351,13 +351,14 @@ std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::En
                 "Nothing is drawn between them: there nothing was measured. An empty square is a "
                 "place where every tap was refused.",
                 DrawMesh(taps, places, kFigureWidthPx)};
-  const auto [low, high] =
-      std::minmax_element(places.begin(), places.end(),
-                          [](const tap::Place& a, const tap::Place& b) { return a.z_mm < b.z_mm; });
+  const auto [low, high] = std::minmax_element(
+      places.begin(), places.end(),
+      [](const tap::Place& a, const tap::Place& b) { return a.z_mm.value < b.z_mm.value; });
   figure.seen = fmt::format(
       "Map of {} tapped places: lowest {:.4f} mm at x {:.0f}, y {:.0f}; highest {:.4f} mm at x "
       "{:.0f}, y {:.0f}.",
-      places.size(), low->z_mm, low->x_mm, low->y_mm, high->z_mm, high->x_mm, high->y_mm);
+      places.size(), low->z_mm.value, low->x_mm, low->y_mm, high->z_mm.value, high->x_mm,
+      high->y_mm);
   figure.narrow = DrawMesh(taps, places, kNarrowWidthPx);
   return figure;
 }

@@ -6,12 +6,18 @@
 #include <span>
 #include <vector>
 
+#include "document/color.h"
 #include "document/figure.h"
 #include "tap/ensemble/ensemble.h"
 #include "tap/report/tap_json.h"
 #include "tap/samples/noise_spectrum.h"
 
 namespace trammel::report {
+
+/// The published method and ours, as the write-up colours old and new; told apart in grey too.
+inline constexpr Color kOldMethod = kVermilion;
+inline constexpr Color kNewMethod = kGreen;
+inline constexpr Color kSample = kGrey;
 
 /// One tap as both methods read it.
 struct PlottedTap {

@@ -48,11 +48,11 @@ Json Object(const AnalysedTap& tap) {
   object["reason_code"] = good                 ? Json(nullptr)
                           : tap.unread.empty() ? Json(tap::Name(analysis.reason.code))
                                                : Json("unread");
-  object["contact_z_mm"] = if_good(analysis.contact_z_mm);
-  object["standard_uncertainty_mm"] = if_good(analysis.standard_uncertainty_mm);
-  object["interval95_mm"] =
-      good ? Json{Number(analysis.interval95_mm.lo), Number(analysis.interval95_mm.hi)}
-           : Json(nullptr);
+  object["contact_z_mm"] = if_good(analysis.contact_mm.value);
+  object["standard_uncertainty_mm"] = if_good(analysis.contact_mm.standard_uncertainty);
+  object["interval95_mm"] = good ? Json{Number(analysis.contact_mm.interval95.lo),
+                                        Number(analysis.contact_mm.interval95.hi)}
+                                 : Json(nullptr);
   object["contact_time_s"] = if_good(analysis.contact_time_s);
   object["latency_s"] = if_good(analysis.latency_s);
   object["latency_uncertainty_s"] = if_good(analysis.latency_uncertainty_s);
@@ -78,9 +78,9 @@ Json List(std::span<const AnalysedTap> taps) {
 Json Trend(const std::optional<tap::Trend>& trend, const char* unit) {
   if (!trend) return nullptr;
   return {{"unit", unit},
-          {"slope", Number(trend->slope)},
-          {"standard_uncertainty", Number(trend->standard_uncertainty)},
-          {"interval95", {Number(trend->interval95.lo), Number(trend->interval95.hi)}},
+          {"slope", Number(trend->slope.value)},
+          {"standard_uncertainty", Number(trend->slope.standard_uncertainty)},
+          {"interval95", {Number(trend->slope.interval95.lo), Number(trend->slope.interval95.hi)}},
           {"significant", trend->significant}};
 }
 
@@ -90,8 +90,8 @@ Json Object(const tap::Ensemble& ensemble) {
     places.push_back({{"x_mm", Number(place.x_mm)},
                       {"y_mm", Number(place.y_mm)},
                       {"taps", place.taps},
-                      {"z_mm", Number(place.z_mm)},
-                      {"standard_uncertainty_mm", Number(place.standard_uncertainty_mm)}});
+                      {"z_mm", Number(place.z_mm.value)},
+                      {"standard_uncertainty_mm", Number(place.z_mm.standard_uncertainty)}});
   }
   return {{"taps", ensemble.taps},
           {"good", ensemble.good},

@@ -9,7 +9,6 @@
 #include "document/interval_text.h"
 #include "document/page.h"
 #include "tap/report/advice_report.h"
-#include "tap/report/tap_style.h"
 #include "tap/report/tap_text.h"
 #include "tap/samples/finding.h"
 
@@ -27,9 +26,9 @@ std::string HeadOfOne(const PlottedTap& tap) {
   const tap::TapAnalysis& contact = tap.contact;
   std::string body;
   if (contact.verdict == Verdict::kGood) {
-    body = AnswerLine(
-        "Contact at " + ValueText(contact.contact_z_mm, contact.interval95_mm, kMillimetres),
-        IntervalText(contact.interval95_mm, kMillimetres));
+    body = AnswerLine("Contact at " + ValueText(contact.contact_mm.value,
+                                                contact.contact_mm.interval95, kMillimetres),
+                      IntervalText(contact.contact_mm.interval95, kMillimetres));
     body += Quiet(fmt::format(
         "The height, in the printer's own z, at which the nozzle lets go of the bed; the true one "
         "lies in the interval 95 times in 100. Quality {:.0f} of 100.",
@@ -44,11 +43,11 @@ std::string HeadOfOne(const PlottedTap& tap) {
 
 /// The lowest and the highest of the places of a mesh.
 std::string HeightsOfPlaces(const tap::Ensemble& ensemble) {
-  const auto [low, high] =
-      std::minmax_element(ensemble.places.begin(), ensemble.places.end(),
-                          [](const tap::Place& a, const tap::Place& b) { return a.z_mm < b.z_mm; });
+  const auto [low, high] = std::minmax_element(
+      ensemble.places.begin(), ensemble.places.end(),
+      [](const tap::Place& a, const tap::Place& b) { return a.z_mm.value < b.z_mm.value; });
   return AnswerLine(
-      fmt::format("Contact from {:.4f} to {:.4f} mm", low->z_mm, high->z_mm),
+      fmt::format("Contact from {:.4f} to {:.4f} mm", low->z_mm.value, high->z_mm.value),
       fmt::format("at {} place{}", ensemble.places.size(), ensemble.places.size() == 1 ? "" : "s"));
 }
 
@@ -73,7 +72,7 @@ std::string HeadOfMany(const TapReportInput& input) {
     if (outlier >= input.taps.size()) continue;
     body += Quiet(fmt::format("Left out of it, too far from the others: {} at {:.4f} mm.",
                               input.taps[outlier].recording.name,
-                              input.taps[outlier].contact.contact_z_mm));
+                              input.taps[outlier].contact.contact_mm.value));
   }
   const bool all = ensemble.good == ensemble.taps;
   return HeadCard(all ? Verdict::kGood : Verdict::kCannotTell, body,
@@ -82,8 +81,9 @@ std::string HeadOfMany(const TapReportInput& input) {
 
 std::string HeightCell(const tap::TapAnalysis& analysis) {
   if (analysis.verdict != Verdict::kGood) return VerdictWords(analysis.verdict);
-  return ValueCell(ValueText(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres),
-                   IntervalText(analysis.interval95_mm, kMillimetres));
+  return ValueCell(
+      ValueText(analysis.contact_mm.value, analysis.contact_mm.interval95, kMillimetres),
+      IntervalText(analysis.contact_mm.interval95, kMillimetres));
 }
 
 std::string TableOf(std::span<const PlottedTap> taps) {

@@ -35,10 +35,8 @@ PlottedTap MakeTap(double z_mm, Random& random) {
     tap.recording.force_g.push_back(3500 * depth + 2 * random.Normal());
   }
   tap.contact.verdict = Verdict::kGood;
-  tap.contact.contact_z_mm = z_mm;
+  tap.contact.contact_mm = {z_mm, 0.0007, {z_mm - 0.0014, z_mm + 0.0014}};
   tap.contact.contact_time_s = 1.2 + (z_mm + 0.04) / 0.3;
-  tap.contact.standard_uncertainty_mm = 0.0007;
-  tap.contact.interval95_mm = {z_mm - 0.0014, z_mm + 0.0014};
   tap.contact.quality = 90;
   tap.contact.noise_g = 2;
   tap.contact.force = {true, -0.0399, 0.06, z_mm, 0, 0, {3500, 0, 0, 0}};
@@ -51,9 +49,8 @@ TapReportInput InputOf(std::span<const PlottedTap> taps) {
   std::vector<tap::TapResult> results;
   std::vector<tap::TapView> views;
   for (const PlottedTap& tap : taps) {
-    results.push_back({tap.contact.verdict == Verdict::kGood, tap.contact.contact_z_mm,
-                       tap.contact.standard_uncertainty_mm, tap.contact.contact_time_s, 0,
-                       tap.recording.x_mm, tap.recording.y_mm});
+    results.push_back({ContactOf(tap.contact), tap.contact.contact_time_s, 0, tap.recording.x_mm,
+                       tap.recording.y_mm});
     views.push_back(tap.recording.View());
   }
   return {taps, tap::Summarise(results), tap::FindNoise(views), {}};
@@ -153,9 +150,9 @@ TEST(TapReport, ANarrowMeshSaysTheHeightOfEveryPlace) {
   ASSERT_TRUE(figure && figure->narrow);
   const std::string svg = figure->narrow->ToSvg();
   double mean_mm = 0;
-  for (const tap::Place& place : ensemble.places) mean_mm += place.z_mm / 25;
+  for (const tap::Place& place : ensemble.places) mean_mm += place.z_mm.value / 25;
   for (const tap::Place& place : ensemble.places) {
-    EXPECT_THAT(svg, HasSubstr(fmt::format(">{:+.1f}<", 1000 * (place.z_mm - mean_mm))));
+    EXPECT_THAT(svg, HasSubstr(fmt::format(">{:+.1f}<", 1000 * (place.z_mm.value - mean_mm))));
   }
 }
 
@@ -178,7 +175,6 @@ TEST(TapReport, HostileTapsAreShownAsFarAsTheyGo) {
   for (double& force : taps[1].recording.force_g) force = nan;
   for (double& time : taps[2].recording.time_s) time = inf;
   taps[3].recording.moves[3].start_velocity_mm_s = 1e300;
-  taps[4].contact.contact_z_mm = nan;
   taps[5].contact.force.break_z_mm = 1e300;
   taps[5].contact.noise_g = nan;
   taps[6].recording.time_s = {1, 1};
@@ -223,7 +219,7 @@ TEST(TapReport, NamesOutliersWithoutTheRecordingsOfTheSummary) {
 
 TEST(TapText, ATrendHasNoMoreDigitsThanItsIntervalKnows) {
   tap::Ensemble ensemble;
-  ensemble.with_time = tap::Trend{-5e-6, 1e-4, {-2e-4, 1.9e-4}, false};
+  ensemble.with_time = tap::Trend{{-5e-6, 1e-4, {-2e-4, 1.9e-4}}, false};
   EXPECT_THAT(
       EnsembleText(ensemble, {}),
       HasSubstr("drift with time   -0.3 µm per minute (95 %: -12.0 to +11.4 µm per minute), "

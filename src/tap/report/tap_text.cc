@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/statistics.h"
 #include "document/interval_text.h"
 #include "tap/samples/finding.h"
 
@@ -32,14 +31,14 @@ void AddTrend(std::vector<EnsembleRow>& rows, const char* name,
                             .scale = factor * kUmPerMm,
                             .least_decimals = 1,
                             .signs = true};
-  rows.push_back({name, fmt::format("{}, {}", WithInterval(trend->slope, trend->interval95, style),
+  rows.push_back({name, fmt::format("{}, {}", WithInterval(trend->slope, style),
                                     trend->significant ? "significant" : "not significant")});
 }
 
 }  // namespace
 
 std::string ContactText(const tap::TapAnalysis& analysis) {
-  return WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres);
+  return WithInterval(analysis.contact_mm, kMillimetres);
 }
 
 std::string TapText(const AnalysedTap& tap) {
@@ -60,7 +59,7 @@ std::string TapText(const AnalysedTap& tap) {
     text += fmt::format("printer's own z   {:.4f} mm", *tap.recording.firmware_z_mm);
     if (good) {
       text += fmt::format(" ({:+.4f} mm from ours)",
-                          *tap.recording.firmware_z_mm - analysis.contact_z_mm);
+                          *tap.recording.firmware_z_mm - analysis.contact_mm.value);
     }
     text += '\n';
   }
@@ -87,11 +86,7 @@ std::string TapLine(const AnalysedTap& tap) {
 
 std::optional<Quantity> HeightAtOnePlace(const tap::Ensemble& ensemble) {
   if (ensemble.places.size() != 1 || ensemble.places.front().taps < 2) return std::nullopt;
-  const tap::Place& place = ensemble.places.front();
-  const double half_mm =
-      StudentT95(static_cast<double>(place.taps) - 1) * place.standard_uncertainty_mm;
-  return Quantity{
-      place.z_mm, place.standard_uncertainty_mm, {place.z_mm - half_mm, place.z_mm + half_mm}};
+  return ensemble.places.front().z_mm;
 }
 
 std::vector<EnsembleRow> EnsembleRows(const tap::Ensemble& ensemble) {
@@ -126,7 +121,7 @@ std::string EnsembleText(const tap::Ensemble& ensemble, std::span<const Analysed
   for (const std::size_t outlier : ensemble.outliers) {
     if (outlier >= taps.size()) continue;
     text += fmt::format("outlier           {} at {:.4f} mm\n", taps[outlier].recording.name,
-                        taps[outlier].analysis.contact_z_mm);
+                        taps[outlier].analysis.contact_mm.value);
   }
   return text;
 }

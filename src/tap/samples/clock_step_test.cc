@@ -109,7 +109,7 @@ TEST(ClockStep, LeavesBothReadingsInTheIntervalWhereItIsSmall) {
       const TapAnalysis analysis = TapAnalyser({.latency_s = 0}).Analyse(tap.View());
       ASSERT_EQ(analysis.verdict, Verdict::kGood) << Explain(analysis.reason);
       EXPECT_TRUE(HasNotice(analysis, FindingCode::kClockStep)) << step_s;
-      const Interval& interval = analysis.interval95_mm;
+      const Interval& interval = analysis.contact_mm.interval95;
       const double early_mm = tap.drawn.contact_z_mm + std::min(0.0, kSpeed_mm_s * step_s);
       const double late_mm = tap.drawn.contact_z_mm + std::max(0.0, kSpeed_mm_s * step_s);
       both += interval.lo <= early_mm && late_mm <= interval.hi;

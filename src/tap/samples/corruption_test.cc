@@ -88,7 +88,7 @@ TEST(CleanSamples, MeasuresPeriodNoiseAndLevels) {
 
 TEST(CleanSamples, LeavesOutErrorFramesAndKeepsTheAnswer) {
   RecordedTap tap = Record({}, kSeed);
-  const double before = AnalyseTwoLine(tap.View()).contact_z_mm;
+  const double before = AnalyseTwoLine(tap.View()).contact_mm.value;
   for (const double after_s : {-0.09, 0.01, 0.06}) {
     tap.drawn.force_g[IndexAt(tap, tap.drawn.contact_time_s + after_s)] = -4711;
   }
@@ -99,7 +99,7 @@ TEST(CleanSamples, LeavesOutErrorFramesAndKeepsTheAnswer) {
   ASSERT_EQ(result.verdict, Verdict::kGood) << Explain(result.reason);
   EXPECT_TRUE(HasNotice(tap, FindingCode::kErrorFrames));
   // Three samples fewer: a fraction of the 0.28 um by which one tap scatters.
-  EXPECT_NEAR(result.contact_z_mm, before, 0.28e-3);
+  EXPECT_NEAR(result.contact_mm.value, before, 0.28e-3);
 }
 
 TEST(CleanSamples, RefusesATapFullOfSpikes) {
@@ -163,7 +163,7 @@ TEST(CleanSamples, CountsDroppedSamplesAndRefusesOnlyABreakInAGap) {
 
 TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
   RecordedTap tap = Record({}, kSeed);
-  const double before = AnalyseTwoLine(tap.View()).contact_z_mm;
+  const double before = AnalyseTwoLine(tap.View()).contact_mm.value;
   const auto repeat = [&tap](std::size_t at) {
     tap.drawn.time_s.insert(tap.drawn.time_s.begin() + static_cast<std::ptrdiff_t>(at),
                             tap.drawn.time_s[at]);
@@ -172,7 +172,7 @@ TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
   };
   repeat(InCruise(tap));
   EXPECT_EQ(Clean(tap).tap.duplicated, 1U);
-  EXPECT_NEAR(AnalyseTwoLine(tap.View()).contact_z_mm, before, 1e-9);
+  EXPECT_NEAR(AnalyseTwoLine(tap.View()).contact_mm.value, before, 1e-9);
   for (std::size_t k = 0; k < 60; ++k) {
     repeat(InCruise(tap) + 2 * k);
   }

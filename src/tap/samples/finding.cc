@@ -54,8 +54,8 @@ constexpr Entry kEntries[] = {
      "{0:.0f} samples are missing; the break is not looked for in a gap of more than {1:.0f}. "
      "Look at the load on the host and at the cable of the load cell."},
     {kHeldValues, "held_values",
-     "{0:.0f} samples repeat the value before them: the load cell's converter is slower than it is "
-     "read, and they were left out. Read it once per conversion."},
+     "{0:.0f} samples repeat the value before them: the load cell's converter is slower than it "
+     "is read, and they were left out. Read it once per conversion."},
     {kSpikes, "spikes",
      "{0:.0f} samples lie alone far off the curve and were left out; at most {1:.0f} are borne. "
      "Look at the cable of the load cell, its shield and its connectors."},
@@ -64,20 +64,18 @@ constexpr Entry kEntries[] = {
      "of a reading (HX71x: -1), and were left out; at most {1:.0f} are borne. Look at the "
      "converter's wiring and supply."},
     {kStuckSamples, "stuck_samples",
-     "{0:.0f} samples in a row have one value, which noise would not let them; in the pull-back at "
-     "most {1:.0f} are borne. The converter repeats itself: look at its wiring and its sample "
+     "{0:.0f} samples in a row have one value, which noise would not let them; in the pull-back "
+     "at most {1:.0f} are borne. The converter repeats itself: look at its wiring and its sample "
      "rate."},
     {kSaturatedSamples, "saturated_samples",
-     "{0:.0f} samples lie at one end of the range; in the pull-back at most {1:.0f} are borne. The "
-     "converter is full: lower its gain, tare it, or lower the trigger force."},
+     "{0:.0f} samples lie at one end of the range; in the pull-back at most {1:.0f} are borne. "
+     "The converter is full: lower its gain, tare it, or lower the trigger force."},
     {kHum50Hz, "hum_50_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 50 Hz appears at this sampling "
-     "rate "
-     "(docs/tap.md says which other line would). Ground the cell's shield, or filter 50 Hz."},
+     "rate (docs/tap.md says which other line would). Ground the cell's shield, or filter 50 Hz."},
     {kHum60Hz, "hum_60_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 60 Hz appears at this sampling "
-     "rate "
-     "(docs/tap.md says which other line would). Ground the cell's shield, or filter 60 Hz."},
+     "rate (docs/tap.md says which other line would). Ground the cell's shield, or filter 60 Hz."},
     {kHum100Hz, "hum_100_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where twice 50 Hz mains appears at this sampling "
      "rate. A rectifier hums so: look at the supply of the load cell's converter."},
@@ -85,105 +83,89 @@ constexpr Entry kEntries[] = {
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where twice 60 Hz mains appears at this sampling "
      "rate. A rectifier hums so: look at the supply of the load cell's converter."},
     {kDrift, "drift",
-     "The force of the free nozzle drifts by {0:.1f} gf/s; {1:.1f} gf/s would pass without a word. "
-     "Look at the pull of filament and cables, and set the drift filter."},
+     "The force of the free nozzle drifts by {0:.1f} gf/s; {1:.1f} gf/s would pass without a "
+     "word. Look at the pull of filament and cables, and set the drift filter."},
     {kHotNozzle, "hot_nozzle",
      "The nozzle was at {0:.0f} degC; above {1:.0f} degC filament oozes. Probe colder and scrub "
-     "the "
-     "nozzle first."},
+     "the nozzle first."},
     {kNoContact, "no_contact",
      "At rest the force stands out by {0:.1f} gf; a press beside this noise shows {1:.1f} gf or "
-     "more. "
-     "The nozzle did not reach the bed: look at the trigger and where the probing move ends."},
+     "more. The nozzle did not reach the bed: look at the trigger and where the probing move "
+     "ends."},
     {kMidAirImpulse, "mid_air_impulse",
      "{0:.1f} gf were reached on the way down and were gone before the pull-back, where more than "
      "{1:.1f} gf should be left. Something shook the nozzle in mid-air: probe more slowly, raise "
-     "the "
-     "trigger force, or look at cables that snag."},
+     "the trigger force, or look at cables that snag."},
     {kStillInContact, "still_in_contact",
      "At the pull-back's end the force still changes by {0:.0f} gf/s; a free nozzle shows at most "
-     "{1:.0f} gf/s. The nozzle had not let go: pull back farther; with a slow converter probe more "
-     "slowly, too, because the head stops late."},
+     "{1:.0f} gf/s. The nozzle had not let go: pull back farther; with a slow converter probe "
+     "more slowly, too, because the head stops late."},
     {kFouledNozzle, "fouled_nozzle",
      "{0:.0f} % of the force were lost while the nozzle stood on the bed; a clean nozzle loses at "
      "most {1:.0f} %. Soft plastic gave way, or the sheet lies loose: scrub the nozzle, clean "
-     "under "
-     "the sheet, probe colder."},
+     "under the sheet, probe colder."},
     {kSlowCollision, "slow_collision",
      "The nozzle met something {0:.3f} mm before the halt; the press seen on the pull-back allows "
      "{1:.3f} mm. Plastic on the nozzle touched first: scrub the nozzle and probe again."},
     {kBaselineForceInconsistent, "baseline_force_inconsistent",
      "The free nozzle's force differs by {0:.1f} gf between before and after the press, beyond "
-     "what "
-     "drifts; at most {1:.1f} gf are borne. Plastic, a cable or filament pulled on the nozzle: "
-     "scrub "
-     "it, and look for what moves with the head."},
+     "what drifts; at most {1:.1f} gf are borne. Plastic, a cable or filament pulled on the "
+     "nozzle: scrub it, and look for what moves with the head."},
     {kAdhesion, "adhesion",
      "After the break something pulled on the nozzle with {0:.1f} gf; at most {1:.1f} gf are "
-     "borne. "
-     "Ooze stuck to the bed: probe colder, retract filament, scrub the nozzle."},
+     "borne. Ooze stuck to the bed: probe colder, retract filament, scrub the nozzle."},
     {kLowCompressionForce, "low_compression_force",
      "The press reached {0:.1f} gf and the trigger is set to {1:.1f} gf. The force rose too "
-     "slowly: "
-     "scrub the nozzle, or look whether the bed gives way."},
+     "slowly: scrub the nozzle, or look whether the bed gives way."},
     {kLowDecompressionForce, "low_decompression_force",
      "Only {0:.0f} % of the force of the press were left when the pull-back began; {1:.0f} % or "
-     "more "
-     "are usual. The sheet may lie loose, or plastic gave way."},
+     "more are usual. The sheet may lie loose, or plastic gave way."},
     {kLowTapQuality, "low_tap_quality",
      "The tap scores {0:.0f} of 100; below {1:.0f} a tap is bad. Scrub the nozzle, probe colder, "
-     "and "
-     "probe again."},
+     "and probe again."},
     {kShortPress, "short_press",
      "The press is {0:.4f} mm deep; from {1:.4f} mm on the break is well known. Raise the trigger "
      "force, or probe faster."},
     {kTooFewProbingMoves, "too_few_probing_moves",
      "There are {0:.0f} moves; the published method needs {1:.0f}: cruise, halt, and the "
-     "pull-back's "
-     "three. Record the moves of the whole tap."},
+     "pull-back's three. Record the moves of the whole tap."},
     {kTooManyProbingMoves, "too_many_probing_moves",
      "There are {0:.0f} moves; the published method knows {1:.0f}. Give the moves of one tap."},
     {kCoastingMoveAcceleration, "coasting_move_acceleration",
      "The approach's cruise accelerates by {0:.1f} mm/s^2; it must by {1:.0f}. The probing move "
-     "ended "
-     "before the trigger: allow lower heights (a negative position_min)."},
+     "ended before the trigger: allow lower heights (a negative position_min)."},
     {kApproachUnknown, "approach_unknown",
-     "{0:.0f} samples show the approach before the halt; the published method needs {1:.0f}, and a "
-     "downward move that ends there. Record from before the collision on."},
+     "{0:.0f} samples show the approach before the halt; the published method needs {1:.0f}, and "
+     "a downward move that ends there. Record from before the collision on."},
     {kFewDecompressionSamples, "few_decompression_samples",
      "{0:.0f} samples show the decompression; a line needs {1:.0f}. Pull back more slowly, raise "
-     "the "
-     "trigger force, or use a faster converter."},
+     "the trigger force, or use a faster converter."},
     {kTapChronology, "tap_chronology",
-     "Point {0:.0f} of the force curve is not later than the one before it. The curve is no tap's: "
-     "scrub the nozzle and probe again."},
+     "Point {0:.0f} of the force curve is not later than the one before it. The curve is no "
+     "tap's: scrub the nozzle and probe again."},
     {kTapShapeInvalid, "tap_shape_invalid",
      "At point {0:.0f} the force curve turns the wrong way. The curve is no tap's: scrub the "
-     "nozzle and "
-     "probe again."},
+     "nozzle and probe again."},
     {kTapBreakContactTooEarly, "tap_break_contact_too_early",
      "Contact broke {0:.4f} s after the pull-back's start, before its cruise at {1:.4f} s. Press "
      "harder, or pull back more slowly."},
     {kTapBreakContactTooLate, "tap_break_contact_too_late",
      "Contact broke {0:.4f} s after the pull-back's start, which is over after {1:.4f} s. Pull "
-     "back "
-     "farther."},
+     "back farther."},
     {kTapPullbackTooShort, "tap_pullback_too_short",
      "Contact broke when {0:.0f} % of the pull-back were over; at most {1:.0f} % leave enough "
-     "behind "
-     "the break. Pull back farther."},
+     "behind the break. Pull back farther."},
     {kDecompressionNotSplit, "decompression_not_split",
      "The decompression reaches {0:.1f} deviations of the noise from its middle; {1:.1f} are "
-     "needed "
-     "to tell a curve in it, so it was taken for straight. A quieter or more sensitive load cell, "
-     "faster probing or a higher trigger force would help."},
+     "needed to tell a curve in it, so it was taken for straight. A quieter or more sensitive "
+     "load cell, faster probing or a higher trigger force would help."},
     {kFewSamplesInCruise, "few_samples_in_cruise",
      "Only {0:.0f} samples fall into the pull-back's cruise; at least {1:.0f} are needed. Pull "
      "back more slowly or farther, or use a faster converter."},
     {kNoBreak, "no_break",
      "The press stands out by {0:.1f} gf when the pull-back has reached its speed; at least "
-     "{1:.1f} gf are needed beside this noise and this force at rest. Raise the trigger force, let "
-     "the pull-back accelerate faster or run more slowly, or quieten the load cell."},
+     "{1:.1f} gf are needed beside this noise and this force at rest. Raise the trigger force, "
+     "let the pull-back accelerate faster or run more slowly, or quieten the load cell."},
     {kBreakAtEdge, "break_at_edge",
      "Only {0:.0f} samples lie between the break and the end of what was fitted; at least {1:.0f} "
      "are needed. Pull back farther, or press harder."},
@@ -192,10 +174,8 @@ constexpr Entry kEntries[] = {
      "Use a quieter load cell, a slower pull-back or a higher trigger force."},
     {kLooseSheet, "loose_sheet",
      "The press bends at once: it starts with {0:.0f} % of the slope that it has deeper down; "
-     "{1:.0f} "
-     "% or more are a smooth press. Something gives way before the bed does: clean under the "
-     "sheet, "
-     "lay it flat, scrub the nozzle."},
+     "{1:.0f} % or more are a smooth press. Something gives way before the bed does: clean under "
+     "the sheet, lay it flat, scrub the nozzle."},
     {kOutliersForgotten, "outliers_forgotten",
      "{0:.0f} samples of the pull-back lie far off the others and were left out of account. Look "
      "at the wiring of the load cell if this happens often."},
@@ -239,6 +219,18 @@ std::size_t ExplainTo(std::span<char> text, const Finding& finding) {
     text[std::min(room, end.size)] = '\0';
   }
   return end.size;
+}
+
+Measured ContactOf(const TapAnalysis& analysis) {
+  switch (analysis.verdict) {
+    case Verdict::kGood:
+      return Measured::Good(analysis.contact_mm);
+    case Verdict::kCannotTell:
+      return Measured::CannotTell(Explain(analysis.reason));
+    case Verdict::kRefused:
+      break;
+  }
+  return Measured::Refused(Explain(analysis.reason));
 }
 
 }  // namespace trammel::tap

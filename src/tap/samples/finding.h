@@ -88,4 +88,7 @@ enum class FindingCode : std::uint8_t {
 /// @returns the length of the whole sentence, without the zero.
 std::size_t ExplainTo(std::span<char> text, const Finding& finding);
 
+/// The contact as a quantity, or the verdict with the reason in a sentence.
+[[nodiscard]] Measured ContactOf(const TapAnalysis& analysis);
+
 }  // namespace trammel::tap

@@ -44,8 +44,8 @@ FindingCode ReasonFor(const TapInput& tap) {
   const TapAnalysis analysis = analyser.Analyse(tap.View());
   EXPECT_FALSE(Explain(analysis.reason).empty());
   if (analysis.verdict != Verdict::kGood) {
-    EXPECT_TRUE(std::isnan(analysis.contact_z_mm));
-    EXPECT_TRUE(std::isnan(analysis.interval95_mm.lo));
+    EXPECT_TRUE(std::isnan(analysis.contact_mm.value));
+    EXPECT_TRUE(std::isnan(analysis.contact_mm.interval95.lo));
   }
   return analysis.reason.code;
 }
@@ -55,7 +55,7 @@ TEST(TapInput, ACleanTapHasItsContact) {
   TapAnalyser analyser({});
   const TapAnalysis analysis = analyser.Analyse(tap.View());
   ASSERT_EQ(analysis.verdict, Verdict::kGood);
-  EXPECT_NEAR(analysis.contact_z_mm, 0, 1e-5);
+  EXPECT_NEAR(analysis.contact_mm.value, 0, 1e-5);
 }
 
 TEST(TapInput, NothingAndNextToNothingIsRefused) {

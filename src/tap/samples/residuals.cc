@@ -171,7 +171,7 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   constexpr double kOfInterest = 3;  // no median is asked for where nothing lies far off
   if (traits.largest > kOfInterest * rms) {
     std::transform(r.begin(), r.end(), scratch.begin(), [](double v) { return std::abs(v); });
-    const double median = ValueOfRank(scratch.first(n), n / 2);
+    const double median = UpperMedian(scratch.first(n));
     traits.robust_deviation = std::max(median / kMedianOfNormal, kLeastOfRms * rms);
   }
   const double beyond = all[0] - press[0];

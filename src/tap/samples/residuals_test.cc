@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "base/random.h"
-#include "tap/samples/sample_statistics.h"
 
 namespace trammel::tap {
 namespace {
@@ -52,24 +50,6 @@ TEST(Residuals, HumOfUnevenSamplesIsThatOfPlainProjection) {
       const double wave = cosine * std::cos(phase) + sine * std::sin(phase);
       EXPECT_NEAR(rest[i], r[i] - wave, kSeries * hum.amplitude_g);
       EXPECT_EQ(force[i], rest[i]);
-    }
-  }
-}
-
-TEST(SampleStatistics, AValueOfARankIsTheOneThatSortingPutsThere) {
-  Random random(1000);
-  for (const std::size_t count : {1, 2, 3, 8, 101, 400}) {
-    for (const double steps : {2.0, 1e9}) {  // with equal values, and without
-      std::vector<double> values(count);
-      for (double& value : values) {
-        value = std::floor(steps * random.Uniform());
-      }
-      std::vector<double> sorted = values;
-      std::sort(sorted.begin(), sorted.end());
-      for (std::size_t rank = 0; rank < count; ++rank) {
-        std::vector<double> mixed = values;
-        EXPECT_EQ(ValueOfRank(mixed, rank), sorted[rank]) << count << ", " << rank;
-      }
     }
   }
 }

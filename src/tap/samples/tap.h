@@ -88,11 +88,8 @@ struct TapAnalysis {
   Verdict verdict = Verdict::kRefused;
   Finding reason;  ///< Why, where the verdict is not good.
   Method method = Method::kContact;
-  // The next five are NaN unless the verdict is good.
-  double contact_z_mm = 0;             ///< Height at which the nozzle lets go of the bed.
-  double contact_time_s = 0;           ///< When it does, on the samples' clock.
-  double standard_uncertainty_mm = 0;  ///< k = 1
-  Interval interval95_mm;
+  Quantity contact_mm;  ///< Height at which the nozzle lets go; NaN unless the verdict is good.
+  double contact_time_s = 0;  ///< When it does, on the samples' clock; NaN likewise.
   double quality = 0;  ///< 0 … 100; below 40 is bad. Given for refused taps too, where it can be.
   double noise_g = 0;  ///< Standard deviation of one sample about the fit.
   double latency_s = 0;  ///< By which forces were taken to be read late: as stated, or estimated,

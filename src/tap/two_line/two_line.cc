@@ -146,13 +146,14 @@ void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapM
   result.latency_s = std::isnan(options.latency_s) ? 0 : options.latency_s;
   result.latency_uncertainty_s = options.latency_uncertainty_s;
   result.contact_time_s = clean.origin_s + lines.let_go.time_s - result.latency_s;
-  result.contact_z_mm = motion.Z(result.contact_time_s);
+  result.contact_mm.value = motion.Z(result.contact_time_s);
   const double degrees = static_cast<double>(lines.decompression.count) - 2;
-  result.standard_uncertainty_mm =
+  result.contact_mm.standard_uncertainty =
       motion.pull_back_speed_mm_s * std::hypot(lines.let_go.standard_uncertainty_s,
                                                options.latency_uncertainty_s, kTimeResolution_s);
-  const double half_mm = Student95(degrees) * result.standard_uncertainty_mm;
-  result.interval95_mm = {result.contact_z_mm - half_mm, result.contact_z_mm + half_mm};
+  const double half_mm = Student95(degrees) * result.contact_mm.standard_uncertainty;
+  result.contact_mm.interval95 = {result.contact_mm.value - half_mm,
+                                  result.contact_mm.value + half_mm};
 }
 
 }  // namespace trammel::tap

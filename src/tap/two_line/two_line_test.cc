@@ -30,9 +30,9 @@ Errors Repeat(const TapDrawing& drawing, int taps) {
       ++errors.refused;
       continue;
     }
-    const double error_mm = result.contact_z_mm - tap.drawn.contact_z_mm;
+    const double error_mm = result.contact_mm.value - tap.drawn.contact_z_mm;
     errors.um.push_back(error_mm * 1e3);
-    errors.of_uncertainty.push_back(error_mm / result.standard_uncertainty_mm);
+    errors.of_uncertainty.push_back(error_mm / result.contact_mm.standard_uncertainty);
   }
   return errors;
 }
@@ -95,7 +95,7 @@ TEST(TwoLine, SignTareAndClockDoNotMatter) {
   const TapAnalysis mirrored = AnalyseTwoLine(tap.View());
   ASSERT_EQ(mirrored.verdict, Verdict::kGood);
   // Forces of 2000 gf and times of 50,000 s in double and then in single: 1e-4 gf and 1e-7 s.
-  EXPECT_NEAR(mirrored.contact_z_mm, plain.contact_z_mm, 1e-6);
+  EXPECT_NEAR(mirrored.contact_mm.value, plain.contact_mm.value, 1e-6);
   EXPECT_NEAR(mirrored.quality, plain.quality, 1e-2);
 }
 
@@ -107,9 +107,9 @@ TEST(TwoLine, LatencyMovesTheContactByItsWayAndAddsItsUncertainty) {
   options.latency_s = 0.010;
   options.latency_uncertainty_s = 0.005;
   const TapAnalysis late = TapAnalyser(options).Analyse(tap.View());
-  EXPECT_NEAR(late.contact_z_mm, plain.contact_z_mm - 0.32 * 0.010, 1e-9);
-  EXPECT_NEAR(late.standard_uncertainty_mm, std::hypot(plain.standard_uncertainty_mm, 0.32 * 0.005),
-              1e-9);
+  EXPECT_NEAR(late.contact_mm.value, plain.contact_mm.value - 0.32 * 0.010, 1e-9);
+  EXPECT_NEAR(late.contact_mm.standard_uncertainty,
+              std::hypot(plain.contact_mm.standard_uncertainty, 0.32 * 0.005), 1e-9);
 }
 
 TEST(TwoLine, ASplitThatNoiseWouldHideIsSkippedWithANotice) {
@@ -150,7 +150,7 @@ void ExpectRefusal(FindingCode code, const std::function<void(RecordedTap&)>& ch
   const TapAnalysis result = AnalyseTwoLine(tap.View());
   EXPECT_NE(result.verdict, Verdict::kGood);
   EXPECT_EQ(Name(result.reason.code), Name(code)) << Explain(result.reason);
-  EXPECT_TRUE(std::isnan(result.contact_z_mm));
+  EXPECT_TRUE(std::isnan(result.contact_mm.value));
 }
 
 TEST(TwoLine, RefusesMovesThatThePublishedMethodDoesNotKnow) {
