@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,17 +56,6 @@ TEST(ConfigKeys, DescriptionIsItselfAConfigurationThatChangesNothing) {
   const auto settings = SettingsOf(*config);
   for (std::size_t i = 0; i < settings.size(); ++i) {
     EXPECT_EQ(FormatSetting(settings[i]), FormatSetting(expected[i])) << settings[i].key;
-  }
-}
-
-TEST(ConfigKeys, StandInTheDocumentationAsTheProgramPrintsThem) {
-  std::ifstream file(TRAMMEL_DOCS_DIR "/config.md");
-  std::stringstream text;
-  text << file.rdbuf();
-  EXPECT_THAT(text.str(), HasSubstr("```toml\n" + DescribeConfigKeys() + "```\n"))
-      << "put the output of trammel config keys into docs/config.md";
-  for (const auto& placeholder : PatternPlaceholders(PatternConfig{})) {
-    EXPECT_THAT(text.str(), HasSubstr("`{" + placeholder.name + "}`"));
   }
 }
 
