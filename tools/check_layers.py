@@ -107,8 +107,6 @@ INNER = {
 APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 APP_SHOP = {"base", "files", "image", "sim", "part_alignment/targets"}
-# A study of an instrument hands it what sim recorded, as files.
-APP_STUDY = {"base", "document", "files", "sim", "pressure_advance"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.
 SUPPORT_ALLOWED = {"base", "geometry", "support"}
@@ -125,7 +123,7 @@ def room_of(path):
 def known(room):
     """Whether the tables have such a room."""
     head, _, inner = room.partition("/")
-    if room in {"main", "app", "app/config", "app/shop", "app/study"}:
+    if room in {"main", "app", "app/config", "app/shop"}:
         return True
     if head in INSTRUMENTS:
         return inner in INSTRUMENTS[head] or inner in ASPECTS
@@ -144,13 +142,11 @@ def allowed_in_app(room, other):
     if other in {"app", "app/config"}:
         return room != "app/config" or other == room
     if room == "main":
-        return other in {"app/shop", "app/study"} or other in MAIN
+        return other == "app/shop" or other in MAIN
     if room == "app/config":
         return covers(APP_CONFIG, other)
     if room == "app/shop":
         return covers(APP_SHOP, other)
-    if room == "app/study":
-        return covers(APP_STUDY, other)
     return covers(APP_SHARED, other)
 
 
@@ -168,7 +164,7 @@ def allowed(room, other):
             siblings = pure[inner] if inner in pure else set(pure) | ASPECTS[inner][1]
             return other_inner in siblings
         common = PURE if inner in pure else ASPECTS[inner][0]
-        return other_head in common and other not in {"app/shop", "app/study"}
+        return other_head in common and other != "app/shop"
     if head in INNER and other_head == head:
         return other_inner in INNER[head][inner]
     return other_head in COMMON[head]

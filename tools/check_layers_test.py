@@ -10,8 +10,7 @@ CHECK = pathlib.Path(__file__).with_name("check_layers.py")
 # A tree with one header in each of a few rooms.
 HEADERS = ["base/result.h", "files/new_file.h", "machine/net/byte_stream.h", "sim/print/printer.h",
            "tap/contact/contact.h", "tap/files/tap_file.h", "tap/report/tap_text.h",
-           "tap/samples/tap.h", "tool_offset/sheet/sheet_plan.h", "app/commands.h",
-           "app/study/study_scan.h"]
+           "tap/samples/tap.h", "tool_offset/sheet/sheet_plan.h", "app/commands.h"]
 
 
 class CheckLayers(unittest.TestCase):
@@ -38,8 +37,7 @@ class CheckLayers(unittest.TestCase):
         for path, include in [("src/tap/contact/fit.cc", "tap/samples/tap.h"),
                               ("src/tap/files/tap_csv.cc", "files/new_file.h"),
                               ("src/tap/commands/tap_run.cc", "tap/report/tap_text.h"),
-                              ("src/app/shop/sim_taps.cc", "sim/print/printer.h"),
-                              ("src/app/study/study_world.cc", "sim/print/printer.h")]:
+                              ("src/app/shop/sim_taps.cc", "sim/print/printer.h")]:
             self.assertEqual(self.check(path, include), (True, "0 layer violation(s)\n"))
 
     def test_no_instrument_includes_another(self):
@@ -60,8 +58,6 @@ class CheckLayers(unittest.TestCase):
         for room in ["contact", "report", "commands"]:
             self.assert_refused(f"src/tap/{room}/x.cc", "sim/print/printer.h",
                                 f"tap/{room} must not include sim/print")
-        self.assert_refused("src/pressure_advance/commands/x.cc", "app/study/study_scan.h",
-                            "pressure_advance/commands must not include app/study")
         self.assert_refused("tests/support/world.cc", "sim/print/printer.h",
                             "tests/support must not include sim")
 

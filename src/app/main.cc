@@ -26,9 +26,6 @@
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif
-#ifdef TRAMMEL_STUDY
-#include "app/study/study_command.h"
-#endif
 #ifdef TRAMMEL_PRESSURE_ADVANCE
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/pressure_advance_job.h"
@@ -82,22 +79,11 @@ struct Command {
   void (*fill)(CLI::App& command, int& exit_code);  // none: left out (TRAMMEL_INSTRUMENTS)
 };
 
-#ifdef TRAMMEL_PRESSURE_ADVANCE
-void FillPressureAdvance(CLI::App& pa, int& exit_code) {
-  trammel::app::AddPressureAdvanceCommands(pa, exit_code);
-#ifdef TRAMMEL_STUDY
-  trammel::app::AddPressureAdvanceStudy(pa, exit_code);
-#else
-  trammel::app::AddLeftOutCommand(pa, exit_code, "study");
-#endif
-}
-#endif
-
 // In the order of the help.
 constexpr Command kCommands[] = {
     {"pa", "pressure advance",
 #ifdef TRAMMEL_PRESSURE_ADVANCE
-     FillPressureAdvance
+     trammel::app::AddPressureAdvanceCommands
 #else
      nullptr
 #endif
