@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 #include <string>
 
@@ -69,44 +67,6 @@ TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
   EXPECT_EQ(plan->line_length_mm, 25);
 }
 
-TEST(PatternCommand, LiesClearOfAPrintThatThePlateIsSharedWith) {
-  const TemporaryFolder folder;
-  // A pattern is a print like any other, in the middle of the plate.
-  ASSERT_EQ(RunTrammel("pa pattern --material abs --out part.gcode", folder.path()).exit_code, 0);
-  const CommandResult run =
-      RunTrammel("pa pattern --material abs --clear-of part.gcode", folder.path());
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("mm, clear of part.gcode"));
-  const auto lies = [&](const std::string& name) {
-    const auto plan = files::ParsePlan(ReadWhole(folder.path() / name), name);
-    EXPECT_TRUE(plan) << plan.error().message;
-    std::array<double, 4> bounds = {1e9, 1e9, -1e9, -1e9};
-    if (!plan) return bounds;
-    for (const auto& line : plan->lines) {
-      bounds = {std::min({bounds[0], line.start_x_mm, line.end_x_mm}),
-                std::min({bounds[1], line.start_y_mm, line.end_y_mm}),
-                std::max({bounds[2], line.start_x_mm, line.end_x_mm}),
-                std::max({bounds[3], line.start_y_mm, line.end_y_mm})};
-    }
-    return bounds;
-  };
-  const auto part = lies("part.plan.json");
-  const auto pattern = lies("pattern.plan.json");
-  constexpr double kClear_mm = 5;
-  EXPECT_TRUE(pattern[0] > part[2] + kClear_mm || pattern[2] < part[0] - kClear_mm ||
-              pattern[1] > part[3] + kClear_mm || pattern[3] < part[1] - kClear_mm)
-      << run.output;
-  const CommandResult onto = RunTrammel(
-      "pa pattern --material abs --force --clear-of part.gcode --out ./part.gcode", folder.path());
-  EXPECT_EQ(onto.exit_code, 1);
-  EXPECT_THAT(onto.output, HasSubstr("--out ./part.gcode: is the print of --clear-of"));
-  WriteWhole(folder.path() / "inches.gcode", "G20\n");
-  const CommandResult refused =
-      RunTrammel("pa pattern --material abs --force --clear-of inches.gcode", folder.path());
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.output, HasSubstr("inches.gcode: line 1: G20 counts in inches"));
-}
-
 TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
   struct Mistake {
     const char* arguments;
@@ -127,8 +87,6 @@ TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
            Mistake{"--config .", ".: is a folder"},
            Mistake{"--out missing/a.gcode", "missing/a.gcode: cannot be written: No such file"},
            Mistake{"--out ''", "must end in a file name"},
-           Mistake{"--clear-of ''", "--clear-of: must name a print's G-code file"},
-           Mistake{"--clear-of .", ".: is no regular file"},
            Mistake{"--colour red", "--colour"},
        }) {
     const TemporaryFolder folder;

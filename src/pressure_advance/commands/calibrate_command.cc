@@ -164,15 +164,6 @@ Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::
   return {};
 }
 
-void SayItMayStay(const CalibrateArguments& arguments,
-                  const pressure_advance::PatternConfig& pattern) {
-  if (!arguments.plate.clear_of) return;
-  fmt::print(
-      "plate             the pattern may stay for {}: it lies clear of it. It is {:.2g} mm high: "
-      "let no macro home, probe a mesh or prime there\n",
-      *arguments.plate.clear_of, pattern.layer_height_mm);
-}
-
 // Reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              files::Config config, fs::path folder,
@@ -206,7 +197,6 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     if (!validated) return PrintError(validated.error());
     worth_applying = *validated;
   }
-  if (!arguments.json) SayItMayStay(arguments, config.pattern);
   if (arguments.apply && worth_applying) {
     const auto state = files::StateFolder();
     if (!state) return PrintError(state.error());
@@ -296,9 +286,7 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   return config;
 }
 
-int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran,
-                 const pressure_advance::PatternConfig& pattern) {
-  SayItMayStay(arguments, pattern);
+int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
   const fs::path plan = ran.folder / "pattern.plan.json";
   if (arguments.plate.photo) {
     fmt::print("printed           for a photo; everything is off, as the end G-code left it\n");
@@ -355,10 +343,8 @@ int RunCalibration(const CalibrateArguments& arguments) {
     return PrintError(laid.error());
   }
   if (arguments.plate.conditions.any()) {
-    const int code = RunConditions(
+    return RunConditions(
         {*config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
-    if (!arguments.json) SayItMayStay(arguments, config->pattern);
-    return code;
   }
   request.pattern = config->pattern;
   procedure::RecordingCutter cutter;
@@ -374,7 +360,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
     FinishCutting(cutter, interrupt.token());
     return code;
   }
-  return SayHowItLies(arguments, *ran, config->pattern);
+  return SayHowItLies(arguments, *ran);
 }
 
 CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
@@ -418,7 +404,6 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   refine->excludes(validate);
   AddPlateOptions(*calibrate, whole->plate, {validate, refine, calibrate->get_option("--apply")});
   refine->excludes(calibrate->get_option("--repeat"));
-  AddClearOfOption(*calibrate, whole->plate.clear_of)->excludes(validate)->excludes(refine);
 
   const auto print_only = std::make_shared<CalibrateArguments>();
   print_only->scan = false;
@@ -437,7 +422,6 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                      "afterwards")
           ->excludes(gcode)
           ->excludes(plan);
-  AddClearOfOption(*print, print_only->plate.clear_of)->excludes(gcode)->excludes(plan);
   print
       ->add_option("--filament", print_only->filament,
                    "which filament it is: pa photo measures no photo of it for another one" +

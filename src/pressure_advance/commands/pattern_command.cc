@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "app/commands.h"
@@ -22,7 +21,6 @@
 #include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_plan.h"
-#include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -47,7 +45,6 @@ struct PatternArguments {
   std::string grid;
   std::string dialect;
   std::string material;
-  std::optional<std::string> clear_of;
   bool idle = false;
   bool photo = false;
   bool force = false;
@@ -151,24 +148,11 @@ void PrintJson(const PatternSummary& summary, const MachineTime& time) {
   fmt::print("{}\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-// --force overwrites no print that the pattern is to leave room for.
-Result<void> KeepPrint(const std::optional<std::string>& clear_of, const fs::path& gcode) {
-  std::error_code code;
-  if (!clear_of || !fs::equivalent(*clear_of, gcode, code)) return {};
-  return Fail(
-      fmt::format("--out {}: is the print of --clear-of; name another file", gcode.string()));
-}
-
 Result<void> RunPattern(const PatternArguments& arguments) {
   const Result<ConfigText> text = FindConfig(arguments.config);
   if (!text) return tl::unexpected(text.error());
   Result<files::Config> settings = Configure(arguments, *text);
   if (!settings) return tl::unexpected(settings.error());
-  if (arguments.clear_of) {
-    auto laid = LayClearOf(*arguments.clear_of, arguments.photo ? nullptr : &settings->scan,
-                           BedOf(settings->pattern), settings->pattern);
-    if (!laid) return laid;
-  }
   const PatternConfig& config = settings->pattern;
   const fs::path gcode_path = arguments.out;
   if (!gcode_path.has_filename()) {
@@ -184,7 +168,6 @@ Result<void> RunPattern(const PatternArguments& arguments) {
       !may) {
     return may;
   }
-  if (auto kept = KeepPrint(arguments.clear_of, gcode_path); !kept) return kept;
   const PatternLayout layout = LayOut(config);
   const auto plan = MakePlan(layout, config, gcode_path.filename().string());
   const report::Canvas preview = report::PatternPreview(layout, config);
@@ -238,7 +221,6 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
   AddMaterialOption(*command, arguments->material);
-  AddClearOfOption(*command, arguments->clear_of);
   command->add_flag("--idle", arguments->idle,
                     "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "app/config/config_file.h"
@@ -21,9 +20,7 @@ namespace trammel::app {
 struct AskedPlate {
   std::optional<int> repeat;   ///< patterns alike; absent: one
   AskedConditions conditions;  ///< of patterns that differ
-  /// G-code of a print that the plate is shared with.
-  std::optional<std::string> clear_of;
-  bool photo = false;  ///< is taken of it: no laser has to reach it
+  bool photo = false;          ///< is taken of it: no laser has to reach it
 };
 
 /// --repeat, --speeds, --accelerations and --max-flow.
@@ -31,19 +28,8 @@ struct AskedPlate {
 void AddPlateOptions(CLI::App& command, AskedPlate& asked,
                      const std::vector<CLI::Option*>& of_one_answer);
 
-/// --clear-of.
-CLI::Option* AddClearOfOption(CLI::App& command, std::optional<std::string>& clear_of);
-
-/// Puts a pattern clear of the print that --clear-of names, and says where on stderr. Errors: those
-/// of ReadFootprint and PatternsClearOf.
-/// @param scanned  nullptr: it is printed only
-[[nodiscard]] Result<void> LayClearOf(const std::string& clear_of,
-                                      const settings::ScanSettings* scanned,
-                                      const procedure::Reach& reach,
-                                      pressure_advance::PatternConfig& pattern);
-
 /// Puts the patterns that are asked for beside one another. Errors: those of PatternsBeside,
-/// CombineConditions, LayConditions and LayClearOf.
+/// CombineConditions and LayConditions.
 [[nodiscard]] Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
                                       files::Config& config);
 

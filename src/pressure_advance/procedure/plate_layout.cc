@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <vector>
 
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
@@ -21,21 +20,19 @@ using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
 constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
-constexpr double kClearOfPrint_mm = kLeastGap_mm + 1;  // from a bead's middle
 
 // Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
-Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings* scanned,
+Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& settings,
                               const Reach& reach) {
   const auto layout = LayOut(config);
   BoundsMm bounds = layout.printed;
-  if (scanned == nullptr) return bounds;
   Reach wide = reach;
   wide.round = false;
   for (const std::size_t axis : {0U, 1U}) {
     wide.minimum_mm[axis] = -kAnywhere_mm;
     wide.maximum_mm[axis] = kAnywhere_mm;
   }
-  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, *scanned, wide);
+  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, settings, wide);
   if (!sweeps) return tl::unexpected(sweeps.error());
   for (const Sweep& sweep : sweeps->sweeps) {
     bounds.min_x_mm = std::min({bounds.min_x_mm, sweep.start_x_mm, sweep.end_x_mm});
@@ -64,8 +61,9 @@ struct Room {
   std::optional<Interval> x_mm, y_mm;  // shifts of them
 };
 
-Result<Room> RoomFor(const PatternConfig& config, const ScanSettings* scanned, const Reach& reach) {
-  const auto nozzle = NozzleBounds(config, scanned, reach);
+Result<Room> RoomFor(const PatternConfig& config, const ScanSettings& settings,
+                     const Reach& reach) {
+  const auto nozzle = NozzleBounds(config, settings, reach);
   if (!nozzle) return tl::unexpected(nozzle.error());
   Room room{OuterBounds(config), {}, {}};
   const BoundsMm& printed = room.printed;
@@ -84,27 +82,19 @@ Result<Room> RoomFor(const PatternConfig& config, const ScanSettings* scanned, c
   return room;
 }
 
-// The same patterns shifted; nothing where they cannot be printed or scanned there.
-std::optional<PatternConfig> Shifted(PatternConfig config, const Room& room, double x_mm,
-                                     double y_mm, const ScanSettings* scanned, const Reach& reach) {
-  config.position_x_mm = room.printed.min_x_mm + x_mm;
-  config.position_y_mm = room.printed.min_y_mm + y_mm;
-  if (FindProblem(config)) return std::nullopt;
-  if (scanned != nullptr &&
-      !PlanSweeps(MakePlan(LayOut(config), config, ""), {}, *scanned, reach)) {
-    return std::nullopt;
-  }
-  return config;
-}
-
 // The same patterns where all is reached; nothing where they are nowhere.
 Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSettings& settings,
                                            const Reach& reach) {
-  const auto room = RoomFor(config, &settings, reach);
+  const auto room = RoomFor(config, settings, reach);
   if (!room) return tl::unexpected(room.error());
   if (!room->x_mm || !room->y_mm) return std::optional<PatternConfig>();
-  return Shifted(std::move(config), *room, std::clamp(0.0, room->x_mm->lo, room->x_mm->hi),
-                 std::clamp(0.0, room->y_mm->lo, room->y_mm->hi), &settings, reach);
+  config.position_x_mm = room->printed.min_x_mm + std::clamp(0.0, room->x_mm->lo, room->x_mm->hi);
+  config.position_y_mm = room->printed.min_y_mm + std::clamp(0.0, room->y_mm->lo, room->y_mm->hi);
+  if (FindProblem(config) ||
+      !PlanSweeps(MakePlan(LayOut(config), config, ""), {}, settings, reach)) {
+    return std::optional<PatternConfig>();
+  }
+  return std::optional(std::move(config));
 }
 
 // In the grid with the shortest diagonal that fits; nothing where none does.
@@ -128,42 +118,6 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
     shortest_mm = diagonal_mm;
   }
   return best;
-}
-
-// Millimetre by millimetre from where patterns would lie without anything beside them.
-std::vector<double> StepsOutwards(const std::optional<Interval>& shifts_mm) {
-  if (!shifts_mm) return {};
-  const auto& [lo, hi] = *shifts_mm;
-  const double first_mm = std::clamp(0.0, lo, hi);
-  std::vector<double> steps = {first_mm};
-  for (double way_mm = 1; way_mm < hi - lo; ++way_mm) {
-    if (first_mm - way_mm > lo) steps.push_back(first_mm - way_mm);
-    if (first_mm + way_mm < hi) steps.push_back(first_mm + way_mm);
-  }
-  for (const double end_mm : {lo, hi}) {
-    if (end_mm != first_mm) steps.push_back(end_mm);
-  }
-  return steps;
-}
-
-tl::unexpected<Error> NoRoomBeside(const gcode::Footprint& print, const PatternConfig& pattern,
-                                   const BoundsMm& size, bool scanned) {
-  const auto needs = print.Bounds();
-  return Fail(
-      fmt::format(
-          "there is no room for {:.0f} x {:.0f} mm, {:.0f} mm clear of the print{}, within the "
-          "reach of nozzle{}: move the print on the plate in the slicer, or calibrate without "
-          "--clear-of and take the pattern off before the print{}",
-          size.max_x_mm - size.min_x_mm, size.max_y_mm - size.min_y_mm, kLeastGap_mm,
-          needs ? fmt::format(" (X {:.0f} to {:.0f}, Y {:.0f} to {:.0f} mm, with its travels near "
-                              "the plate)",
-                              needs->min_x_mm, needs->max_x_mm, needs->min_y_mm, needs->max_y_mm)
-                : "",
-          scanned ? " and camera" : "",
-          pattern.position_x_mm || pattern.position_y_mm
-              ? ", or leave position_x and position_y out of the settings"
-              : ""),
-      ErrorKind::kSafety);
 }
 
 }  // namespace
@@ -194,35 +148,6 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
                   most > 0 ? fmt::format("at most {} do", most) : "nor does one",
                   most > 1 ? fmt::format("ask for so many with {}, or ", option) : ""),
       ErrorKind::kSafety);
-}
-
-Result<PatternConfig> PatternsClearOf(const gcode::Footprint& print, PatternConfig pattern,
-                                      const ScanSettings* scanned, const Reach& reach) {
-  const auto room = RoomFor(pattern, scanned, reach);
-  if (!room) return tl::unexpected(room.error());
-  const BoundsMm& now = room->printed;
-  struct Shift {
-    double way_mm, x_mm, y_mm;
-  };
-  std::vector<Shift> clear;
-  for (const double x_mm : StepsOutwards(room->x_mm)) {
-    for (const double y_mm : StepsOutwards(room->y_mm)) {
-      if (print.Clear(
-              {now.min_x_mm + x_mm - kClearOfPrint_mm, now.min_y_mm + y_mm - kClearOfPrint_mm,
-               now.max_x_mm + x_mm + kClearOfPrint_mm, now.max_y_mm + y_mm + kClearOfPrint_mm})) {
-        clear.push_back({std::hypot(x_mm, y_mm), x_mm, y_mm});
-      }
-    }
-  }
-  std::sort(clear.begin(), clear.end(),
-            [](const Shift& a, const Shift& b) { return a.way_mm < b.way_mm; });
-  // On a round bed the first of them may lie outside.
-  constexpr std::size_t kMostTries = 20'000;
-  for (std::size_t i = 0; i < std::min(clear.size(), kMostTries); ++i) {
-    auto laid = Shifted(pattern, *room, clear[i].x_mm, clear[i].y_mm, scanned, reach);
-    if (laid) return std::move(*laid);
-  }
-  return NoRoomBeside(print, pattern, now, scanned != nullptr);
 }
 
 std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,

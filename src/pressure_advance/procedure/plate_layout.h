@@ -6,7 +6,6 @@
 
 #include "base/measured.h"
 #include "base/result.h"
-#include "gcode/footprint.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "settings/scan_settings.h"
@@ -27,18 +26,6 @@ inline constexpr int kMostPatterns = 9;
 [[nodiscard]] Result<pressure_advance::PatternConfig> PatternsBeside(
     const pressure_advance::PatternConfig& one, int count, const settings::ScanSettings& settings,
     const Reach& reach, const std::string& option = "--repeat");
-
-/// Height above a pattern, from which its beads may stick out, that a nozzle passes it at.
-inline constexpr double kPassAbove_mm = 1;
-
-/// Moves the patterns clear of a print that will be made on the same plate afterwards: 5 mm from
-/// all that it needs, as near as that lets them to where they would lie without it.
-/// @param pattern  valid settings, of a grid too; a position that they name stays
-/// @param scanned  how they will be scanned; nullptr: they are printed only
-/// Errors: those of PlanSweeps; kSafety where there is no such place, with what to do instead.
-[[nodiscard]] Result<pressure_advance::PatternConfig> PatternsClearOf(
-    const gcode::Footprint& print, pressure_advance::PatternConfig pattern,
-    const settings::ScanSettings* scanned, const Reach& reach);
 
 /// A print that goes onto a plate on which patterns lie already only heats: a start G-code that
 /// homes would probe the plate where they lie.
