@@ -33,8 +33,6 @@
 #include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/refinement.h"
-#include "pressure_advance/commands/validation.h"
-#include "pressure_advance/procedure/comparison.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
@@ -62,7 +60,6 @@ struct CalibrateArguments {
   bool print = true;
   bool scan = true;
   bool apply = false;
-  bool validate = false;
   bool refine = false;
   bool dry_run = false;
   bool json = false;
@@ -108,35 +105,6 @@ Result<pressure_advance::PatternPlan> PlanOnBed(const std::string& address) {
   return std::move(lying->plan);
 }
 
-Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& session,
-                                                     const files::Config& config, double value_s) {
-  const auto reach = procedure::ReachOf(session);
-  if (!reach) return tl::unexpected(reach.error());
-  auto pattern = procedure::ComparisonBeside(config.pattern, value_s, config.scan, *reach);
-  if (!pattern) return tl::unexpected(pattern.error());
-  auto request = RequestFor(config, {});
-  request.pattern = std::move(*pattern);
-  return request;
-}
-
-// @returns whether the value is worth applying; prints what was found.
-Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Session& session,
-                      const files::Config& config, const fs::path& folder, double value_s,
-                      procedure::RecordingCutter* cutter, int& code) {
-  auto request = PlanComparison(session, config, value_s);
-  if (!request) return tl::unexpected(request.error());
-  request->cutter = cutter;
-  const auto own_folder = NewFolder::Make(folder / "validation");
-  if (!own_folder) return tl::unexpected(own_folder.error());
-  request->folder = own_folder->path();
-  session.Say("printing lines without pressure advance, and lines with it");
-  const auto improvement = RunComparison(session, *request);
-  if (!improvement) return tl::unexpected(improvement.error());
-  if (!arguments.json) code = PrintImprovement(*improvement, request->folder, false);
-  if (!improvement->deviation.good()) code = kExitNotTrusted;
-  return WorthApplying(*improvement);
-}
-
 // Whether another spool came onto the printer meanwhile, in words; empty where not.
 std::string SpoolChange(const machine::Spool& before, const std::optional<machine::Spool>& now) {
   if (now && now->id == before.id) return "";
@@ -164,7 +132,7 @@ Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::
   return {};
 }
 
-// Reports, validates and applies where asked to.
+// Reports, and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              files::Config config, fs::path folder,
              const std::optional<machine::Spool>& spool_before, EarlyAnswer& answer,
@@ -185,19 +153,12 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     auto again = MeasureAgain(arguments, session, cutter, config, folder, *run, result);
     if (!again) return PrintError(again.error());
   }
-  int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
+  const int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   if (!arguments.json) PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
-  std::fflush(stdout);  // the answer, before minutes of validation
   const double value_s = measured.quantity().value;
-  bool worth_applying = true;
-  if (arguments.validate) {
-    const auto validated = Validate(arguments, session, config, folder, value_s, cutter, code);
-    if (!validated) return PrintError(validated.error());
-    worth_applying = *validated;
-  }
-  if (arguments.apply && worth_applying) {
+  if (arguments.apply) {
     const auto state = files::StateFolder();
     if (!state) return PrintError(state.error());
     const auto turn = procedure::TakeTurn(session, config.scan, *state, "trammel pa calibrate");
@@ -216,11 +177,8 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     return code;
   }
   if (!arguments.json) {
-    SayNext(
-        "nothing applied",
-        fmt::format("{}trammel pa apply {}{}",
-                    worth_applying ? "" : "because the validation shows no gain; all the same: ",
-                    ShellQuoted(folder.string()), WordsForPrinter(arguments.printer)));
+    SayNext("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
+                                           WordsForPrinter(arguments.printer)));
     ExplainKeeping(value_s, session);
   }
   return code;
@@ -234,10 +192,6 @@ struct Ran {
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
                 procedure::CalibrationRequest request, const files::Config& config,
                 EarlyAnswer& answer) {
-  if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
-    const auto room = PlanComparison(session, config, 1);
-    if (!room) return tl::unexpected(room.error());
-  }
   if (arguments.refine) {
     const auto reach = procedure::ReachOf(session);
     if (!reach) return tl::unexpected(reach.error());
@@ -394,15 +348,11 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                                 "print the pattern, scan it, and say the answer", whole);
   AddMaterialOption(*calibrate, whole->printer.material);
   AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
-  CLI::Option* validate =
-      calibrate->add_flag("--validate", whole->validate,
-                          "then print lines without and with the answer, and say what it improved");
   CLI::Option* refine = calibrate->add_flag("--refine", whole->refine,
                                             "where the answer lies, or may lie, beyond the tested "
                                             "range, print a second pattern beside the "
                                             "first over the range that it asks for");
-  refine->excludes(validate);
-  AddPlateOptions(*calibrate, whole->plate, {validate, refine, calibrate->get_option("--apply")});
+  AddPlateOptions(*calibrate, whole->plate, {refine, calibrate->get_option("--apply")});
   refine->excludes(calibrate->get_option("--repeat"));
 
   const auto print_only = std::make_shared<CalibrateArguments>();

@@ -1,6 +1,11 @@
-// trammel pa validate: what a pressure advance is worth, on a clean plate or from a recording.
+// trammel pa validate: prints lines without and with a pressure advance, and compares them.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/commands.h"
@@ -8,72 +13,128 @@
 #include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
+#include "base/json_text.h"
+#include "base/measured_json.h"
+#include "document/interval_text.h"
+#include "files/new_file.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/commands/validation.h"
-#include "pressure_advance/procedure/comparison.h"
+#include "pressure_advance/response/improvement.h"
 #include "settings/material.h"
 
 namespace trammel::app {
 namespace {
 
+namespace fs = std::filesystem;
+using pressure_advance::ComparedGroup;
+using pressure_advance::Improvement;
+using Json = nlohmann::ordered_json;
+
 struct ValidateArguments {
   PrinterOptions printer;
   std::string value;
-  std::string recording;
   std::string out;
   bool dry_run = false;
   bool json = false;
-  bool keep_full = false;
 };
 
-int Evaluate(const ValidateArguments& arguments) {
-  const auto improvement = EvaluateComparison(arguments.recording);
-  if (!improvement) return PrintError(improvement.error());
-  return PrintImprovement(*improvement, arguments.recording, arguments.json);
+// Half of the lines without pressure advance, half with the value, in one pattern.
+Result<void> SetForComparison(double value_s, pressure_advance::PatternConfig& pattern) {
+  constexpr int kLines = 10;           // five of either group, as in the paper
+  constexpr double kLeast_s = 0.0001;  // differs from 0 with the decimals of the G-code
+  if (!(value_s >= kLeast_s && value_s <= 10)) {
+    return Fail(
+        fmt::format("a pressure advance of {} s cannot be compared with none: it must lie "
+                    "within {} ... 10 s",
+                    value_s, kLeast_s));
+  }
+  pattern.pressure_advances_s.clear();
+  pattern.line_count = kLines;
+  pattern.validated_pressure_advance_s = value_s;
+  pattern.columns = pattern.rows = 1;
+  return Validate(pattern);
 }
 
-int RunValidate(const ValidateArguments& arguments) {
-  if (!arguments.recording.empty()) return Evaluate(arguments);
-  if (arguments.value.empty()) {
-    const Result<void> missing = Fail(
-        "name the pressure advance to validate, in s or as a recording's folder, or a "
-        "recorded comparison with --recording");
-    return PrintError(missing.error());
+Json GroupJson(const ComparedGroup& group) {
+  return {{"pressure_advance_s", group.pressure_advance_s},
+          {"lines", group.lines},
+          {"used", group.used}};
+}
+
+std::string ToJson(const Improvement& improvement) {
+  constexpr int kFormat = 2;
+  const Json object = {{"format", kFormat},
+                       {"control", GroupJson(improvement.control)},
+                       {"calibrated", GroupJson(improvement.calibrated)},
+                       {"improvement", MeasuredJson(improvement.deviation)},
+                       {"surplus_left", MeasuredJson(improvement.surplus_left)}};
+  return JsonText(object);
+}
+
+std::string Percent(const Measured& measured) {
+  if (!measured.good()) {
+    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
   }
+  return report::WithInterval(measured.quantity(),
+                              {.unit = "%", .scale = 100, .least_decimals = 1});
+}
+
+// Compares the lines of a recording and writes validation.json into it.
+Result<int> Compare(const fs::path& folder, bool json) {
+  const auto measured = MeasureRecording(folder);
+  if (!measured) return tl::unexpected(measured.error());
+  const Improvement improvement =
+      CompareWithControl(measured->profiles, measured->deviation.score_px, measured->scan.motion);
+  const std::string text = ToJson(improvement);
+  auto written = files::WriteWholeFile(folder / "validation.json", text, files::IfThere::kReplace);
+  if (!written) return tl::unexpected(written.error());
+  if (json) {
+    std::fputs(text.c_str(), stdout);
+  } else {
+    const ComparedGroup& control = improvement.control;
+    const ComparedGroup& calibrated = improvement.calibrated;
+    fmt::print("validation        {} of {} lines without pressure advance, {} of {} at {:.4f} s\n",
+               control.used, control.lines, calibrated.used, calibrated.lines,
+               calibrated.pressure_advance_s);
+    fmt::print("  improvement     {}\n", Percent(improvement.deviation));
+    fmt::print("  surplus left    {}\n", Percent(improvement.surplus_left));
+    fmt::print("  recording       {}\n", folder.string());
+  }
+  return improvement.deviation.good() ? kExitGood : kExitNotTrusted;
+}
+
+Result<int> RunValidate(const ValidateArguments& arguments) {
   const Interrupt interrupt;
   auto config = LoadSettings(arguments.printer);
-  if (!config) return PrintError(config.error());
+  if (!config) return tl::unexpected(config.error());
   const auto value = ValueFrom(arguments.value);
-  if (!value) return PrintError(value.error());
-  files::Config one = *config;
-  auto pattern = procedure::ComparisonPattern(one.pattern, value->value_s);
-  if (!pattern) return PrintError(pattern.error());
-  config->pattern = std::move(*pattern);
-  if (auto valid = Validate(config->pattern); !valid) return PrintError(valid.error());
+  if (!value) return tl::unexpected(value.error());
+  if (auto set = SetForComparison(value->value_s, config->pattern); !set) {
+    return tl::unexpected(set.error());
+  }
   if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
-    return PrintError(told.error());
+    return tl::unexpected(told.error());
   }
   if (arguments.dry_run) {
-    const auto done = PrintDryRun(config->pattern, config->scan);
-    return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+    if (auto done = PrintDryRun(config->pattern, config->scan); !done) {
+      return tl::unexpected(done.error());
+    }
+    return kExitGood;
   }
   const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
+  if (!printer) return tl::unexpected(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  if (auto fitted = FitPattern(session, one); !fitted) return PrintError(fitted.error());
-  pattern = procedure::ComparisonPattern(one.pattern, value->value_s);
-  if (!pattern) return PrintError(pattern.error());
-  config->pattern = std::move(*pattern);
+  if (auto fitted = FitPattern(session, *config); !fitted) return tl::unexpected(fitted.error());
   const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return PrintError(folder.error());
-  auto request = RequestFor(*config, folder->path());
+  if (!folder) return tl::unexpected(folder.error());
   procedure::RecordingCutter cutter;
-  if (!arguments.keep_full) request.cutter = &cutter;
-  const auto improvement = RunComparison(session, request);
-  if (!improvement) return PrintError(improvement.error());
-  const int code = PrintImprovement(*improvement, folder->path(), arguments.json);
+  auto request = RequestFor(*config, folder->path());
+  request.cutter = &cutter;
+  const CalibrationRun run = CalibrateInto(session, request);
+  if (!run.done) return tl::unexpected(run.done.error());
+  auto code = Compare(folder->path(), arguments.json);
   FinishCutting(cutter, interrupt.token());
   return code;
 }
@@ -84,17 +145,18 @@ void AddValidateCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "validate", "print lines without and with a pressure advance, and say what it improves");
   const auto arguments = std::make_shared<ValidateArguments>();
-  command->add_option("value", arguments->value, "seconds, or a calibration's recording");
-  command->add_option("--recording", arguments->recording,
-                      "print nothing: compare the lines of this recording again");
+  command->add_option("value", arguments->value, "seconds, or a calibration's recording")
+      ->required();
   AddPrinterOptions(*command, arguments->printer);
   AddCameraOption(*command, arguments->printer);
   AddMaterialOption(*command, arguments->printer.material);
   command->add_option("-o,--out", arguments->out, "new folder for everything that is recorded");
   command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
-  AddKeepFullOption(*command, arguments->keep_full);
-  command->callback([arguments, &exit_code] { exit_code = RunValidate(*arguments); });
+  command->callback([arguments, &exit_code] {
+    const auto code = RunValidate(*arguments);
+    exit_code = code ? *code : PrintError(code.error());
+  });
 }
 
 }  // namespace trammel::app

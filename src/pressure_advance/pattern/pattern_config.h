@@ -54,11 +54,11 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   double pressure_advance_end_s = 0.06;  ///< [0, 10], above the start; paper
   int line_count = 10;                   ///< [2, 200]; paper
   std::vector<double> pressure_advances_s;  ///< explicit values instead of the range; no two equal
-  std::optional<double> control_pressure_advance_s;  ///< all lines at this value: the paper's check
-  std::optional<double> compare_pressure_advance_s;  ///< all lines of the patterns behind the first
-                                                     ///< at this value, beside a control
-  double line_length_mm = 30;                        ///< (0, 2000]; paper
-  double line_spacing_mm = 4;                        ///< (0, 200], above a bead's width; paper
+  /// The second half of the lines at this value, the first without pressure advance: the paper's
+  /// check. No setting: pa validate sets it.
+  std::optional<double> validated_pressure_advance_s;
+  double line_length_mm = 30;  ///< (0, 2000]; paper
+  double line_spacing_mm = 4;  ///< (0, 200], above a bead's width; paper
   std::vector<Segment> segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};  ///< paper
   double acceleration_mm_s2 = 3000;                                    ///< [1, 1e6]; paper
   double layer_height_mm = 0.25;                                       ///< [0.02, 2]; paper's code
@@ -89,8 +89,7 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
-/// @param pattern  which one; they differ only where one is compared with a control.
-[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config, int pattern = 0);
+[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config);
 
 /// How many patterns are printed.
 [[nodiscard]] int PatternCount(const PatternConfig& config);

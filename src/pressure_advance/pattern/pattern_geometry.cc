@@ -25,19 +25,19 @@ constexpr double kShareOfMargin = 0.45;
 
 }  // namespace
 
-std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
+std::vector<double> PressureAdvances(const PatternConfig& config) {
   std::vector<double> values;
-  const std::optional<double> same_s = pattern > 0 && config.compare_pressure_advance_s
-                                           ? config.compare_pressure_advance_s
-                                           : config.control_pressure_advance_s;
   if (!config.pressure_advances_s.empty()) {
     for (double value : config.pressure_advances_s) values.push_back(AsWritten(value));
     return values;
   }
   for (int i = 0; i < config.line_count; ++i) {
     const double share = config.line_count > 1 ? double(i) / (config.line_count - 1) : 0;
-    values.push_back(AsWritten(same_s.value_or(
-        std::lerp(config.pressure_advance_start_s, config.pressure_advance_end_s, share))));
+    const double validated_s = share > 0.5 ? config.validated_pressure_advance_s.value_or(0) : 0;
+    values.push_back(AsWritten(
+        config.validated_pressure_advance_s
+            ? validated_s
+            : std::lerp(config.pressure_advance_start_s, config.pressure_advance_end_s, share)));
   }
   return values;
 }

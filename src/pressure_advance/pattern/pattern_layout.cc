@@ -180,7 +180,7 @@ PatternLayout LayOut(const PatternConfig& config) {
     pen.Begin(pattern, -1, config.frame_pressure_advance_s);
     DrawFrame(config, outer, pen);
     DrawMark(config, outer, pen);
-    const std::vector<double> pressure_advances_s = PressureAdvances(config, pattern);
+    const std::vector<double> pressure_advances_s = PressureAdvances(config);
     const PatternConfig one = SettingsOf(config, pattern);
     for (std::size_t i = 0; i < pressure_advances_s.size(); ++i) {
       layout.lines.push_back(

@@ -133,28 +133,18 @@ TEST(Pattern, TheMarkFillsTheCornerOfTheFirstLinesStartAndTouchesNoLine) {
   EXPECT_GE(beads, 3);
 }
 
-TEST(Pattern, AControlPatternHasOneValueOnAllLines) {
+TEST(Pattern, AComparisonHasHalfOfItsLinesWithoutPressureAdvance) {
   PatternConfig config;
-  config.control_pressure_advance_s = 0.036;
-  ASSERT_TRUE(Validate(config));
-  for (const PatternLine& line : LayOut(config).lines) EXPECT_EQ(line.pressure_advance_s, 0.036);
-}
-
-TEST(Pattern, APatternBesideAControlHasAValueOfItsOwn) {
-  PatternConfig config;
-  config.control_pressure_advance_s = 0;
-  config.compare_pressure_advance_s = 0.036;
-  config.line_count = 4;
-  config.columns = 2;
+  config.validated_pressure_advance_s = 0.036;
   ASSERT_TRUE(Validate(config));
   const PatternLayout layout = LayOut(config);
-  ASSERT_EQ(layout.lines.size(), 8U);
-  for (const PatternLine& line : layout.lines) {
-    EXPECT_EQ(line.pressure_advance_s, line.pattern == 0 ? 0 : 0.036);
+  ASSERT_EQ(layout.lines.size(), 10U);
+  for (std::size_t i = 0; i < layout.lines.size(); ++i) {
+    EXPECT_EQ(layout.lines[i].pressure_advance_s, i < 5 ? 0 : 0.036);
   }
   for (const Move& move : layout.moves) {
     if (move.line >= 0 && move.kind == MoveKind::kLine) {
-      EXPECT_EQ(move.pressure_advance_s, move.pattern == 0 ? 0 : 0.036);
+      EXPECT_EQ(move.pressure_advance_s, move.line < 5 ? 0 : 0.036);
     }
   }
 }

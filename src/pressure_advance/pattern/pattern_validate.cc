@@ -38,21 +38,7 @@ Problem CheckFields(const PatternConfig& config) {
 
 Problem CheckPressureAdvances(const PatternConfig& config) {
   constexpr std::size_t kMaxLines = 200;
-  if (config.compare_pressure_advance_s) {
-    if (!config.control_pressure_advance_s) {
-      return InPattern("compare_pressure_advance",
-                       "needs control_pressure_advance, the value of the first pattern");
-    }
-    if (config.columns * config.rows < 2) {
-      return InPattern("compare_pressure_advance",
-                       "needs a second pattern: set columns or rows to 2");
-    }
-  }
-  if (config.control_pressure_advance_s) {
-    if (config.pressure_advances_s.empty()) return std::nullopt;
-    return InPattern("control_pressure_advance",
-                     "cannot stand beside pressure_advances; leave one of them out");
-  }
+  if (config.validated_pressure_advance_s) return std::nullopt;
   if (const auto& list = config.pressure_advances_s; !list.empty()) {
     if (list.size() < 2 || list.size() > kMaxLines) {
       return InPattern("pressure_advances",

@@ -127,20 +127,6 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
        "unknown placeholder {hot}"},
       {"control character", [](auto& c) { c.start_gcode = std::string("G28\0M112", 8); },
        "start_gcode", "control character 0x00"},
-      {"control beside a list",
-       [](auto& c) {
-         c.control_pressure_advance_s = 0.03;
-         c.pressure_advances_s = {0, 0.1};
-       },
-       "control_pressure_advance", "cannot stand beside"},
-      {"comparison without a control", [](auto& c) { c.compare_pressure_advance_s = 0.03; },
-       "compare_pressure_advance", "needs control_pressure_advance"},
-      {"comparison without a second pattern",
-       [](auto& c) {
-         c.control_pressure_advance_s = 0;
-         c.compare_pressure_advance_s = 0.03;
-       },
-       "compare_pressure_advance", "columns or rows"},
   };
   for (const Refusal& refusal : refusals) {
     PatternConfig config;

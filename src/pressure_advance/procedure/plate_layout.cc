@@ -19,6 +19,9 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
+// A print that goes onto a plate on which patterns lie already only heats: a start G-code that
+// homes would probe the plate where they lie.
+constexpr const char* kHeatOnly = "M190 S{bed_temperature_c}\nM109 S{nozzle_temperature_c}\n";
 constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
 
 // Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
@@ -120,6 +123,31 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
   return best;
 }
 
+// Puts a pattern beside what lies on the plate; nothing where there is no room.
+std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,
+                                          const ScanSettings& settings, const Reach& reach) {
+  pattern.start_gcode = kHeatOnly;
+  const BoundsMm there = OuterBounds(printed);
+  const double gap_mm = std::max(kLeastGap_mm, pattern.pattern_gap_mm);
+  const BoundsMm size = OuterBounds(pattern);
+  const double width_mm = size.max_x_mm - size.min_x_mm;
+  const double depth_mm = size.max_y_mm - size.min_y_mm;
+  for (const auto& [x_mm, y_mm] : {std::pair{there.max_x_mm + gap_mm, there.min_y_mm},
+                                   std::pair{there.min_x_mm - gap_mm - width_mm, there.min_y_mm},
+                                   std::pair{there.min_x_mm, there.max_y_mm + gap_mm},
+                                   std::pair{there.min_x_mm, there.min_y_mm - gap_mm - depth_mm}}) {
+    pattern.position_x_mm = x_mm;
+    pattern.position_y_mm = y_mm;
+    if (FindProblem(pattern)) continue;
+    const auto layout = LayOut(pattern);
+    if (reach.Contains(layout.printed) &&
+        PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, reach)) {
+      return pattern;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
@@ -148,30 +176,6 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
                   most > 0 ? fmt::format("at most {} do", most) : "nor does one",
                   most > 1 ? fmt::format("ask for so many with {}, or ", option) : ""),
       ErrorKind::kSafety);
-}
-
-std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,
-                                          const ScanSettings& settings, const Reach& reach) {
-  pattern.start_gcode = kHeatOnly;
-  const BoundsMm there = OuterBounds(printed);
-  const double gap_mm = std::max(kLeastGap_mm, pattern.pattern_gap_mm);
-  const BoundsMm size = OuterBounds(pattern);
-  const double width_mm = size.max_x_mm - size.min_x_mm;
-  const double depth_mm = size.max_y_mm - size.min_y_mm;
-  for (const auto& [x_mm, y_mm] : {std::pair{there.max_x_mm + gap_mm, there.min_y_mm},
-                                   std::pair{there.min_x_mm - gap_mm - width_mm, there.min_y_mm},
-                                   std::pair{there.min_x_mm, there.max_y_mm + gap_mm},
-                                   std::pair{there.min_x_mm, there.min_y_mm - gap_mm - depth_mm}}) {
-    pattern.position_x_mm = x_mm;
-    pattern.position_y_mm = y_mm;
-    if (FindProblem(pattern)) continue;
-    const auto layout = LayOut(pattern);
-    if (reach.Contains(layout.printed) &&
-        PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, reach)) {
-      return pattern;
-    }
-  }
-  return std::nullopt;
 }
 
 Result<PatternConfig> RefinedBeside(const PatternConfig& printed, const Interval& range_s,

@@ -1,7 +1,6 @@
 // Several patterns beside one another, wherever nozzle and camera reach all of them.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "base/measured.h"
@@ -27,21 +26,9 @@ inline constexpr int kMostPatterns = 9;
     const pressure_advance::PatternConfig& one, int count, const settings::ScanSettings& settings,
     const Reach& reach, const std::string& option = "--repeat");
 
-/// A print that goes onto a plate on which patterns lie already only heats: a start G-code that
-/// homes would probe the plate where they lie.
-inline constexpr const char* kHeatOnly =
-    "M190 S{bed_temperature_c}\nM109 S{nozzle_temperature_c}\n";
-
-/// Puts a pattern, or a grid of them, beside what lies on the plate: to its right, left, behind or
-/// in front of it, wherever nozzle and camera reach all of it. Its file only heats.
-/// @param printed  settings of what lies there. REQUIRES valid ones.
-/// @returns nothing where there is no room
-[[nodiscard]] std::optional<pressure_advance::PatternConfig> PlacedBeside(
-    pressure_advance::PatternConfig pattern, const pressure_advance::PatternConfig& printed,
-    const settings::ScanSettings& settings, const Reach& reach);
-
 /// The pattern that is printed where the first could not tell because of its range: as many lines
-/// over another one, beside it.
+/// over another one, beside it: to its right, left, behind or in front, wherever nozzle and camera
+/// reach all of it. Its file only heats.
 /// @param range_s  0 <= lo < hi
 /// Errors: kSafety where there is no room; says what to do instead.
 [[nodiscard]] Result<pressure_advance::PatternConfig> RefinedBeside(

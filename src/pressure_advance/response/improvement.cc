@@ -9,30 +9,32 @@
 #include "base/check.h"
 #include "base/statistics.h"
 #include "pressure_advance/response/excess.h"
+#include "pressure_advance/response/transitions.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
-// One figure of every usable line, by kind.
+constexpr std::size_t kFewestLines = 3;   // of either group, for a scatter
+constexpr double kWidestInterval = 0.3;   // half width: wider does not distinguish much from little
+constexpr double kLeastSignificance = 5;  // of the control's surplus over its standard error
+
+// One figure of every usable line, by group.
 struct Samples {
   std::vector<double> control;
   std::vector<double> calibrated;
 };
 
-std::optional<Measured> RefuseTooFew(const Samples& samples, const ImprovementOptions& options,
-                                     const std::string& why) {
-  const auto enough = [&](const std::vector<double>& sample) {
-    return static_cast<int>(sample.size()) >= options.fewest_lines;
-  };
-  if (enough(samples.control) && enough(samples.calibrated)) return std::nullopt;
+std::optional<Measured> RefuseTooFew(const Samples& samples, const std::string& why) {
+  if (samples.control.size() >= kFewestLines && samples.calibrated.size() >= kFewestLines) {
+    return std::nullopt;
+  }
   return Measured::Refused(fmt::format(
       "{} control and {} calibrated lines could be measured, at least {} of each are needed{}",
-      samples.control.size(), samples.calibrated.size(), options.fewest_lines, why));
+      samples.control.size(), samples.calibrated.size(), kFewestLines, why));
 }
 
 // sign * (calibrated / control) + offset, from the means.
-Measured Ratio(const Samples& samples, double offset, double sign,
-               const ImprovementOptions& options) {
+Measured Ratio(const Samples& samples, double offset, double sign) {
   const double control = Mean(samples.control);
   const double ratio = Mean(samples.calibrated) / control;
   const auto part = [&](const std::vector<double>& sample, double weight) {
@@ -55,68 +57,53 @@ Measured Ratio(const Samples& samples, double offset, double sign,
     half = StudentT95(freedom) * std::sqrt(variance);
   }
   const double value = offset + sign * ratio;
-  if (half > options.widest_interval) {
+  if (half > kWidestInterval) {
     return Measured::CannotTell(
         fmt::format("{:.0f} % is known to {:.0f} % to either side (95 %), {:.0f} % are allowed: "
-                    "the lines differ "
-                    "too much among themselves; print more of them",
-                    100 * value, 100 * half, 100 * options.widest_interval));
+                    "the lines differ too much among themselves",
+                    100 * value, 100 * half, 100 * kWidestInterval));
   }
   return Measured::Good({value, std::sqrt(variance), {value - half, value + half}});
 }
 
-Measured Left(const Samples& samples, const ImprovementOptions& options, const std::string& why) {
-  if (auto refused = RefuseTooFew(samples, options, why)) return *refused;
-  const double mean = Mean(samples.control);
-  const double error =
-      StandardDeviation(samples.control) / std::sqrt(static_cast<double>(samples.control.size()));
-  if (mean < options.least_significance * error) {
-    return Measured::CannotTell(fmt::format(
-        "the control's surplus filament is only {:.1f} times its standard error, {} are needed",
-        error > 0 ? mean / error : 0.0, options.least_significance));
-  }
-  return Ratio(samples, 0, 1, options);
+Measured DeviationLess(const Samples& scores, const std::string& why) {
+  if (auto refused = RefuseTooFew(scores, why)) return *refused;
+  if (Mean(scores.control) > 0) return Ratio(scores, 1, -1);
+  return Measured::CannotTell("the control's lines do not deviate at all");
 }
 
-Improvement RefuseAll(Improvement improvement, const std::string& reason) {
-  improvement.deviation = Measured::Refused(reason);
-  improvement.acceleration_left = improvement.deviation;
-  improvement.deceleration_left = improvement.deviation;
-  return improvement;
-}
-
-void CompareSurplus(const std::vector<LineProfile>& profiles, const LineMotion& motion,
-                    const ImprovementOptions& options, const std::string& why,
-                    Improvement& improvement) {
+Measured SurplusLeft(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+                     const Improvement& improvement, const std::string& why) {
   const auto reading = ChooseReading(profiles);
+  if (!reading) return Measured::Refused("no line could be measured" + why);
   const auto plan = PlanTransitions(motion, profiles.front().position_unit,
-                                    improvement.calibrated.pressure_advance_s, options.transitions);
-  if (!reading || !plan) {
-    const std::string reason = reading ? plan.error().message : "no line could be measured" + why;
-    improvement.acceleration_left = Measured::Refused(reason);
-    improvement.deceleration_left = improvement.acceleration_left;
-    return;
-  }
+                                    improvement.calibrated.pressure_advance_s, {});
+  if (!plan) return Measured::Refused(plan.error().message);
   const std::vector<LineExcess> excess = MeasureExcess(profiles, *reading, *plan);
-  Samples acceleration;
-  Samples deceleration;
+  Samples samples;
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     if (!excess[i].unusable.empty()) continue;
     const bool control = profiles[i].pressure_advance_s == improvement.control.pressure_advance_s;
-    (control ? acceleration.control : acceleration.calibrated)
-        .push_back(excess[i].acceleration.value);
-    (control ? deceleration.control : deceleration.calibrated)
-        .push_back(excess[i].deceleration.value);
+    (control ? samples.control : samples.calibrated)
+        .push_back((excess[i].acceleration.value + excess[i].deceleration.value) / 2);
   }
-  improvement.acceleration_left = Left(acceleration, options, why);
-  improvement.deceleration_left = Left(deceleration, options, why);
+  if (auto refused = RefuseTooFew(samples, why)) return *refused;
+  const double mean = Mean(samples.control);
+  const double error =
+      StandardDeviation(samples.control) / std::sqrt(static_cast<double>(samples.control.size()));
+  if (mean < kLeastSignificance * error) {
+    return Measured::CannotTell(fmt::format(
+        "the control's surplus filament is only {:.1f} times its standard error, {} are needed",
+        error > 0 ? mean / error : 0.0, kLeastSignificance));
+  }
+  return Ratio(samples, 0, 1);
 }
 
 }  // namespace
 
 Improvement CompareWithControl(const std::vector<LineProfile>& profiles,
                                std::span<const std::optional<double>> score_px,
-                               const LineMotion& motion, const ImprovementOptions& options) {
+                               const LineMotion& motion) {
   TRAMMEL_CHECK(profiles.size() == score_px.size(), "{} profiles, {} scores", profiles.size(),
                 score_px.size());
   Improvement improvement;
@@ -129,10 +116,11 @@ Improvement CompareWithControl(const std::vector<LineProfile>& profiles,
     }
   }
   if (values.size() != 2) {
-    return RefuseAll(improvement,
-                     fmt::format("the lines have {} different values of pressure advance; a "
-                                 "comparison has two, the control's and the calibrated one",
-                                 values.size()));
+    improvement.deviation = improvement.surplus_left = Measured::Refused(
+        fmt::format("the lines have {} different values of pressure advance; a comparison has two, "
+                    "the control's and the calibrated one",
+                    values.size()));
+    return improvement;
   }
   improvement.control.pressure_advance_s = *values.begin();
   improvement.calibrated.pressure_advance_s = *values.rbegin();
@@ -145,16 +133,8 @@ Improvement CompareWithControl(const std::vector<LineProfile>& profiles,
     ++group.used;
     (is_control ? scores.control : scores.calibrated).push_back(*score_px[i]);
   }
-  if (!scores.control.empty()) improvement.control.deviation_px = Mean(scores.control);
-  if (!scores.calibrated.empty()) improvement.calibrated.deviation_px = Mean(scores.calibrated);
-  if (auto refused = RefuseTooFew(scores, options, why)) {
-    improvement.deviation = *refused;
-  } else if (Mean(scores.control) > 0) {
-    improvement.deviation = Ratio(scores, 1, -1, options);
-  } else {
-    improvement.deviation = Measured::CannotTell("the control's lines do not deviate at all");
-  }
-  CompareSurplus(profiles, motion, options, why, improvement);
+  improvement.deviation = DeviationLess(scores, why);
+  improvement.surplus_left = SurplusLeft(profiles, motion, improvement, why);
   return improvement;
 }
 
