@@ -219,7 +219,7 @@ std::vector<Command> Commands() {
           {"Setup", {"pa", "setup", "--material", "pla", "--clear-z", "11,25", "--out", "set"}},
           {"Apply", {"pa", "apply", "0.03"}},
           {"Start", {"offset", "start", "--yes", "move,paper", "--out", "sheet"}},
-          {"Listen", {"pa", "listen"}, true},
+          {"Serve", {"serve"}, true},
           {"Watch", {"tap", "watch", "--answer"}, true}};
 }
 

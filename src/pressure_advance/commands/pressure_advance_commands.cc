@@ -15,7 +15,6 @@ void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code) {
   AddTableCommand(pa, exit_code);
   AddExportCommand(pa, exit_code);
   AddValidateCommand(pa, exit_code);
-  AddListenCommand(pa, exit_code);
 }
 
 }  // namespace trammel::app

@@ -20,7 +20,6 @@ void AddApplyCommand(CLI::App& parent, int& exit_code);
 void AddExportCommand(CLI::App& parent, int& exit_code);
 void AddTableCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
-void AddListenCommand(CLI::App& parent, int& exit_code);
 void AddSetupCommand(CLI::App& parent, int& exit_code);
 /// Makes a command `trammel doctor`.
 void AddDoctorCommand(CLI::App& doctor, int& exit_code);
