@@ -41,31 +41,6 @@ Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
   return {};
 }
 
-/// One example frame on its way to heights, for the report.
-pressure_advance::FrameSteps StepsOf(std::size_t line, const std::vector<Frame>& frames,
-                                     const pressure_advance::SweepReading& reading,
-                                     const pressure_advance::DeviationOptions& options) {
-  pressure_advance::FrameSteps steps;
-  steps.line = line;
-  steps.frame = reading.frame[reading.example_column];
-  steps.crop = frames[steps.frame];
-  pressure_advance::DeviationFrame filtered;
-  FilterFrame(steps.crop.view(), options, filtered);
-  steps.masked = filtered.masked;
-  steps.blurred = Frame(steps.crop.width, steps.crop.height);
-  for (std::size_t i = 0; i < filtered.blurred.size(); ++i) {
-    std::fill_n(steps.blurred.bgr.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
-                filtered.blurred[i]);
-  }
-  for (const double centre : filtered.centre_px) {
-    steps.paper_centre_px.push_back(centre == pressure_advance::kNoCentre ? steps.crop.width
-                                                                          : centre);
-  }
-  steps.centre_px = reading.example.centre_px;
-  steps.centre_sigma_px = reading.example.sigma_px;
-  return steps;
-}
-
 // Frames without a position between others that have one: the head stood in those at either end.
 std::size_t UnplacedWithin(const std::vector<std::optional<double>>& positions) {
   const auto placed = [](const std::optional<double>& position) { return position.has_value(); };
@@ -102,7 +77,6 @@ void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& read
 struct MeasuredLine {
   pressure_advance::SweepReading reading;
   pressure_advance::HeightMap paper;
-  std::optional<pressure_advance::FrameSteps> steps;  ///< absent where the line is unusable
 };
 
 Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan& scan,
@@ -124,9 +98,6 @@ Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan
   measured.paper =
       DeviationHeights(*frames, measured.reading.frame, scan.height_direction, deviation, scratch);
   measured.paper.position_mm = measured.reading.heights.position_mm;
-  if (measured.reading.profile.unusable.empty()) {
-    measured.steps = StepsOf(index, *frames, measured.reading, deviation);
-  }
   return measured;
 }
 
@@ -195,7 +166,6 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
     MeasuredLine& line = (*lines)[i];
     scores.push_back(DeviationScore(line.paper));
     pressure_advance_s.push_back(result.scan.lines[i].pressure_advance_s);
-    if (!result.view.steps) result.view.steps = std::move(line.steps);
     AddNotices(result.scan.lines[i], line.reading, result.notices);
     line.reading.profile.pattern = result.scan.lines[i].pattern;
     sights.push_back(line.reading.sight);

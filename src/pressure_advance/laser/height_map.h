@@ -2,10 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
-
-#include "base/frame.h"
 
 namespace trammel::pressure_advance {
 
@@ -25,25 +22,10 @@ struct HeightMap {
   }
 };
 
-/// One frame on its way from pixels to heights, kept for the report (the paper's figures 4 and 5).
-/// All images have the size of the crop.
-struct FrameSteps {
-  std::size_t line = 0;                 ///< index of the printed line
-  std::size_t frame = 0;                ///< index of the frame in its sweep
-  Frame crop;                           ///< as recorded
-  Frame masked;                         ///< pixels below the paper's red threshold blacked out
-  Frame blurred;                        ///< grey and blurred as the paper does
-  std::vector<double> paper_centre_px;  ///< per row: the column of the paper's weighted mean; crop
-                                        ///< width where empty
-  std::vector<float> centre_px;         ///< per row: the laser line found by the response eye
-  std::vector<float> centre_sigma_px;   ///< 1 sigma; 0: none found in this row
-};
-
 /// Everything the laser eye keeps of a recording beside the line profiles.
 struct LaserScanView {
   std::vector<HeightMap> heights;        ///< per line, by the response eye, relative to the plate
   std::vector<HeightMap> paper_heights;  ///< per line, by the paper's method
-  std::optional<FrameSteps> steps;
 };
 
 }  // namespace trammel::pressure_advance

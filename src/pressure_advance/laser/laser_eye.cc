@@ -119,16 +119,12 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
   lines.height_px.resize(lines.frames * lines.rows);
   lines.sigma_px.resize(lines.frames * lines.rows);
   vision::LaserLine line;
-  reading.example_column = lines.frames / 8;
   for (std::size_t f = 0; f < lines.frames; ++f) {
     vision::FindLaserLine(frames[reading.frame[f]].view(), reading.stripe, options.line, workspace,
                           line);
     for (std::size_t r = 0; r < lines.rows; ++r) {
       lines.height_px[lines.index(f, r)] = static_cast<float>(sign * line.centre_px[r]);
       lines.sigma_px[lines.index(f, r)] = line.sigma_px[r];
-    }
-    if (f == reading.example_column) {
-      reading.example = line;
     }
   }
   return lines;

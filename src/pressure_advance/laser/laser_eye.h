@@ -37,8 +37,6 @@ struct SweepReading {
   std::size_t unplaced_frames = 0;  ///< left out because the recording gives them no position
   std::size_t off_line_frames = 0;  ///< left out because the laser was past the line's ends
   std::size_t cut_off_frames = 0;   ///< gaps because the bead reaches out of the picture
-  vision::LaserLine example;        ///< the laser line in frame[example_column]
-  std::size_t example_column = 0;
 };
 
 /// Turns a frame so that the laser line runs down it: a copy for lines that move along x, the

@@ -50,9 +50,6 @@ struct LearntLaw {
   /// follows it, and the less it counts.
   double shared_misfit = 0;
   Interval learnt_from_mm;  ///< positions along the lines
-  /// Per line and sample, in order and unit of the profiles: the area that the law lays, as the eye
-  /// reads it; 0 where the eye sees none.
-  std::vector<std::vector<double>> laid_area;
 };
 
 struct ResponseResult {

@@ -41,25 +41,6 @@ std::vector<std::size_t> LinesByPressureAdvance(const pa::Analysis& analysis, st
   return picked;
 }
 
-std::vector<std::size_t> TellingLines(const pa::Analysis& analysis) {
-  const std::vector<std::size_t> order =
-      LinesByPressureAdvance(analysis, std::numeric_limits<std::size_t>::max());
-  if (order.size() <= 3) {
-    return order;
-  }
-  std::size_t middle = order.size() / 2;
-  if (analysis.pressure_advance.good()) {
-    const double answer = analysis.pressure_advance.quantity().value;
-    const auto distance = [&](std::size_t i) {
-      return std::abs(analysis.lines[order[i]].pressure_advance_s - answer);
-    };
-    for (std::size_t i = 1; i + 1 < order.size(); ++i) {
-      middle = distance(i) < distance(middle) ? i : middle;
-    }
-  }
-  return {order.front(), order[middle], order.back()};
-}
-
 const std::vector<pa::HeightMap>* ShownHeights(const ReportInput& input) {
   if (input.scan == nullptr) {
     return nullptr;
@@ -89,7 +70,7 @@ HeightUnit HeightUnitOf(const ReportInput& input) {
   const auto& scale = input.analysis->scale;
   // What the paper's method shows instead does not begin at the plate.
   if (!scale || input.scan == nullptr || input.scan->heights.empty()) return {};
-  return {scale->height_mm_per_px, "height (mm)", 1 / scale->px_per_mm, "across (mm)"};
+  return {scale->height_mm_per_px, "height (mm)"};
 }
 
 std::string ScaleWords(const pa::Analysis& analysis) {

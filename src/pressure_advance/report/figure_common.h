@@ -19,10 +19,6 @@ namespace trammel::report {
 [[nodiscard]] std::vector<std::size_t> LinesByPressureAdvance(
     const pressure_advance::Analysis& analysis, std::size_t most);
 
-/// Up to three lines: the lowest pressure advance, the one nearest to the answer (or the middle
-/// one without an answer) and the highest.
-[[nodiscard]] std::vector<std::size_t> TellingLines(const pressure_advance::Analysis& analysis);
-
 /// The maps to show: of the response eye, or of the paper's method where there are none.
 [[nodiscard]] const std::vector<pressure_advance::HeightMap>* ShownHeights(
     const ReportInput& input);
@@ -35,8 +31,6 @@ namespace trammel::report {
 struct HeightUnit {
   double per_px = 1;
   const char* label = "height (px)";
-  double across_per_px = 1;
-  const char* across = "across (px)";
 };
 [[nodiscard]] HeightUnit HeightUnitOf(const ReportInput& input);
 

@@ -1,4 +1,4 @@
-// Height maps from above: all lines (figures 7 to 9), and three beside their outline (figure 14).
+// Height maps of all lines from above (figures 7 to 9).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -61,47 +61,6 @@ std::vector<std::size_t> WithMap(const std::vector<std::size_t>& lines,
   return kept;
 }
 
-/// The outline of the bead from above, broken at gaps. Half widths in the profile's own unit.
-void DrawOutline(Canvas& canvas, Plot& plot, const pa::LineProfile& profile) {
-  std::vector<PointPx> left;
-  std::vector<PointPx> right;
-  const auto flush = [&] {
-    std::vector<PointPx> outline = left;
-    outline.insert(outline.end(), right.rbegin(), right.rend());
-    if (left.size() > 1) {
-      canvas.Polygon(outline, kGrey, Stroke{.width_px = 0.8});
-    }
-    left.clear();
-    right.clear();
-  };
-  canvas.Clip(plot.inner());
-  for (const pa::ProfileSample& sample : profile.samples) {
-    const double half = sample.width.value / 2;
-    if (sample.gap || !sample.width.seen() || !std::isfinite(half) || half <= 0) {
-      flush();
-      continue;
-    }
-    left.push_back(plot.At({sample.position, half}));
-    right.push_back(plot.At({sample.position, -half}));
-  }
-  flush();
-  canvas.Unclip();
-}
-
-double WidestHalf(const pa::Analysis& analysis, const std::vector<std::size_t>& lines) {
-  std::vector<double> halves = {0};
-  for (const std::size_t line : lines) {
-    if (line < analysis.profiles.size()) {
-      for (const pa::ProfileSample& sample : analysis.profiles[line].samples) {
-        if (sample.width.seen()) {
-          halves.push_back(sample.width.value / 2);
-        }
-      }
-    }
-  }
-  return RangeOf(halves).hi;
-}
-
 /// In two columns, or in one where there is no room.
 Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
                 const std::vector<std::size_t>& lines, const HeightUnit& unit, double width_px) {
@@ -128,33 +87,6 @@ Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& 
   return canvas;
 }
 
-/// Each line's outline over its map.
-Canvas DrawOutlines(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
-                    const std::vector<std::size_t>& lines, const HeightUnit& unit,
-                    double width_px) {
-  constexpr double kOutlinePx = 62;
-  constexpr double kMapPx = 86;
-  constexpr double kTitlePx = 26;
-  constexpr double kBlockPx = kTitlePx + kOutlinePx + kMapPx + kAxisPx + 4;
-  const Range heights = HeightRange(maps);
-  const double half = WidestHalf(analysis, lines) * 1.15;
-  Canvas canvas(width_px, kBlockPx * static_cast<double>(lines.size()));
-  const double width = width_px - kBarRoomPx - 18;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const double top = kBlockPx * static_cast<double>(i) + kTitlePx;
-    const pa::HeightMap& map = maps[lines[i]];
-    Plot outline = Plot::Around(canvas, {10, top, width, kOutlinePx},
-                                {.label = "", .range = ExtentOf(map).range, .shown = false},
-                                {.label = "", .range = {-half, half}, .shown = false},
-                                MapTitle(analysis, lines[i]));
-    DrawOutline(canvas, outline, analysis.profiles[lines[i]]);
-    DrawMap(canvas, {10, top + kOutlinePx, width, kMapPx}, map, heights, true, "");
-  }
-  DrawColorBar(canvas, {width_px - kBarRoomPx + 10, kTitlePx, 14, kOutlinePx + kMapPx},
-               InUnit(heights, unit), unit.label);
-  return canvas;
-}
-
 }  // namespace
 
 std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
@@ -178,32 +110,6 @@ std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
                 2,
                 "Height maps of " + Titles(analysis, lines) + ".",
                 DrawMaps(analysis, *maps, lines, unit, kNarrowWidthPx)};
-}
-
-std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
-  const std::vector<pa::HeightMap>* maps = ShownHeights(input);
-  if (maps == nullptr) {
-    return std::nullopt;
-  }
-  const pa::Analysis& analysis = *input.analysis;
-  std::vector<std::size_t> lines = WithMap(TellingLines(analysis), *maps);
-  std::erase_if(lines, [&](std::size_t line) {
-    return line >= analysis.profiles.size() || (*maps)[line].position_mm.size() < 2;
-  });
-  if (lines.empty()) {
-    return std::nullopt;
-  }
-  const HeightUnit unit = HeightUnitOf(input);
-  return Figure{
-      "line_and_map",
-      "Three lines, each as its outline from above (the bead's width as measured) over "
-      "its height map: the lowest tested pressure advance, the line nearest to the answer "
-      "(or in the middle, without one) and the highest. Outline and map come from the "
-      "same sweep and should swell and thin together.",
-      DrawOutlines(analysis, *maps, lines, unit, kFigureWidthPx),
-      2,
-      "Outline and height map of " + Titles(analysis, lines) + ".",
-      DrawOutlines(analysis, *maps, lines, unit, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

@@ -95,17 +95,6 @@ TEST(ResponseFigure, ALineOfTooLittlePressureAdvanceLiesAboveZeroAtBothSpeedChan
   }
 }
 
-TEST(LawFigure, TellsTooLittleFromTooMuch) {
-  const pa::Analysis analysis = AnalysisOfPrintedLines();
-  const auto figure = LawFigure({&analysis, nullptr, nullptr});
-  ASSERT_TRUE(figure);
-  const std::string svg = figure->canvas.ToSvg();
-  EXPECT_THAT(svg, HasSubstr(">PA 0.000 s: "));
-  EXPECT_THAT(svg.substr(svg.find(">PA 0.000 s: "), 40), HasSubstr("ms too little<"));
-  EXPECT_THAT(svg, HasSubstr(">PA 0.030 s: right, as far as can be told<"));
-  EXPECT_THAT(svg.substr(svg.find(">PA 0.060 s: "), 40), HasSubstr("ms too much<"));
-}
-
 TEST(ResponseFigure, SaysOfEachSpeedChangeWhatThePrintedLineShowsThere) {
   // The line starts to speed up at 7.5 mm and to slow down shortly before 22.5 mm.
   const std::vector<double> low = Printed(0);

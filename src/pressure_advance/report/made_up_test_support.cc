@@ -90,8 +90,7 @@ pa::TransitionResult MakeTransition(const MadeUp& made_up, double zero_s, double
   return transition;
 }
 
-/// The law whose lines are those of MakeProfile, without their noise.
-pa::LearntLaw MakeLaw(const MadeUp& made_up, const std::vector<pa::LineProfile>& profiles) {
+pa::LearntLaw MakeLaw(const MadeUp& made_up) {
   const auto around = [](double value, double u) -> Quantity {
     return {value, u, {value - 2 * u, value + 2 * u}};
   };
@@ -106,15 +105,6 @@ pa::LearntLaw MakeLaw(const MadeUp& made_up, const std::vector<pa::LineProfile>&
   law.lag_scatter_s = 0.0014;
   law.lines = static_cast<int>(made_up.lines);
   law.learnt_from_mm = {6, 25};
-  for (const pa::LineProfile& profile : profiles) {
-    std::vector<double>& areas = law.laid_area.emplace_back();
-    for (const pa::ProfileSample& sample : profile.samples) {
-      areas.push_back(
-          sample.area.seen()
-              ? kArea * RelativeArea(sample.position, made_up.truth_s - profile.pressure_advance_s)
-              : 0);
-    }
-  }
   return law;
 }
 
@@ -143,40 +133,6 @@ double HeightPx(double from_middle_px, double area_mm2) {
   return t >= 1 ? 0.0 : kLayerMm * kPxPerMm * std::pow(1 - t * t * t * t, 0.5);
 }
 
-pa::FrameSteps MakeSteps(const pa::HeightMap& heights, const pa::HeightMap& paper_heights,
-                         std::size_t frame, Random& random) {
-  constexpr int kWidth = 45;
-  pa::FrameSteps steps;
-  steps.frame = frame;
-  steps.crop = Frame(kWidth, static_cast<int>(heights.rows));
-  steps.masked = steps.crop;
-  steps.blurred = steps.crop;
-  for (std::size_t row = 0; row < heights.rows; ++row) {
-    const double height = heights.height_px[heights.index(frame, row)];
-    const double centre = 36 - height;
-    for (int x = 0; x < kWidth; ++x) {
-      const auto stripe = [&](double sigma) {
-        return std::exp(-0.5 * (x - centre) * (x - centre) / (sigma * sigma));
-      };
-      const double red = 210 * stripe(2.2) * random.Uniform(0.5, 1.1) + random.Uniform(5, 30);
-      const int at = (static_cast<int>(row) * kWidth + x) * 3;
-      const auto level = static_cast<std::uint8_t>(std::min(red, 255.0));
-      steps.crop.bgr[at + 2] = level;
-      steps.crop.bgr[at] = static_cast<std::uint8_t>(level / 6);
-      if (level >= 50) {
-        steps.masked.bgr[at + 2] = level;
-      }
-      const auto grey = static_cast<std::uint8_t>(55 * stripe(4.5));
-      std::fill_n(&steps.blurred.bgr[at], 3, grey);
-    }
-    steps.paper_centre_px.push_back(kWidth - paper_heights.height_px[heights.index(frame, row)]);
-    const bool found = row % 17 != 5;
-    steps.centre_px.push_back(found ? static_cast<float>(centre + random.Normal(0, 0.15)) : 0.0F);
-    steps.centre_sigma_px.push_back(found ? 0.15F : 0.0F);
-  }
-  return steps;
-}
-
 }  // namespace
 
 pa::Analysis MakeAnalysis(const MadeUp& made_up, Random random) {
@@ -199,7 +155,7 @@ pa::Analysis MakeAnalysis(const MadeUp& made_up, Random random) {
       MakeTransition(made_up, made_up.truth_s + 0.0006, 6.0, 15.0, random);
   analysis.response.deceleration =
       MakeTransition(made_up, made_up.truth_s + 0.0031, 17.5, 25.5, random);
-  if (!made_up.photo) analysis.response.law = MakeLaw(made_up, analysis.profiles);
+  if (!made_up.photo) analysis.response.law = MakeLaw(made_up);
   if (made_up.lines > 4) {
     analysis.lines[2].used = false;
     analysis.lines[2].reason =
@@ -241,9 +197,6 @@ pa::LaserScanView MakeScanView(const MadeUp& made_up, Random random) {
     }
     view.heights.push_back(std::move(map));
     view.paper_heights.push_back(std::move(paper));
-  }
-  if (!view.heights.empty()) {
-    view.steps = MakeSteps(view.heights[0], view.paper_heights[0], made_up.frames / 10, random);
   }
   return view;
 }

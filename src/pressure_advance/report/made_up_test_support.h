@@ -22,7 +22,7 @@ struct MadeUp {
 /// A good analysis with one unused line (where there are more than four) and one notice.
 [[nodiscard]] pressure_advance::Analysis MakeAnalysis(const MadeUp& made_up, Random random);
 
-/// The same lines as a laser scan would show them, and one frame's steps.
+/// The same lines as a laser scan would show them.
 [[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
 
 /// A rectified picture of the lines with their edges traced.

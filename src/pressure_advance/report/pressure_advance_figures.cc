@@ -9,8 +9,8 @@ namespace trammel::report {
 std::vector<Figure> PressureAdvanceFigures(const ReportInput& input) {
   TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
   std::vector<Figure> figures;
-  for (const auto& make : {ResponseFigure, ProfilesFigure, LawFigure, PhotoFigure, HeightMapsFigure,
-                           LineAndMapFigure, SurfacesFigure, FrameStepsFigure, DeviationFigure}) {
+  for (const auto& make :
+       {ResponseFigure, ProfilesFigure, PhotoFigure, HeightMapsFigure, DeviationFigure}) {
     if (std::optional<Figure> figure = make(input)) {
       figures.push_back(std::move(*figure));
     }

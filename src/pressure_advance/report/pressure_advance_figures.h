@@ -1,4 +1,4 @@
-// The figures of a pressure-advance analysis: after the paper's figures 3 to 9, 14 and 17, and the
+// The figures of a pressure-advance analysis: after the paper's figures 7 to 9 and 17, and the
 // response fit. Each lives in a file of its own, figure_*.cc.
 #pragma once
 
@@ -48,21 +48,8 @@ struct ReportInput {
 /// "profiles": cross-section along every line, stacked by pressure advance.
 [[nodiscard]] std::optional<Figure> ProfilesFigure(const ReportInput& input);
 
-/// "law": three lines with the learnt law through their readings, and what it says beside the
-/// changes of speed.
-[[nodiscard]] std::optional<Figure> LawFigure(const ReportInput& input);
-
 /// "height_maps": every line from above (figures 7 to 9).
 [[nodiscard]] std::optional<Figure> HeightMapsFigure(const ReportInput& input);
-
-/// "line_and_map": outline and height map of three lines (figure 14).
-[[nodiscard]] std::optional<Figure> LineAndMapFigure(const ReportInput& input);
-
-/// "surfaces": the same three lines as relief (figure 6).
-[[nodiscard]] std::optional<Figure> SurfacesFigure(const ReportInput& input);
-
-/// "frame_steps": one frame from picture to cross-section (figures 4 and 5).
-[[nodiscard]] std::optional<Figure> FrameStepsFigure(const ReportInput& input);
 
 /// "photo": the rectified picture with the traced lines.
 [[nodiscard]] std::optional<Figure> PhotoFigure(const ReportInput& input);

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "document/parsers_test_support.h"
-#include "document/surface.h"
 #include "pressure_advance/report/figure_common.h"
 #include "pressure_advance/report/made_up_test_support.h"
 #include "pressure_advance/report/speed_profile.h"
@@ -60,32 +59,8 @@ TEST(PressureAdvanceFigures, AScanGivesEveryFigureButThePhoto) {
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const auto figures = PressureAdvanceFigures({&analysis, &scan, nullptr});
   EXPECT_EQ(Names(figures),
-            (std::vector<std::string>{"response", "profiles", "law", "height_maps", "line_and_map",
-                                      "surfaces", "frame_steps", "deviation"}));
+            (std::vector<std::string>{"response", "profiles", "height_maps", "deviation"}));
   ExpectSound(figures);
-}
-
-TEST(PressureAdvanceFigures, AFrameStandsDirectlyAboveItsSectionWithBarsOf95Percent) {
-  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  auto scan = test::MakeScanView(Small(), Random(kSeed));
-  ASSERT_TRUE(scan.steps);
-  const auto figure_of = [&](int rows) {
-    pressure_advance::FrameSteps& steps = *scan.steps;
-    for (Frame* frame : {&steps.crop, &steps.masked, &steps.blurred}) {
-      *frame = Frame(frame->width, rows);
-    }
-    const auto count = static_cast<std::size_t>(rows);
-    steps.paper_centre_px.resize(count);
-    steps.centre_px.resize(count);
-    steps.centre_sigma_px.resize(count);
-    return FrameStepsFigure({&analysis, &scan, nullptr});
-  };
-  const int width = scan.steps->crop.width;
-  const auto tall = figure_of(2 * width);
-  const auto wide = figure_of(width / 2);
-  ASSERT_TRUE(tall && wide);
-  EXPECT_NE(tall->canvas.ToSvg().find("95 %"), std::string::npos);
-  EXPECT_LT(wide->canvas.height_px(), tall->canvas.height_px() - 50);
 }
 
 TEST(PressureAdvanceFigures, APhotoGivesThoseThatNeedNoHeights) {
@@ -140,7 +115,6 @@ TEST(PressureAdvanceFigures, SurviveGapsAllOver) {
     map.height_px.assign(map.height_px.size(), 0.0F);
     map.sigma_px.assign(map.sigma_px.size(), 0.0F);
   }
-  scan.steps->centre_sigma_px.assign(scan.steps->centre_sigma_px.size(), 0.0F);
   ExpectSound(PressureAdvanceFigures({&analysis, &scan, nullptr}));
 }
 
@@ -176,11 +150,8 @@ TEST(PressureAdvanceFigures, SurviveValuesThatAreNotFinite) {
   analysis.profiles[2].samples[9].width.value = kNan;
   analysis.profiles[2].samples[8].position = kNan;
   analysis.motion.length_mm = kNan;
-  analysis.response.law->laid_area[0][5] = kNan;
-  analysis.response.law->crossings_s.interval95.hi = kNan;
   scan.heights[0].height_px[17] = std::numeric_limits<float>::quiet_NaN();
   scan.heights[0].position_mm[3] = kNan;
-  scan.steps->centre_px[4] = std::numeric_limits<float>::quiet_NaN();
   ExpectSound(PressureAdvanceFigures({&analysis, &scan, nullptr}));
 }
 
@@ -190,18 +161,11 @@ TEST(PressureAdvanceFigures, SurviveCountsThatDoNotFitTogether) {
   analysis.profiles.resize(3);
   analysis.deviation.score_px.resize(2);
   analysis.response.acceleration.sigma_s.resize(1);
-  analysis.response.law->laid_area.resize(2);
-  analysis.response.law->laid_area[0].resize(5);
   scan.heights[0].height_px.pop_back();
   scan.heights[1].frames = 1;
   scan.heights[2].position_mm.clear();
   scan.heights.resize(5);
-  scan.steps->centre_px.pop_back();
-  const auto figures = PressureAdvanceFigures({&analysis, &scan, nullptr});
-  ExpectSound(figures);
-  for (const Figure& figure : figures) {
-    EXPECT_NE(figure.name, "frame_steps");
-  }
+  ExpectSound(PressureAdvanceFigures({&analysis, &scan, nullptr}));
 }
 
 TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
@@ -234,10 +198,7 @@ TEST(HeightMapsFigure, IsInMillimetresWithWhatScaleAndAngleLeaveOpen) {
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const ReportInput input{&analysis, &scan, nullptr};
   const auto says = [&](const char* words) {
-    for (const auto& make : {HeightMapsFigure, LineAndMapFigure, SurfacesFigure}) {
-      if (make(input)->canvas.ToSvg().find(words) == std::string::npos) return false;
-    }
-    return true;
+    return HeightMapsFigure(input)->canvas.ToSvg().find(words) != std::string::npos;
   };
   EXPECT_TRUE(says(">height (mm)<"));
   EXPECT_NE(HeightMapsFigure(input)->caption.find("2 % of all heights and 2.9 % of all areas"),
@@ -249,67 +210,6 @@ TEST(HeightMapsFigure, IsInMillimetresWithWhatScaleAndAngleLeaveOpen) {
   EXPECT_EQ(HeightMapsFigure(input)->caption.find("cale and laser"), std::string::npos);
 }
 
-TEST(LawFigure, SaysWhatEachOfTheTwoSaysAndOfEachLineHowFarOffItIs) {
-  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  for (const bool good : {true, false}) {
-    if (!good) analysis.pressure_advance = Measured::CannotTell("x");
-    const auto figure = LawFigure({&analysis, nullptr, nullptr});
-    ASSERT_TRUE(figure);
-    for (const Canvas* canvas : {&figure->canvas, &*figure->narrow}) {
-      const std::string svg = canvas->ToSvg();
-      for (const char* said : {"Answer: 0.0362 s", "Shape of the lines, counts 75 %: 0.0359 s",
-                               "Changes of speed, count 25 %: 0.0371 s",
-                               "PA 0.000 s: 36.2 ms too little", "PA 0.060 s: 23.8 ms too much"}) {
-        EXPECT_EQ(svg.find(said) != std::string::npos, good) << said;
-      }
-      EXPECT_NE(svg.find(">PA 0.060 s"), std::string::npos);
-      EXPECT_NE(svg.find(">slows down<"), std::string::npos);
-      EXPECT_NE(svg.find(">area (mm²)<"), std::string::npos);
-    }
-    EXPECT_EQ(figure->seen.find("0.0371") != std::string::npos, good);
-  }
-  analysis.response.law.reset();
-  EXPECT_FALSE(LawFigure({&analysis, nullptr, nullptr}));
-}
-
-TEST(LawFigure, KeepsAReadingFarFromTheLawInSight) {
-  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  const auto svg = [&analysis] { return LawFigure({&analysis, nullptr, nullptr})->canvas.ToSvg(); };
-  const auto zero_to_tick = [](const std::string& drawn) {
-    return drawn.substr(drawn.find("read less law"), 4000);
-  };
-  const std::string before = svg();
-  analysis.profiles[0].samples[20].area.value += 0.05;
-  const std::string after = svg();
-  // It takes a mark of its own, and no scale from the others.
-  EXPECT_NE(zero_to_tick(before), zero_to_tick(after));
-  for (const char* tick : {">0.01<", ">-0.01<", ">0.02<", ">-0.02<"}) {
-    EXPECT_EQ(before.find(tick) == std::string::npos, after.find(tick) == std::string::npos)
-        << tick;
-  }
-}
-
-TEST(LawFigure, DrawsTheLawThroughTheReadings) {
-  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  // Where the first line's curve begins, px downwards.
-  const auto begin = [&analysis] {
-    const std::string svg = LawFigure({&analysis, nullptr, nullptr})->canvas.ToSvg();
-    const std::size_t line = svg.find(">PA 0.000 s");
-    std::size_t path = svg.find("<path d=\"M", line);
-    for (; path != std::string::npos; path = svg.find("<path d=\"M", path + 1)) {
-      const std::string drawn = svg.substr(path, svg.find("/>", path) - path);
-      if (drawn.find("stroke=\"#d9631e\" stroke-width=\"2\"") == std::string::npos) continue;
-      return std::stod(drawn.substr(drawn.find(' ', drawn.find('M'))));
-    }
-    return kNan;
-  };
-  const double full = begin();
-  for (auto& areas : analysis.response.law->laid_area) {
-    for (double& area : areas) area /= 2;
-  }
-  EXPECT_GT(begin(), full + 10);
-}
-
 TEST(LinesByPressureAdvance, SortsAndPicksEvenlyWithBothEnds) {
   pa::Analysis analysis;
   for (const double p : {0.03, 0.01, kNan, 0.02, 0.05, 0.04}) {
@@ -317,13 +217,6 @@ TEST(LinesByPressureAdvance, SortsAndPicksEvenlyWithBothEnds) {
   }
   EXPECT_EQ(LinesByPressureAdvance(analysis, 9), (std::vector<std::size_t>{1, 3, 0, 5, 4}));
   EXPECT_EQ(LinesByPressureAdvance(analysis, 3), (std::vector<std::size_t>{1, 0, 4}));
-}
-
-TEST(TellingLines, AreTheLowestTheNearestToTheAnswerAndTheHighest) {
-  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  EXPECT_EQ(TellingLines(analysis), (std::vector<std::size_t>{0, 5, 9}));
-  analysis.lines.resize(2);
-  EXPECT_EQ(TellingLines(analysis), (std::vector<std::size_t>{0, 1}));
 }
 
 TEST(SpeedAlongLine, ReachesTheFastSpeedAfterTheDistanceThatAccelerationTakes) {
@@ -353,18 +246,6 @@ TEST(SpeedAlongLine, IsASequenceOfStepsWithoutLengthAndEmptyWithoutSegments) {
   EXPECT_EQ(speeds, (std::set<double>{10, 100}));
   EXPECT_TRUE(SpeedAlongLine(motion, true).empty());
   EXPECT_TRUE(SpeedAlongLine({}, false).empty());
-}
-
-TEST(Smoothed, TakesTheMedianSoThatOneSpikeLeavesNoTrace) {
-  Grid grid{9, 9, std::vector<double>(81, 2.0)};
-  grid.values[40] = 500;
-  grid.values[0] = kNan;
-  const Grid smooth = Smoothed(grid, 3, 3);
-  ASSERT_EQ(smooth.values.size(), 9U);
-  for (const double value : smooth.values) {
-    EXPECT_EQ(value, 2.0);
-  }
-  EXPECT_TRUE(std::isnan(Smoothed({1, 1, {kNan}}, 5, 5).values[0]));
 }
 
 }  // namespace

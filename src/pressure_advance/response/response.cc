@@ -165,8 +165,8 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
       FitLaw(profiles, motion, combined.whole->value_s, span_mm, *options.law);
   if (!law) return std::nullopt;
   std::vector<LineResult> lines(profiles.size());
-  const std::vector<LineProfile> of_law = LayLines(*law, profiles, motion);
-  const Prepared laid = Prepare(of_law, motion, Reading::kArea, prepared.plan, lines);
+  const Prepared laid =
+      Prepare(LayLines(*law, profiles, motion), motion, Reading::kArea, prepared.plan, lines);
   if (laid.line != prepared.line) return std::nullopt;
   const Transitions twin = Mirrored(prepared.transitions, laid.transitions);
   // Whether the seen lines answer clearly was looked at.
@@ -191,10 +191,6 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   narrow(about.deceleration, *combined.second);
   LearntLaw learnt = WeighWithLaw(*law, of_twin, *options.law, combined);
   learnt.learnt_from_mm = span_mm;
-  for (const LineProfile& line : of_law) {
-    std::vector<double>& areas = learnt.laid_area.emplace_back();
-    for (const ProfileSample& sample : line.samples) areas.push_back(sample.area.value);
-  }
   return learnt;
 }
 
