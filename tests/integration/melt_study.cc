@@ -127,10 +127,10 @@ void PrintAndFit(MeltWorld world, Random random, RowTally& tally) {
   world.physics.lag_s = std::lerp(kTested_s.lo, kTested_s.hi, random.Uniform(0.25, 0.75));
   const Truth truth{test::SteadyPressureAdvance(world), test::LinePressureAdvance(world)};
   const std::vector<pa::LineProfile> profiles = test::PrintMeltPattern(world, random);
-  const pa::ResponseResult fit = pa::FitResponse(profiles, world.Motion()).result;
+  const pa::ResponseResult fit = pa::FitResponse(profiles, world.Motion()).response;
   pa::ResponseOptions open;
   open.law = std::nullopt;
-  const pa::ResponseResult without = pa::FitResponse(profiles, world.Motion(), open).result;
+  const pa::ResponseResult without = pa::FitResponse(profiles, world.Motion(), open).response;
   ++tally.runs;
   tally.steady_ms.push_back(1e3 * truth.steady_s);
   tally.line_ms.push_back(1e3 * truth.line_s);

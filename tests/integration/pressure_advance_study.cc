@@ -222,8 +222,8 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   const auto exact = BeadsOf(*print, world.plan, analysis.profiles);
   CompareReadings(analysis.profiles, exact, world.layer_height_mm, outcome);
   const auto beads = pressure_advance::FitResponse(exact, analysis.motion);
-  if (beads.result.pressure_advance.good()) {
-    outcome.bead_error_s = beads.result.pressure_advance.quantity().value - truth;
+  if (beads.response.pressure_advance.good()) {
+    outcome.bead_error_s = beads.response.pressure_advance.quantity().value - truth;
   }
   outcome.text = analysis.pressure_advance.reason();
   outcome.value = Judge(analysis.pressure_advance, truth);

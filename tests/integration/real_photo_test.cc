@@ -150,21 +150,21 @@ TEST_P(RealPhotosWithFewerLines, AnswerStaysWithoutAnyThreeLines) {
 
 // Paints three lines over with the plate between them and their neighbours, in the picture that
 // the photo eye made of the pattern from straight above.
-cv::Mat PaintOver(const report::PhotoView& view, const std::vector<std::size_t>& lines) {
+cv::Mat PaintOver(const pa::PhotoView& view, const std::vector<std::size_t>& lines) {
   const Frame& frame = view.rectified;
   cv::Mat picture =
       cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data()))
           .clone();
   const cv::Mat before = picture.clone();
   const auto centre = [&](std::size_t line, std::size_t k) {
-    return (view.lines[line].lower_edge[k].y + view.lines[line].upper_edge[k].y) / 2;
+    return view.lines[line].centre_px[k];
   };
   for (const std::size_t line : lines) {
     const std::size_t neighbour = line == 0 ? 1 : line - 1;
     std::size_t k = 0;
-    const auto& edge = view.lines[line].lower_edge;
-    for (int x = static_cast<int>(edge.front().x) - 3; x <= edge.back().x + 3; ++x) {
-      while (k + 1 < edge.size() && edge[k].x < x) ++k;
+    const std::vector<double>& x_px = view.lines[line].x_px;
+    for (int x = static_cast<int>(x_px.front()) - 3; x <= x_px.back() + 3; ++x) {
+      while (k + 1 < x_px.size() && x_px[k] < x) ++k;
       const double pitch = centre(neighbour, k) - centre(line, k);
       const int y = static_cast<int>(std::lround(centre(line, k)));
       const int half = static_cast<int>(std::abs(pitch) * 0.42);

@@ -107,17 +107,17 @@ TEST(RepeatStudy, SaysHowManyPatternsAreWorth) {
           ExtruderWorld one = world;
           one.k_star_s *= 1 + between * random.Normal();
           auto lines = test::PrintPattern(one, random);
-          alone.push_back(pa::FitResponse(lines, one.Motion()).result.pressure_advance);
+          alone.push_back(pa::FitResponse(lines, one.Motion()).response.pressure_advance);
           all.insert(all.end(), lines.begin(), lines.end());
         }
         const auto fit = pa::FitResponse(all, world.Motion());
-        if (!fit.result.pressure_advance.good()) continue;
-        const Quantity& q = fit.result.pressure_advance.quantity();
+        if (!fit.response.pressure_advance.good()) continue;
+        const Quantity& q = fit.response.pressure_advance.quantity();
         const auto repeated = pa::CombineRepeats(q, alone, {0, 0.06}, 1);
         mean.Add(WeighedMean(alone), truth_s);
         joint.Add(q, truth_s);
-        answer.Add(repeated.answer.pressure_advance.quantity(), truth_s);
-        answer.disagree += repeated.repeats.disagree;
+        answer.Add(repeated.first.pressure_advance.quantity(), truth_s);
+        answer.disagree += repeated.second.disagree;
       }
       fmt::print("{:<26} | {} | {} | {} | {} of {}\n", name, mean.Text(), joint.Text(),
                  answer.Text(), answer.disagree, answer.error_ms.size());
@@ -127,7 +127,7 @@ TEST(RepeatStudy, SaysHowManyPatternsAreWorth) {
 }
 
 Measured AnswerOf(const std::vector<pa::LineProfile>& lines, const ExtruderWorld& world) {
-  return pa::FitResponse(lines, world.Motion()).result.pressure_advance;
+  return pa::FitResponse(lines, world.Motion()).response.pressure_advance;
 }
 
 // Whether a second pattern over fewer values about a good answer says more than the same once more.
@@ -181,7 +181,7 @@ TEST(RepeatStudy, SaysHowSureASecondPatternIsWhereTheFirstAsksForIt) {
       ExtruderWorld world = DrawWorld(random, part);
       const double truth_s = test::TruePressureAdvance(world);
       const auto lines = test::PrintPattern(world, random);
-      const auto next_s = pa::FitResponse(lines, world.Motion()).result.print_next_s;
+      const auto next_s = pa::FitResponse(lines, world.Motion()).response.print_next_s;
       if (!next_s) continue;
       ++asked;
       world.pressure_advance_s = Values(*next_s);

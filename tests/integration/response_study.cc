@@ -186,8 +186,8 @@ struct Tally {
 };
 
 // Half of the printers refill their gaps and half draw in air.
-pa::ResponseFit PrintAndFit(ExtruderWorld world, bool photo, Random& random,
-                            const pa::ResponseOptions& options = {}) {
+pa::Analysis PrintAndFit(ExtruderWorld world, bool photo, Random& random,
+                         const pa::ResponseOptions& options = {}) {
   world.gaps_are_lost = random.Uniform() < 0.5;
   std::vector<pa::LineProfile> profiles = test::PrintPattern(world, random);
   pa::LineMotion motion = world.Motion();
@@ -217,12 +217,12 @@ TEST(ResponseStudy, HoldsTheTruthUnderLawsThatItWasNotBuiltOn) {
       world.pressure_advance_s = Values(row.lo_s, row.hi_s, row.lines);
       world.k_star_s = row.lo_s + (row.hi_s - row.lo_s) * random.Uniform(0.25, 0.75);
       const double truth_s = test::TruePressureAdvance(world);
-      const pa::ResponseFit fit = PrintAndFit(world, false, random);
-      both.Add(fit.result.pressure_advance, truth_s);
-      acceleration.Add(fit.result.acceleration.pressure_advance, truth_s);
-      deceleration.Add(fit.result.deceleration.pressure_advance, truth_s);
-      if (!fit.result.pressure_advance.good()) {
-        ++reasons[row.name + ": " + fit.result.pressure_advance.reason().substr(0, 40)];
+      const pa::Analysis fit = PrintAndFit(world, false, random);
+      both.Add(fit.response.pressure_advance, truth_s);
+      acceleration.Add(fit.response.acceleration.pressure_advance, truth_s);
+      deceleration.Add(fit.response.deceleration.pressure_advance, truth_s);
+      if (!fit.response.pressure_advance.good()) {
+        ++reasons[row.name + ": " + fit.response.pressure_advance.reason().substr(0, 40)];
       }
     }
     fmt::print("{:<22} | {} | {} | {}\n", row.name, both.Text(), acceleration.Text(),
@@ -270,15 +270,15 @@ TEST(ResponseStudy, HoldsTheLagAtBothSpeedsAndSlip) {
       ExtruderWorld world = row.world;
       world.pressure_advance_s = Values(row.lo_s, row.hi_s, row.lines);
       world.k_star_s = row.lo_s + (row.hi_s - row.lo_s) * random.Uniform(0.25, 0.75);
-      const pa::ResponseFit fit = PrintAndFit(world, false, random);
-      if (!fit.result.law) continue;
+      const pa::Analysis fit = PrintAndFit(world, false, random);
+      if (!fit.response.law) continue;
       for (Held* held : {&slow, &all_slow}) {
-        held->Add(fit.result.law->slow_lag_s, test::TrueLag(world, world.slow_mm_s));
+        held->Add(fit.response.law->slow_lag_s, test::TrueLag(world, world.slow_mm_s));
       }
       for (Held* held : {&fast, &all_fast}) {
-        held->Add(fit.result.law->fast_lag_s, test::TrueLag(world, world.fast_mm_s));
+        held->Add(fit.response.law->fast_lag_s, test::TrueLag(world, world.fast_mm_s));
       }
-      for (Held* held : {&slip, &all_slip}) held->Add(fit.result.law->slip, world.slip);
+      for (Held* held : {&slip, &all_slip}) held->Add(fit.response.law->slip, world.slip);
     }
     fmt::print("{:<22} | {} | {} | {}\n", row.name, slow.Text(1e3), fast.Text(1e3), slip.Text(100));
     std::fflush(stdout);
@@ -308,7 +308,7 @@ TEST(ResponseStudy, HoldsTheTruthUpToTheLongestSmoothingOfAPrint) {
         world.pressure_advance_s = Values(0, 0.06, 10);
         world.k_star_s = 0.06 * random.Uniform(0.25, 0.75);
         const double truth_s = test::TruePressureAdvance(world);
-        tally.Add(PrintAndFit(world, false, random).result.pressure_advance, truth_s);
+        tally.Add(PrintAndFit(world, false, random).response.pressure_advance, truth_s);
       }
       text += " | " + tally.Text();
       if (smooth_time_s > kLongest_s) continue;
@@ -335,8 +335,8 @@ TEST(ResponseStudy, AllowsForADriftThatMostPrintersDoNotHave) {
       world.k_star_s = 0.042;
       const double truth_s = test::TruePressureAdvance(world);
       Random first = SeedOf(i), second = SeedOf(i);
-      usual.Add(PrintAndFit(world, false, first).result.pressure_advance, truth_s);
-      without.Add(PrintAndFit(world, false, second, blind).result.pressure_advance, truth_s);
+      usual.Add(PrintAndFit(world, false, first).response.pressure_advance, truth_s);
+      without.Add(PrintAndFit(world, false, second, blind).response.pressure_advance, truth_s);
     }
     fmt::print("lag drifts {:+.0f} % | {} | {}\n", 100 * drift, usual.Text(), without.Text());
     std::fflush(stdout);
@@ -366,9 +366,9 @@ TEST(ResponseStudy, AnswersNothingBeyondTheTestedRange) {
         world.law = test::PowerLaw(random.Uniform(0.4, 1));
         world.pressure_advance_s = Values(lo_s, lo_s + 0.06, 10);
         world.k_star_s = lo_s + 0.06 * random.Uniform(part.lo, part.hi);
-        const pa::ResponseFit fit = PrintAndFit(world, photo, random);
-        answered += fit.result.pressure_advance.good();
-        named += fit.result.pressure_advance.reason().find(side) != std::string::npos;
+        const pa::Analysis fit = PrintAndFit(world, photo, random);
+        answered += fit.response.pressure_advance.good();
+        named += fit.response.pressure_advance.reason().find(side) != std::string::npos;
       }
       fmt::print("{:<36} {} | {:>5} {:>5} {:>5}\n", name, photo ? "photo" : "laser", patterns,
                  answered, named);
@@ -389,7 +389,7 @@ TEST(ResponseStudy, AnswersInsideTheTestedRangeUpToWhereItsIntervalFits) {
       world.law = test::PowerLaw(random.Uniform(0.4, 1));
       world.pressure_advance_s = Values(0, 0.06, 10);
       world.k_star_s = 0.06 * at;
-      both.Add(PrintAndFit(world, false, random).result.pressure_advance,
+      both.Add(PrintAndFit(world, false, random).response.pressure_advance,
                test::TruePressureAdvance(world));
     }
     fmt::print("{:>4.0f} % | {}\n", 100 * at, both.Text());

@@ -42,14 +42,13 @@ std::vector<std::pair<std::string, std::string>> FactsOf(const ResultFile& resul
   return facts;
 }
 
-Result<void> WriteReport(const std::string& path, const ResultFile& result,
-                         const report::ReportInput& input,
+Result<void> WriteReport(const std::string& path, const ResultFile& result, const AnalysisRun& run,
                          const std::vector<report::Figure>& figures, bool force) {
   if (path.empty()) return {};
   report::ReportOptions options;
   options.source = SourceOf(result);
   options.facts = FactsOf(result);
-  return WriteOutputs({{path, report::PressureAdvanceReport(input, figures, options)}}, force);
+  return WriteOutputs({{path, report::PressureAdvanceReport(run, figures, options)}}, force);
 }
 
 Result<void> WriteFigures(const std::string& figures_folder, const std::string& answer_png,
@@ -122,9 +121,8 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
   const bool draws = !output.files.report.empty() || !output.files.figures.empty() ||
                      !output.files.picture.empty();
   if (!draws) return written;
-  const report::ReportInput input = run.report_input();
-  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (auto done = WriteReport(output.files.report, result, input, figures, output.files.force);
+  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(run);
+  if (auto done = WriteReport(output.files.report, result, run, figures, output.files.force);
       done) {
     written.report = output.files.report;
   } else if (!written.failed) {

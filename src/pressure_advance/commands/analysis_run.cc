@@ -112,23 +112,6 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
   return motion;
 }
 
-report::PhotoView ViewOf(pressure_advance::PhotoMeasurement& seen) {
-  report::PhotoView view;
-  view.rectified = std::move(seen.rectified);
-  for (std::size_t i = 0; i < seen.traces.size(); ++i) {
-    const pressure_advance::TracedLine& trace = seen.traces[i];
-    report::TracedLine line;
-    line.pressure_advance_s = seen.profiles.at(i).pressure_advance_s;
-    for (std::size_t k = 0; k < trace.x_px.size(); ++k) {
-      const double half = trace.width_px[k] / 2;
-      line.lower_edge.push_back({trace.x_px[k], trace.centre_px[k] + half});
-      line.upper_edge.push_back({trace.x_px[k], trace.centre_px[k] - half});
-    }
-    view.lines.push_back(std::move(line));
-  }
-  return view;
-}
-
 }  // namespace
 
 Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan,
@@ -154,7 +137,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   }
   const LineMotion motion = MotionSeen(plan, seen, notices);
   AnalysisRun run;
-  run.photo = ViewOf(seen);
+  run.photo = std::move(seen.view);
   pressure_advance::ResponseOptions response;
   response.printed_middle_s = Mean(plan.pressure_advance_s);
   response.picture_sigma = pressure_advance::PictureSigma(seen.blur);

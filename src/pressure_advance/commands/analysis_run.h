@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/result.h"
-#include "pressure_advance/laser/height_map.h"
 #include "pressure_advance/photo/photo_eye.h"
 #include "pressure_advance/procedure/read_ahead.h"
 #include "pressure_advance/profile/analysis.h"
@@ -16,16 +15,7 @@
 
 namespace trammel::app {
 
-/// An analysis with what its eye keeps for the report.
-struct AnalysisRun {
-  pressure_advance::Analysis analysis;
-  std::optional<pressure_advance::LaserScanView> scan;
-  std::optional<report::PhotoView> photo;
-
-  [[nodiscard]] report::ReportInput report_input() const {
-    return {&analysis, scan ? &*scan : nullptr, photo ? &*photo : nullptr};
-  }
-};
+using report::AnalysisRun;
 
 /// Puts a busy computer before what its lost and late frames led to: in the reason of each line
 /// that was not used, and in the answer's, where half of these lines suffered from it.

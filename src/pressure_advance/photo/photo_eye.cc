@@ -112,12 +112,14 @@ void FlipPicture(Frame& picture, bool left_right, bool top_bottom) {
   picture = std::move(flipped);
 }
 
-std::vector<TracedLine> Traces(const vision::BeadWidths& widths, const Frame& picture,
+std::vector<TracedLine> Traces(const vision::BeadWidths& widths,
+                               const std::vector<LineProfile>& profiles, const Frame& picture,
                                bool left_right, bool top_bottom) {
   std::vector<TracedLine> traces;
-  for (const std::vector<vision::BeadReading>& line : widths.lines) {
+  for (std::size_t i = 0; i < widths.lines.size(); ++i) {
     TracedLine trace;
-    for (const vision::BeadReading& reading : line) {
+    trace.pressure_advance_s = profiles.at(i).pressure_advance_s;
+    for (const vision::BeadReading& reading : widths.lines[i]) {
       trace.x_px.push_back(left_right ? picture.width - 1 - reading.x_px : reading.x_px);
       trace.centre_px.push_back(top_bottom ? picture.height - 1 - reading.centre_px
                                            : reading.centre_px);
@@ -158,7 +160,8 @@ void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientati
              PhotoMeasurement& measurement) {
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   if (lie.reversed) Reverse(measurement.profiles);
-  measurement.traces = Traces(widths, seen.picture, lie.reversed, !lie.first_at_bottom);
+  measurement.view.lines =
+      Traces(widths, measurement.profiles, seen.picture, lie.reversed, !lie.first_at_bottom);
   FlipPicture(seen.picture, lie.reversed, !lie.first_at_bottom);
   const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
   if (!seen.frame_seen) return;
@@ -364,7 +367,7 @@ PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options)
     return measurement;
   }
   MeasureLines(seen, options, measurement);
-  measurement.rectified = std::move(seen.picture);
+  measurement.view.rectified = std::move(seen.picture);
   return measurement;
 }
 

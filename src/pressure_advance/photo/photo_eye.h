@@ -45,9 +45,16 @@ struct PhotoPoint {
 /// One line as traced in the rectified picture. Vectors of one length, same order as the samples of
 /// the line's profile.
 struct TracedLine {
+  double pressure_advance_s = 0;
   std::vector<double> x_px;       ///< along the line
   std::vector<double> centre_px;  ///< y of the bead's middle
   std::vector<double> width_px;   ///< 0 where the filament broke
+};
+
+/// The pattern seen straight from above, print direction to the right, first line at the bottom.
+struct PhotoView {
+  Frame rectified;                ///< 0 x 0 where none was found
+  std::vector<TracedLine> lines;  ///< per profile
 };
 
 /// What the eye saw. `refusal` is empty exactly when the profiles may be used.
@@ -59,13 +66,11 @@ struct PhotoMeasurement {
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
   std::vector<PhotoPoint>
-      frame_corners;               ///< outer corners of the printed frame in the photo:
-                                   ///< first line's start, first line's end, last line's
-                                   ///< end, last line's start; empty where it is not seen whole
-  Frame rectified;                 ///< the pattern seen straight from above, print direction to the
-                                   ///< right, first line at the bottom; 0 x 0 where none was found
-  std::vector<TracedLine> traces;  ///< per profile, in px of `rectified`
-  double blur = 0;                 ///< of the lines' edges (1 sigma) over the lines' width
+      frame_corners;  ///< outer corners of the printed frame in the photo:
+                      ///< first line's start, first line's end, last line's
+                      ///< end, last line's start; empty where it is not seen whole
+  PhotoView view;
+  double blur = 0;  ///< of the lines' edges (1 sigma) over the lines' width
   PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies
   bool marked = false;                        ///< whether the corner mark told the sides
   std::vector<std::string> notices;  ///< what a user should know although the photo is used

@@ -135,15 +135,16 @@ TEST(PhotoEye, TracesLieInTheRectifiedPicture) {
   const DrawnPhoto drawn = Usual();
   const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), OptionsFor(drawn));
   ASSERT_EQ(measured.refusal, "");
-  ASSERT_EQ(measured.traces.size(), measured.profiles.size());
+  ASSERT_EQ(measured.view.lines.size(), measured.profiles.size());
   ASSERT_EQ(measured.frame_corners.size(), 4U);
   // First line at the bottom, print direction to the right.
-  EXPECT_GT(measured.traces.front().centre_px.front(), measured.traces.back().centre_px.front());
-  EXPECT_LT(measured.traces.front().x_px.front(), measured.traces.front().x_px.back());
-  for (const TracedLine& trace : measured.traces) {
+  EXPECT_GT(measured.view.lines.front().centre_px.front(),
+            measured.view.lines.back().centre_px.front());
+  EXPECT_LT(measured.view.lines.front().x_px.front(), measured.view.lines.front().x_px.back());
+  for (const TracedLine& trace : measured.view.lines) {
     ASSERT_EQ(trace.x_px.size(), measured.profiles.front().samples.size());
     EXPECT_GT(trace.x_px.front(), 0);
-    EXPECT_LT(trace.x_px.back(), measured.rectified.width);
+    EXPECT_LT(trace.x_px.back(), measured.view.rectified.width);
   }
   // In the photo the first line's start lies at the bottom left.
   EXPECT_LT(measured.frame_corners[0].x_px, drawn.width_px / 2.0);

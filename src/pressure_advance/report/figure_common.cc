@@ -41,8 +41,8 @@ std::vector<std::size_t> LinesByPressureAdvance(const pa::Analysis& analysis, st
   return picked;
 }
 
-const std::vector<pa::HeightMap>* ShownHeights(const ReportInput& input) {
-  if (input.scan == nullptr) {
+const std::vector<pa::HeightMap>* ShownHeights(const AnalysisRun& input) {
+  if (!input.scan) {
     return nullptr;
   }
   const auto& maps = input.scan->heights.empty() ? input.scan->paper_heights : input.scan->heights;
@@ -66,10 +66,10 @@ Grid HeightGrid(const pa::HeightMap& map) {
   return grid;
 }
 
-HeightUnit HeightUnitOf(const ReportInput& input) {
-  const auto& scale = input.analysis->scale;
+HeightUnit HeightUnitOf(const AnalysisRun& input) {
+  const auto& scale = input.analysis.scale;
   // What the paper's method shows instead does not begin at the plate.
-  if (!scale || input.scan == nullptr || input.scan->heights.empty()) return {};
+  if (!scale || !input.scan || input.scan->heights.empty()) return {};
   return {scale->height_mm_per_px, "height (mm)"};
 }
 

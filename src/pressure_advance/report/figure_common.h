@@ -21,7 +21,7 @@ namespace trammel::report {
 
 /// The maps to show: of the response eye, or of the paper's method where there are none.
 [[nodiscard]] const std::vector<pressure_advance::HeightMap>* ShownHeights(
-    const ReportInput& input);
+    const AnalysisRun& input);
 
 /// One image row per row and one column per frame; NaN where no laser line was found. Empty where
 /// the map's sizes do not fit its values.
@@ -32,7 +32,7 @@ struct HeightUnit {
   double per_px = 1;
   const char* label = "height (px)";
 };
-[[nodiscard]] HeightUnit HeightUnitOf(const ReportInput& input);
+[[nodiscard]] HeightUnit HeightUnitOf(const AnalysisRun& input);
 
 /// How well heights and areas are known in mm, as a sentence with a blank before it; empty where
 /// they are in pixels.

@@ -88,18 +88,18 @@ Canvas Draw(const pa::Analysis& analysis, const std::vector<DataPoint>& scores, 
 
 }  // namespace
 
-std::optional<Figure> DeviationFigure(const ReportInput& input) {
-  const std::vector<DataPoint> scores = Scores(*input.analysis);
+std::optional<Figure> DeviationFigure(const AnalysisRun& input) {
+  const std::vector<DataPoint> scores = Scores(input.analysis);
   if (scores.empty()) return std::nullopt;
   Figure figure{"deviation",
                 "The score of Abbott's paper, for comparison: how much the height of each row of a "
                 "height map varies along the line, summed over the rows. Low is even. It knows no "
                 "sign and rests on the few lines near the bottom, so that its answer scatters more "
                 "than the response fit's; a low R² means that the scores follow no curve.",
-                Draw(*input.analysis, scores, kFigureWidthPx)};
+                Draw(input.analysis, scores, kFigureWidthPx)};
   figure.seen =
       fmt::format("The paper's score of {} lines against their pressure advance.", scores.size());
-  figure.narrow = Draw(*input.analysis, scores, kNarrowWidthPx);
+  figure.narrow = Draw(input.analysis, scores, kNarrowWidthPx);
   return figure;
 }
 

@@ -89,12 +89,12 @@ Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& 
 
 }  // namespace
 
-std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
+std::optional<Figure> HeightMapsFigure(const AnalysisRun& input) {
   const std::vector<pa::HeightMap>* maps = ShownHeights(input);
   if (maps == nullptr) {
     return std::nullopt;
   }
-  const pa::Analysis& analysis = *input.analysis;
+  const pa::Analysis& analysis = input.analysis;
   const auto lines = WithMap(LinesByPressureAdvance(analysis, kMostMaps), *maps);
   if (lines.empty()) {
     return std::nullopt;

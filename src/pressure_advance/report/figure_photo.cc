@@ -10,30 +10,35 @@
 namespace trammel::report {
 namespace {
 
+namespace pa = pressure_advance;
+
 constexpr double kLabelPx = 62;
 constexpr double kMaxHeightPx = 1400;
 constexpr double kTextPitchPx = 14;  ///< labels closer than this would overlap
 
-std::vector<PointPx> OnCanvas(const std::vector<PointPx>& edge, const RectPx& rect, double scale) {
+// An edge of a traced line: -1 the lower one, 1 the upper one in the picture's rows.
+std::vector<PointPx> OnCanvas(const pa::TracedLine& line, double side, const RectPx& rect,
+                              double scale) {
   std::vector<PointPx> points;
-  for (const PointPx& point : edge) {
-    points.push_back({rect.x + (point.x + 0.5) * scale, rect.y + (point.y + 0.5) * scale});
+  for (std::size_t i = 0; i < line.x_px.size(); ++i) {
+    const double y = line.centre_px[i] - side * line.width_px[i] / 2;
+    points.push_back({rect.x + (line.x_px[i] + 0.5) * scale, rect.y + (y + 0.5) * scale});
   }
   return points;
 }
 
 // The line whose pressure advance is nearest to the answer; none without an answer.
-std::size_t BestLine(const PhotoView& photo, const Measured& answer) {
+std::size_t BestLine(const pa::PhotoView& photo, const Measured& answer) {
   if (!answer.good()) return photo.lines.size();
   const double value_s = answer.quantity().value;
-  const auto away = [value_s](const TracedLine& line) {
+  const auto away = [value_s](const pa::TracedLine& line) {
     return std::abs(line.pressure_advance_s - value_s);
   };
   const auto best = std::ranges::min_element(photo.lines, {}, away);
   return static_cast<std::size_t>(best - photo.lines.begin());
 }
 
-Canvas Draw(const PhotoView& photo, std::size_t best, double width_px) {
+Canvas Draw(const pa::PhotoView& photo, std::size_t best, double width_px) {
   const Frame& picture = photo.rectified;
   const double scale =
       std::min((width_px - kLabelPx - 8) / picture.width, kMaxHeightPx / picture.height);
@@ -47,10 +52,10 @@ Canvas Draw(const PhotoView& photo, std::size_t best, double width_px) {
   };
   std::vector<Label> labels;
   for (std::size_t i = 0; i < photo.lines.size(); ++i) {
-    const TracedLine& line = photo.lines[i];
+    const pa::TracedLine& line = photo.lines[i];
     const bool is_best = i == best;
-    const auto lower = OnCanvas(line.lower_edge, rect, scale);
-    const auto upper = OnCanvas(line.upper_edge, rect, scale);
+    const auto lower = OnCanvas(line, -1, rect, scale);
+    const auto upper = OnCanvas(line, 1, rect, scale);
     canvas.Clip(rect);
     for (const auto* edge : {&lower, &upper}) {
       canvas.Polyline(*edge, {.color = kInk, .width_px = is_best ? 4.0 : 2.0});
@@ -81,12 +86,12 @@ Canvas Draw(const PhotoView& photo, std::size_t best, double width_px) {
 
 }  // namespace
 
-std::optional<Figure> PhotoFigure(const ReportInput& input) {
-  if (input.photo == nullptr || input.photo->rectified.width <= 0 ||
-      input.photo->rectified.height <= 0 || input.photo->rectified.bgr.empty()) {
+std::optional<Figure> PhotoFigure(const AnalysisRun& input) {
+  if (!input.photo || input.photo->rectified.width <= 0 || input.photo->rectified.height <= 0 ||
+      input.photo->rectified.bgr.empty()) {
     return std::nullopt;
   }
-  const std::size_t best = BestLine(*input.photo, input.analysis->pressure_advance);
+  const std::size_t best = BestLine(*input.photo, input.analysis.pressure_advance);
   return Figure{
       "photo",
       "The photo as if taken from straight above, with the edges of each printed line as "

@@ -204,8 +204,8 @@ Canvas Draw(const Content& content, double width_px) {
 
 }  // namespace
 
-std::optional<Figure> ProfilesFigure(const ReportInput& input) {
-  const pa::Analysis& analysis = *input.analysis;
+std::optional<Figure> ProfilesFigure(const AnalysisRun& input) {
+  const pa::Analysis& analysis = input.analysis;
   const bool area = ShowsArea(analysis.profiles);
   Content content{&analysis, Lanes(analysis, area), {}, false, 1};
   if (content.lanes.empty()) return std::nullopt;

@@ -189,8 +189,8 @@ std::string Seen(const Content& content) {
 
 }  // namespace
 
-std::optional<Figure> ResponseFigure(const ReportInput& input) {
-  const pa::Analysis& analysis = *input.analysis;
+std::optional<Figure> ResponseFigure(const AnalysisRun& input) {
+  const pa::Analysis& analysis = input.analysis;
   const pa::ResponseResult& response = analysis.response;
   Content content{
       {Panel{&response.acceleration, Readings(analysis, response.acceleration), "Speeding up",

@@ -85,7 +85,7 @@ TEST(ResponseFigure, ALineOfTooLittlePressureAdvanceLiesAboveZeroAtBothSpeedChan
   const pa::Analysis analysis = AnalysisOfPrintedLines();
   ASSERT_TRUE(analysis.pressure_advance.good()) << analysis.pressure_advance.reason();
   EXPECT_NEAR(analysis.pressure_advance.quantity().value, kLag_s, 0.001);
-  const std::string svg = ResponseFigure({&analysis, nullptr, nullptr})->canvas.ToSvg();
+  const std::string svg = ResponseFigure({analysis, {}, {}})->canvas.ToSvg();
   for (const char* color : {"#0a5fa5", "#d9631e"}) {
     const std::vector<double> heights = DotHeights(svg, color);
     ASSERT_EQ(heights.size(), static_cast<std::size_t>(kLines)) << color;
@@ -104,7 +104,7 @@ TEST(ResponseFigure, SaysOfEachSpeedChangeWhatThePrintedLineShowsThere) {
   EXPECT_GT(MeanArea(high, 8, 12), 1.1);
   EXPECT_LT(MeanArea(high, 22.5, 26), 0.9);
   const pa::Analysis analysis = AnalysisOfPrintedLines();
-  const std::string svg = ResponseFigure({&analysis, nullptr, nullptr})->canvas.ToSvg();
+  const std::string svg = ResponseFigure({analysis, {}, {}})->canvas.ToSvg();
   const auto says = [&svg](const char* panel, const char* above, const char* below) {
     const std::size_t at = svg.find(std::string(">") + panel);
     const std::size_t meaning = svg.find("above 0: ", at);

@@ -201,10 +201,10 @@ pa::LaserScanView MakeScanView(const MadeUp& made_up, Random random) {
   return view;
 }
 
-PhotoView MakePhotoView(const MadeUp& made_up, Random random) {
+pa::PhotoView MakePhotoView(const MadeUp& made_up, Random random) {
   constexpr int kWidth = 900;
   constexpr int kPitchPx = 36;
-  PhotoView view;
+  pa::PhotoView view;
   view.rectified = Frame(kWidth, kPitchPx * (static_cast<int>(made_up.lines) + 1));
   for (std::uint8_t& value : view.rectified.bgr) {
     value = static_cast<std::uint8_t>(random.Uniform(60, 80));
@@ -212,7 +212,7 @@ PhotoView MakePhotoView(const MadeUp& made_up, Random random) {
   for (std::size_t line = 0; line < made_up.lines; ++line) {
     const double pressure_advance_s = PressureAdvance(made_up, line);
     const double y0 = view.rectified.height - kPitchPx * (static_cast<double>(line) + 1);
-    TracedLine traced{pressure_advance_s, {}, {}};
+    pa::TracedLine traced{pressure_advance_s, {}, {}, {}};
     for (int x = 40; x < kWidth - 40; ++x) {
       const double position_mm = kLengthMm * (x - 40) / (kWidth - 80);
       const double area = kArea * RelativeArea(position_mm, made_up.truth_s - pressure_advance_s);
@@ -220,8 +220,9 @@ PhotoView MakePhotoView(const MadeUp& made_up, Random random) {
       for (int y = static_cast<int>(y0 - half_px); y <= static_cast<int>(y0 + half_px); ++y) {
         std::fill_n(view.rectified.row(y) + 3 * x, 3, std::uint8_t{205});
       }
-      traced.lower_edge.push_back({static_cast<double>(x), y0 + half_px});
-      traced.upper_edge.push_back({static_cast<double>(x), y0 - half_px});
+      traced.x_px.push_back(x);
+      traced.centre_px.push_back(y0);
+      traced.width_px.push_back(2 * half_px);
     }
     view.lines.push_back(std::move(traced));
   }

@@ -26,6 +26,6 @@ struct MadeUp {
 [[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
 
 /// A rectified picture of the lines with their edges traced.
-[[nodiscard]] PhotoView MakePhotoView(const MadeUp& made_up, Random random);
+[[nodiscard]] pressure_advance::PhotoView MakePhotoView(const MadeUp& made_up, Random random);
 
 }  // namespace trammel::report::test

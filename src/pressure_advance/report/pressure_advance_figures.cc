@@ -6,8 +6,7 @@
 
 namespace trammel::report {
 
-std::vector<Figure> PressureAdvanceFigures(const ReportInput& input) {
-  TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
+std::vector<Figure> PressureAdvanceFigures(const AnalysisRun& input) {
   std::vector<Figure> figures;
   for (const auto& make :
        {ResponseFigure, ProfilesFigure, PhotoFigure, HeightMapsFigure, DeviationFigure}) {

@@ -260,9 +260,9 @@ std::string Lines(const pa::Analysis& analysis) {
                   table.Html());
 }
 
-std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
+std::string PageOf(const AnalysisRun& input, const std::vector<Figure>& figures,
                    const ReportOptions& options, const PhotoDetail& detail) {
-  const pa::Analysis& analysis = *input.analysis;
+  const pa::Analysis& analysis = input.analysis;
   std::string page = PageBegin("Pressure advance", "Pressure advance");
   page += Facts(options);
   page += Head(analysis);
@@ -286,14 +286,13 @@ std::string SecondsText(double seconds, double standard_uncertainty_s) {
   return fmt::format("{:.{}f}", seconds, decimals);
 }
 
-std::string PressureAdvanceReport(const ReportInput& input, const std::vector<Figure>& figures,
+std::string PressureAdvanceReport(const AnalysisRun& input, const std::vector<Figure>& figures,
                                   const ReportOptions& options) {
-  TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
   return FittingPage(
       [&](std::size_t step) { return PageOf(input, figures, options, kPhotoSteps[step]); });
 }
 
-std::string PressureAdvanceReport(const ReportInput& input, const ReportOptions& options) {
+std::string PressureAdvanceReport(const AnalysisRun& input, const ReportOptions& options) {
   return PressureAdvanceReport(input, PressureAdvanceFigures(input), options);
 }
 

@@ -23,11 +23,11 @@ struct ReportOptions {
 /// for a transition alone, nor from the paper's score. The tested values and each line's readings
 /// stay. Cost: most of it in PressureAdvanceFigures; below 2 s for ten lines of 100 x 60 heights
 /// (pressure_advance_report_test).
-[[nodiscard]] std::string PressureAdvanceReport(const ReportInput& input,
+[[nodiscard]] std::string PressureAdvanceReport(const AnalysisRun& input,
                                                 const ReportOptions& options = {});
 
 /// The same from figures that were already made, to write those to files of their own as well.
-[[nodiscard]] std::string PressureAdvanceReport(const ReportInput& input,
+[[nodiscard]] std::string PressureAdvanceReport(const AnalysisRun& input,
                                                 const std::vector<Figure>& figures,
                                                 const ReportOptions& options);
 

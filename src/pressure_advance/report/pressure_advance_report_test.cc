@@ -45,7 +45,7 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
   const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const std::string page =
-      PressureAdvanceReport({&analysis, &scan, nullptr}, {"recordings/a", {{"printer", "Voron"}}});
+      PressureAdvanceReport({analysis, scan, {}}, {"recordings/a", {{"printer", "Voron"}}});
   EXPECT_EQ(test::XmlProblem(page), "");
   const std::string text = Text(page);
   EXPECT_TRUE(Has(text, "0.0362 s"));
@@ -69,12 +69,12 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
 TEST(PressureAdvanceReport, NamesTheCommandOfTheFirmwareThatPrinted) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   analysis.printed_by = gcode::PrintedBy{gcode::Dialect::kMarlin, 0};
-  const std::string marlin = Text(PressureAdvanceReport({&analysis, nullptr, nullptr}));
+  const std::string marlin = Text(PressureAdvanceReport({analysis, {}, {}}));
   EXPECT_TRUE(Has(marlin, "M900 K0.0362"));
   EXPECT_FALSE(Has(marlin, "SET_PRESSURE_ADVANCE"));
   EXPECT_FALSE(Has(marlin, "printer.cfg"));
   analysis.printed_by = gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 1};
-  EXPECT_TRUE(Has(Text(PressureAdvanceReport({&analysis, nullptr, nullptr})), "M572 D1 S0.0362"));
+  EXPECT_TRUE(Has(Text(PressureAdvanceReport({analysis, {}, {}})), "M572 D1 S0.0362"));
 }
 
 TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
@@ -85,7 +85,7 @@ TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
   for (const Measured& bad :
        {Measured::CannotTell("the lines are flat"), Measured::Refused("no laser line")}) {
     analysis.pressure_advance = bad;
-    const std::string text = Text(PressureAdvanceReport({&analysis, &scan, nullptr}));
+    const std::string text = Text(PressureAdvanceReport({analysis, scan, {}}));
     EXPECT_TRUE(Has(text, bad.reason()));
     EXPECT_TRUE(Has(text, "No value"));
     for (const char* number :
@@ -98,7 +98,7 @@ TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
 
 TEST(PressureAdvanceReport, SaysWhatTheShapeOfTheLinesTells) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  const std::string text = Text(PressureAdvanceReport({&analysis, nullptr, nullptr}));
+  const std::string text = Text(PressureAdvanceReport({analysis, {}, {}}));
   const auto row = [&text](const std::string& name, const std::string& value,
                            const std::string& interval) {
     const std::size_t at = text.find(name);
@@ -113,8 +113,7 @@ TEST(PressureAdvanceReport, SaysWhatTheShapeOfTheLinesTells) {
   row("scatter of the lag", "1.4 ms", "of 10 lines");
   EXPECT_TRUE(Has(text, "read 0.4 ms too high"));
   analysis.response.law.reset();
-  EXPECT_FALSE(
-      Has(Text(PressureAdvanceReport({&analysis, nullptr, nullptr})), "shape of the lines"));
+  EXPECT_FALSE(Has(Text(PressureAdvanceReport({analysis, {}, {}})), "shape of the lines"));
 }
 
 TEST(PressureAdvanceReport, HostileTextStaysText) {
@@ -126,7 +125,7 @@ TEST(PressureAdvanceReport, HostileTextStaysText) {
   for (const Measured& answer : {analysis.pressure_advance, Measured::Refused(hostile)}) {
     analysis.pressure_advance = answer;
     const std::string page =
-        PressureAdvanceReport({&analysis, nullptr, nullptr}, {hostile, {{hostile, hostile}}});
+        PressureAdvanceReport({analysis, {}, {}}, {hostile, {{hostile, hostile}}});
     EXPECT_EQ(test::XmlProblem(page), "");
     EXPECT_FALSE(Has(page, "<script"));
     EXPECT_FALSE(Has(page, "\" onload"));
@@ -137,7 +136,7 @@ TEST(PressureAdvanceReport, HostileTextStaysText) {
 TEST(PressureAdvanceReport, LoadsNothingFromElsewhere) {
   const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
-  const std::string page = PressureAdvanceReport({&analysis, &scan, nullptr});
+  const std::string page = PressureAdvanceReport({analysis, scan, {}});
   EXPECT_FALSE(Has(page, "http://"));
   EXPECT_FALSE(Has(page, "https://"));
   EXPECT_FALSE(Has(page, "<script"));
@@ -148,8 +147,8 @@ TEST(PressureAdvanceReport, LoadsNothingFromElsewhere) {
 TEST(PressureAdvanceReport, EqualInputGivesEqualBytes) {
   const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
-  EXPECT_EQ(PressureAdvanceReport({&analysis, &scan, nullptr}),
-            PressureAdvanceReport({&analysis, &scan, nullptr}));
+  EXPECT_EQ(PressureAdvanceReport({analysis, scan, {}}),
+            PressureAdvanceReport({analysis, scan, {}}));
 }
 
 TEST(PressureAdvanceReport, TakesLessThanTwoSecondsForAPaperSizedScan) {
@@ -161,7 +160,7 @@ TEST(PressureAdvanceReport, TakesLessThanTwoSecondsForAPaperSizedScan) {
   constexpr double kMostS = 20;  // unoptimised or under a sanitizer
 #endif
   const std::clock_t start = std::clock();  // processor time: the machine may be busy
-  const std::string page = PressureAdvanceReport({&analysis, &scan, nullptr});
+  const std::string page = PressureAdvanceReport({analysis, scan, {}});
   const double taken_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   RecordProperty("seconds", std::to_string(taken_s));
   EXPECT_LT(taken_s, kMostS);
@@ -170,7 +169,7 @@ TEST(PressureAdvanceReport, TakesLessThanTwoSecondsForAPaperSizedScan) {
 
 TEST(PressureAdvanceReport, AnEmptyAnalysisIsARefusedPage) {
   const pa::Analysis analysis;
-  const std::string page = PressureAdvanceReport({&analysis, nullptr, nullptr});
+  const std::string page = PressureAdvanceReport({analysis, {}, {}});
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_TRUE(Has(page, "refused"));
   EXPECT_TRUE(Has(page, "nothing was measured"));

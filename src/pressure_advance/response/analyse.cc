@@ -73,7 +73,7 @@ void CombineTransition(const std::vector<LineProfile>& profiles,
   for (const ResponseResult& one : alone) pattern_s.push_back((one.*transition).pressure_advance);
   Measured combined =
       CombineRepeats(result.pressure_advance.quantity(), std::move(pattern_s), tested_s, widest)
-          .answer.pressure_advance;
+          .first.pressure_advance;
   if (combined.good()) {
     MoveZero(profiles, combined.quantity().value - result.pressure_advance.quantity().value,
              result);
@@ -89,7 +89,7 @@ void CompareRepeats(const std::vector<LineProfile>& profiles, const ResponseOpti
   std::vector<ResponseResult> alone;
   std::vector<Measured> pattern_s;
   for (const auto& lines : patterns) {
-    alone.push_back(FitResponse(lines, analysis.motion, options).result);
+    alone.push_back(FitResponse(lines, analysis.motion, options).response);
     pattern_s.push_back(alone.back().pressure_advance);
   }
   ResponseResult& joint = analysis.response;
@@ -101,14 +101,14 @@ void CompareRepeats(const std::vector<LineProfile>& profiles, const ResponseOpti
   for (const LineProfile& profile : profiles) values_s.push_back(profile.pressure_advance_s);
   const Interval tested_s = RangeOf(values_s);
   const double widest = options.widest_interval;
-  RepeatedAnswer repeated =
+  auto [answer, repeats] =
       CombineRepeats(joint.pressure_advance.quantity(), std::move(pattern_s), tested_s, widest);
-  joint.pressure_advance = std::move(repeated.answer.pressure_advance);
-  joint.print_next_s = repeated.answer.print_next_s;
+  joint.pressure_advance = std::move(answer.pressure_advance);
+  joint.print_next_s = answer.print_next_s;
   for (const auto transition : {&ResponseResult::acceleration, &ResponseResult::deceleration}) {
     CombineTransition(profiles, alone, transition, tested_s, widest, joint);
   }
-  analysis.repeats = std::move(repeated.repeats);
+  analysis.repeats = std::move(repeats);
   if (std::string notice = NoticeOfRepeats(*analysis.repeats); !notice.empty()) {
     analysis.notices.push_back(std::move(notice));
   }
@@ -170,13 +170,8 @@ RangedAnswer JudgeDeviation(const DeviationResult& deviation,
 
 Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
                  DeviationResult deviation, Method method, const ResponseOptions& options) {
-  Analysis analysis;
+  Analysis analysis = FitResponse(profiles, motion, options);
   analysis.method = method;
-  analysis.motion = motion;
-  ResponseFit fit = FitResponse(profiles, motion, options);
-  analysis.lines = std::move(fit.lines);
-  analysis.response = std::move(fit.result);
-  analysis.notices = std::move(fit.notices);
   CompareRepeats(profiles, options, analysis);
   if (method == Method::kResponse) {
     analysis.pressure_advance = analysis.response.pressure_advance;

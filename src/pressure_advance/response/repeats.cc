@@ -105,9 +105,10 @@ double ChiSquare95(double freedom) {
 
 }  // namespace
 
-RepeatedAnswer CombineRepeats(const Quantity& joint, std::vector<Measured> pattern_s,
-                              const Interval& tested_s, double widest,
-                              const RepeatOptions& options) {
+std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
+                                                std::vector<Measured> pattern_s,
+                                                const Interval& tested_s, double widest,
+                                                const RepeatOptions& options) {
   std::vector<Quantity> good;
   std::vector<double> values_s;
   for (const Measured& pattern : pattern_s) {
@@ -115,8 +116,7 @@ RepeatedAnswer CombineRepeats(const Quantity& joint, std::vector<Measured> patte
     good.push_back(pattern.quantity());
     values_s.push_back(good.back().value);
   }
-  RepeatedAnswer repeated;
-  Repeats& repeats = repeated.repeats;
+  Repeats repeats;
   const auto patterns = static_cast<double>(std::max<std::size_t>(pattern_s.size(), 1));
   const bool all_good = good.size() > 1 && good.size() == pattern_s.size();
   repeats.pattern_s = std::move(pattern_s);
@@ -131,12 +131,12 @@ RepeatedAnswer CombineRepeats(const Quantity& joint, std::vector<Measured> patte
   const double half_s = HalfWidth95(between, sigma_s, patterns);
   const double u_s = joint.standard_uncertainty * half_s / (kNormal95 * sigma_s);
   const double value_s = all_good ? ScatterOf(good, repeats.between_s).mean : joint.value;
-  repeated.answer = JudgeInRange(
+  RangedAnswer answer = JudgeInRange(
       value_s, u_s, half_s, tested_s, widest,
       fmt::format("the patterns differ too much from one another (standard deviation {:.2g} s): "
                   "{}, and print them again",
                   repeats.scatter_s, kWhatToLookAt));
-  return repeated;
+  return {std::move(answer), std::move(repeats)};
 }
 
 std::string NoticeOfRepeats(const Repeats& repeats) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/measured.h"
@@ -17,11 +18,6 @@ struct RepeatOptions {
   double prior_median = 0.015;
 };
 
-struct RepeatedAnswer {
-  RangedAnswer answer;
-  Repeats repeats;
-};
-
 /// Combines patterns alike: the mean of their values, with what they differ by.
 ///
 /// The value is the mean of the patterns' own, weighed by u_i^2 + t^2; that of the joint fit where
@@ -35,9 +31,11 @@ struct RepeatedAnswer {
 /// @param pattern_s  the same of each pattern's own lines; those that are not good tell no scatter
 /// @param tested_s   by all patterns
 /// @param widest     largest half width, as a part of the tested range
-[[nodiscard]] RepeatedAnswer CombineRepeats(const Quantity& joint, std::vector<Measured> pattern_s,
-                                            const Interval& tested_s, double widest,
-                                            const RepeatOptions& options = {});
+[[nodiscard]] std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
+                                                              std::vector<Measured> pattern_s,
+                                                              const Interval& tested_s,
+                                                              double widest,
+                                                              const RepeatOptions& options = {});
 
 /// What is to be said where patterns disagree; empty where they do not.
 [[nodiscard]] std::string NoticeOfRepeats(const Repeats& repeats);

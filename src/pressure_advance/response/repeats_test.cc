@@ -30,18 +30,19 @@ double Half_s(const Measured& measured) {
   return (interval.hi - interval.lo) / 2;
 }
 
-RepeatedAnswer Combined(const Quantity& joint, const std::vector<double>& values_s, double u_s,
-                        const RepeatOptions& options = {}) {
+std::pair<RangedAnswer, Repeats> Combined(const Quantity& joint,
+                                          const std::vector<double>& values_s, double u_s,
+                                          const RepeatOptions& options = {}) {
   return CombineRepeats(joint, Patterns(values_s, u_s), kTested_s, kWidest, options);
 }
 
 TEST(Repeats, AreTheMeanOfThePatterns) {
   const auto repeated = Combined(About(0.037, 0.0004), {0.035, 0.036, 0.0355}, 0.0007);
-  ASSERT_TRUE(repeated.answer.pressure_advance.good());
-  EXPECT_NEAR(repeated.answer.pressure_advance.quantity().value, 0.0355, 1e-9);
-  EXPECT_NEAR(repeated.repeats.scatter_s, 0.0005, 1e-9);
-  EXPECT_FALSE(repeated.repeats.disagree);
-  EXPECT_EQ(NoticeOfRepeats(repeated.repeats), "");
+  ASSERT_TRUE(repeated.first.pressure_advance.good());
+  EXPECT_NEAR(repeated.first.pressure_advance.quantity().value, 0.0355, 1e-9);
+  EXPECT_NEAR(repeated.second.scatter_s, 0.0005, 1e-9);
+  EXPECT_FALSE(repeated.second.disagree);
+  EXPECT_EQ(NoticeOfRepeats(repeated.second), "");
 }
 
 TEST(Repeats, AreNeverNarrowerThanTheJointFit) {
@@ -49,7 +50,7 @@ TEST(Repeats, AreNeverNarrowerThanTheJointFit) {
   const double joint_s = kNormal95 * 0.0005;
   for (const int count : {2, 3, 9}) {
     const std::vector<double> same(static_cast<std::size_t>(count), 0.036);
-    const double half_s = Half_s(Combined(joint, same, 0.0007).answer.pressure_advance);
+    const double half_s = Half_s(Combined(joint, same, 0.0007).first.pressure_advance);
     EXPECT_GT(half_s, joint_s) << count;
     EXPECT_LT(half_s, 2 * joint_s) << count;
   }
@@ -59,17 +60,17 @@ TEST(Repeats, WithoutAPriorAndScatterAreTheJointFit) {
   RepeatOptions none;
   none.prior_median = 1e-9;
   const auto repeated = Combined(About(0.036, 0.0005), {0.0358, 0.0362}, 0.0007, none);
-  EXPECT_NEAR(Half_s(repeated.answer.pressure_advance), kNormal95 * 0.0005, 1e-6);
+  EXPECT_NEAR(Half_s(repeated.first.pressure_advance), kNormal95 * 0.0005, 1e-6);
 }
 
 TEST(Repeats, WidenByWhatTheirIntervalsDoNotExplain) {
   const auto repeated = Combined(About(0.036, 0.0003), {0.033, 0.036, 0.039, 0.036}, 0.0005);
-  EXPECT_TRUE(repeated.repeats.disagree);
+  EXPECT_TRUE(repeated.second.disagree);
   // Student's interval of four values that scatter by 2.45 ms: 3.18 * 2.45 / 2 = 3.9 ms.
-  EXPECT_GT(Half_s(repeated.answer.pressure_advance), 0.0025);
-  EXPECT_LT(Half_s(repeated.answer.pressure_advance), 0.0045);
-  EXPECT_THAT(NoticeOfRepeats(repeated.repeats), ::testing::HasSubstr("0.0024 s"));
-  EXPECT_GT(repeated.repeats.between_s, 0.0015);
+  EXPECT_GT(Half_s(repeated.first.pressure_advance), 0.0025);
+  EXPECT_LT(Half_s(repeated.first.pressure_advance), 0.0045);
+  EXPECT_THAT(NoticeOfRepeats(repeated.second), ::testing::HasSubstr("0.0024 s"));
+  EXPECT_GT(repeated.second.between_s, 0.0015);
 }
 
 TEST(Repeats, TrustALargeScatterOfTwoLessThanTheSameOfMany) {
@@ -77,31 +78,31 @@ TEST(Repeats, TrustALargeScatterOfTwoLessThanTheSameOfMany) {
   const auto two = Combined(joint, {0.035, 0.037}, 0.0005);
   const auto nine = Combined(
       joint, {0.0346, 0.0374, 0.0346, 0.0374, 0.0346, 0.0374, 0.0346, 0.0374, 0.036}, 0.0005);
-  EXPECT_GT(Half_s(two.answer.pressure_advance), 1.5 * Half_s(nine.answer.pressure_advance));
+  EXPECT_GT(Half_s(two.first.pressure_advance), 1.5 * Half_s(nine.first.pressure_advance));
 }
 
 TEST(Repeats, ThatDifferByMoreThanTheRangeAllowsAreNoAnswer) {
   const auto repeated = Combined(About(0.036, 0.0003), {0.02, 0.052}, 0.0005);
-  EXPECT_EQ(repeated.answer.pressure_advance.verdict(), Verdict::kCannotTell);
+  EXPECT_EQ(repeated.first.pressure_advance.verdict(), Verdict::kCannotTell);
 }
 
 TEST(Repeats, KeepTheJointValueWhereAPatternHasNoneOfItsOwn) {
   std::vector<Measured> patterns = Patterns({0.035, 0.0352}, 0.0007);
   patterns.push_back(Measured::CannotTell("the lines scatter too much"));
   const auto repeated = CombineRepeats(About(0.036, 0.0005), patterns, kTested_s, kWidest);
-  ASSERT_TRUE(repeated.answer.pressure_advance.good());
-  EXPECT_EQ(repeated.answer.pressure_advance.quantity().value, 0.036);
-  EXPECT_EQ(repeated.repeats.pattern_s.size(), 3U);
-  EXPECT_NEAR(repeated.repeats.scatter_s, 0.00014, 1e-5);
+  ASSERT_TRUE(repeated.first.pressure_advance.good());
+  EXPECT_EQ(repeated.first.pressure_advance.quantity().value, 0.036);
+  EXPECT_EQ(repeated.second.pattern_s.size(), 3U);
+  EXPECT_NEAR(repeated.second.scatter_s, 0.00014, 1e-5);
 }
 
 TEST(Repeats, OfNoneThatIsGoodKnowNoScatter) {
   const std::vector<Measured> patterns(2, Measured::Refused("too few lines"));
   const auto repeated = CombineRepeats(About(0.036, 0.0005), patterns, kTested_s, kWidest);
-  ASSERT_TRUE(repeated.answer.pressure_advance.good());
-  EXPECT_EQ(repeated.repeats.scatter_s, 0);
-  EXPECT_FALSE(repeated.repeats.disagree);
-  EXPECT_GT(Half_s(repeated.answer.pressure_advance), kNormal95 * 0.0005);
+  ASSERT_TRUE(repeated.first.pressure_advance.good());
+  EXPECT_EQ(repeated.second.scatter_s, 0);
+  EXPECT_FALSE(repeated.second.disagree);
+  EXPECT_GT(Half_s(repeated.first.pressure_advance), kNormal95 * 0.0005);
 }
 
 TEST(Repeats, HoldTheTruthAsOftenAsTheySay) {
@@ -124,7 +125,7 @@ TEST(Repeats, HoldTheTruthAsOftenAsTheySay) {
         }
         const auto repeated = CombineRepeats(About(mean_s, kEach_s / std::sqrt(count)),
                                              Patterns(values_s, kEach_s), kTested_s, 1);
-        const Interval& interval = repeated.answer.pressure_advance.quantity().interval95;
+        const Interval& interval = repeated.first.pressure_advance.quantity().interval95;
         held += interval.lo <= kTruth_s && kTruth_s <= interval.hi;
       }
       std::printf("%d patterns, %.0f %% between: %.1f %%\n", count, 100 * between,

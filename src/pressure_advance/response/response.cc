@@ -196,9 +196,10 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
 
 }  // namespace
 
-ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMotion& motion,
-                        const ResponseOptions& options) {
-  ResponseFit fit;
+Analysis FitResponse(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+                     const ResponseOptions& options) {
+  Analysis fit;
+  fit.motion = motion;
   fit.lines.resize(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     fit.lines[i].pattern = profiles[i].pattern;
@@ -206,9 +207,9 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
     fit.lines[i].reason = profiles[i].unusable;
   }
   const auto refuse = [&fit](const std::string& reason) {
-    fit.result.pressure_advance = Measured::Refused(reason);
-    fit.result.acceleration.pressure_advance = Measured::Refused(reason);
-    fit.result.deceleration.pressure_advance = Measured::Refused(reason);
+    fit.response.pressure_advance = Measured::Refused(reason);
+    fit.response.acceleration.pressure_advance = Measured::Refused(reason);
+    fit.response.deceleration.pressure_advance = Measured::Refused(reason);
     return fit;
   };
   const std::optional<Reading> reading = ChooseReading(profiles);
@@ -251,24 +252,24 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
   CombinedTransitions combined =
       CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
-  fit.result.law = LearnLaw(profiles, motion, prepared, *crossings, options, combined);
+  fit.response.law = LearnLaw(profiles, motion, prepared, *crossings, options, combined);
   Describe(prepared, transitions.acceleration, crossings->acceleration,
            combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
-           fit.result.acceleration);
+           fit.response.acceleration);
   Describe(prepared, transitions.deceleration, crossings->deceleration,
            combined.deceleration_shift_s, prepared.plan.deceleration, profiles.size(),
-           fit.result.deceleration);
+           fit.response.deceleration);
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    if (fit.lines[i].used && fit.result.acceleration.sigma_s[i] == 0 &&
-        fit.result.deceleration.sigma_s[i] == 0) {
+    if (fit.lines[i].used && fit.response.acceleration.sigma_s[i] == 0 &&
+        fit.response.deceleration.sigma_s[i] == 0) {
       fit.lines[i].used = false;
       fit.lines[i].reason = "does not follow the other lines";
     }
   }
-  fit.result.acceleration.pressure_advance = combined.acceleration;
-  fit.result.deceleration.pressure_advance = combined.deceleration;
-  fit.result.pressure_advance = combined.both.pressure_advance;
-  fit.result.print_next_s = combined.both.print_next_s;
+  fit.response.acceleration.pressure_advance = combined.acceleration;
+  fit.response.deceleration.pressure_advance = combined.deceleration;
+  fit.response.pressure_advance = combined.both.pressure_advance;
+  fit.response.print_next_s = combined.both.print_next_s;
   fit.notices = std::move(combined.notices);
   return fit;
 }

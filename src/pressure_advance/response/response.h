@@ -1,7 +1,6 @@
 // The signed method: pressure advance where the surplus filament of a speed change crosses zero.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "pressure_advance/profile/analysis.h"
@@ -10,12 +9,6 @@
 #include "pressure_advance/response/response_options.h"
 
 namespace trammel::pressure_advance {
-
-struct ResponseFit {
-  ResponseResult result;
-  std::vector<LineResult> lines;
-  std::vector<std::string> notices;
-};
 
 /// Fits the response of all lines together.
 ///
@@ -32,11 +25,10 @@ struct ResponseFit {
 /// reading proportional to the filament near the answer, and lines that are independent of each
 /// other. Checks: the slope's significance, sign and size, the scatter of single lines, the two
 /// transitions against each other.
-/// @returns per transition and combined: value in s with its uncertainty (leave-one-out over the
-/// lines, plus slip
+/// @returns an analysis with motion, lines, notices and response; in that, per transition and
+/// combined: value in s with its uncertainty (leave-one-out over the lines, plus slip
 ///   and lag form), or the verdict that says why not.
-[[nodiscard]] ResponseFit FitResponse(const std::vector<LineProfile>& profiles,
-                                      const LineMotion& motion,
-                                      const ResponseOptions& options = {});
+[[nodiscard]] Analysis FitResponse(const std::vector<LineProfile>& profiles,
+                                   const LineMotion& motion, const ResponseOptions& options = {});
 
 }  // namespace trammel::pressure_advance

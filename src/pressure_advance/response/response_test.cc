@@ -89,10 +89,11 @@ TEST(Response, FindsALinearLagWithin400MicrosecondsOnNoiseFreeLines) {
   for (const double lag_s : {0.017, 0.0302, 0.0441}) {
     Random random(1);
     const World world = PaperWorld(lag_s);
-    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
-    ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
-    EXPECT_NEAR(fit.result.pressure_advance.quantity().value, lag_s, kBound_s);
-    EXPECT_NEAR(fit.result.acceleration.pressure_advance.quantity().value, lag_s, kAcceleration_s);
+    const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line));
+    ASSERT_TRUE(fit.response.pressure_advance.good()) << fit.response.pressure_advance.reason();
+    EXPECT_NEAR(fit.response.pressure_advance.quantity().value, lag_s, kBound_s);
+    EXPECT_NEAR(fit.response.acceleration.pressure_advance.quantity().value, lag_s,
+                kAcceleration_s);
   }
 }
 
@@ -101,8 +102,9 @@ TEST(Response, TheFittedCurveFallsThroughZeroAtTheTransitionsOwnValue) {
   World world = PaperWorld(0.03);
   world.line.flow_loss_when_fast = 0.04;
   Random random(1);
-  const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
-  for (const TransitionResult* transition : {&fit.result.acceleration, &fit.result.deceleration}) {
+  const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line));
+  for (const TransitionResult* transition :
+       {&fit.response.acceleration, &fit.response.deceleration}) {
     ASSERT_TRUE(transition->pressure_advance.good()) << transition->pressure_advance.reason();
     const std::vector<double>& e = transition->fitted_s;
     std::size_t i = 1;
@@ -121,9 +123,9 @@ TEST(Response, FindsTheSecantOfOtherLagLawsWithin1Millisecond) {
       world.law.power = 0.03 * 145 / (std::pow(150, exponent) - std::pow(5, exponent));
       world.line.negative_flow_is_lost = lost;
       Random random(2);
-      const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
-      ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
-      EXPECT_NEAR(fit.result.pressure_advance.quantity().value, world.law.Secant(5, 150), 0.001)
+      const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line));
+      ASSERT_TRUE(fit.response.pressure_advance.good()) << fit.response.pressure_advance.reason();
+      EXPECT_NEAR(fit.response.pressure_advance.quantity().value, world.law.Secant(5, 150), 0.001)
           << "exponent " << exponent << ", lost " << lost;
     }
   }
@@ -138,8 +140,8 @@ TEST(Response, HoldsTheSlowTailOfAShearThinningDeceleration) {
   world.law.power = 0.04 * 145 / (std::pow(150, 0.3) - std::pow(5, 0.3));
   const auto error_s = [&world](const ResponseOptions& options) {
     Random random(4);
-    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line), options);
-    const Measured& answer = fit.result.deceleration.pressure_advance;
+    const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line), options);
+    const Measured& answer = fit.response.deceleration.pressure_advance;
     return answer.good() ? answer.quantity().value - 0.04 : std::nan("");
   };
   ResponseOptions alone;  // the law's fit sees that tail by itself
@@ -157,9 +159,9 @@ TEST(Response, AGapThatIsNotRefilledMovesTheDecelerationByLessThan1Millisecond) 
   World world = PaperWorld(0.0333);
   world.line.negative_flow_is_lost = true;
   Random random(3);
-  const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
-  ASSERT_TRUE(fit.result.deceleration.pressure_advance.good());
-  EXPECT_NEAR(fit.result.deceleration.pressure_advance.quantity().value, 0.0333, 0.001);
+  const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line));
+  ASSERT_TRUE(fit.response.deceleration.pressure_advance.good());
+  EXPECT_NEAR(fit.response.deceleration.pressure_advance.quantity().value, 0.0333, 0.001);
 }
 
 TEST(Response, CoversTheTruthUnderScatterAndNoise) {
@@ -176,10 +178,10 @@ TEST(Response, CoversTheTruthUnderScatterAndNoise) {
     world.noise = 0.04;
     world.line.negative_flow_is_lost = seed % 2 == 0;
     world.line.flow_loss_when_fast = 0.01 * random.Uniform();
-    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
-    if (!fit.result.pressure_advance.good()) continue;
+    const Analysis fit = FitResponse(Measure(world, random), MotionOf(world.line));
+    if (!fit.response.pressure_advance.good()) continue;
     ++good;
-    const Quantity& q = fit.result.pressure_advance.quantity();
+    const Quantity& q = fit.response.pressure_advance.quantity();
     covered += q.interval95.lo <= world.law.linear_s && world.law.linear_s <= q.interval95.hi;
     close += std::abs(q.value - world.law.linear_s) <= 0.002;
     pull.push_back((q.value - world.law.linear_s) / q.standard_uncertainty);
@@ -199,15 +201,15 @@ TEST(Response, OneBadLineMovesTheAnswerByLessThan1Millisecond) {
   world.lag_scatter = 0.02;
   const std::vector<LineProfile> clean = Measure(world, random);
   const double answer =
-      FitResponse(clean, MotionOf(world.line)).result.pressure_advance.quantity().value;
+      FitResponse(clean, MotionOf(world.line)).response.pressure_advance.quantity().value;
   for (std::size_t bad = 0; bad < clean.size(); ++bad) {
     std::vector<LineProfile> profiles = clean;
     for (ProfileSample& sample : profiles[bad].samples) {
       if (sample.position > 10 && sample.position < 14) sample.area.value *= 3;  // a blob
     }
-    const ResponseFit fit = FitResponse(profiles, MotionOf(world.line));
-    ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
-    EXPECT_NEAR(fit.result.pressure_advance.quantity().value, answer, 0.001) << "line " << bad;
+    const Analysis fit = FitResponse(profiles, MotionOf(world.line));
+    ASSERT_TRUE(fit.response.pressure_advance.good()) << fit.response.pressure_advance.reason();
+    EXPECT_NEAR(fit.response.pressure_advance.quantity().value, answer, 0.001) << "line " << bad;
   }
 }
 
@@ -216,15 +218,15 @@ TEST(Response, KeepsTheLawThatShortLinesToScaleShow) {
   world.noise = 0.03;
   Random random(31);
   const std::vector<LineProfile> profiles = Measure(world, random);
-  const ResponseFit fit = FitResponse(profiles, MotionOf(world.line));
-  ASSERT_TRUE(fit.result.law.has_value());
-  const LearntLaw& law = *fit.result.law;
-  const double answer_s = fit.result.pressure_advance.quantity().value;
+  const Analysis fit = FitResponse(profiles, MotionOf(world.line));
+  ASSERT_TRUE(fit.response.law.has_value());
+  const LearntLaw& law = *fit.response.law;
+  const double answer_s = fit.response.pressure_advance.quantity().value;
   EXPECT_NEAR(law.weight * law.pressure_advance_s.value + (1 - law.weight) * law.crossings_s.value,
               answer_s, 1e-9);
   // No length, no law.
   EXPECT_FALSE(FitResponse(AsPhoto(profiles, world.line.length_mm), MotionOf(world.line))
-                   .result.law.has_value());
+                   .response.law.has_value());
 }
 
 TEST(Response, PoisonInUnseenSamplesChangesNothing) {
@@ -233,9 +235,9 @@ TEST(Response, PoisonInUnseenSamplesChangesNothing) {
   std::vector<LineProfile> profiles = Measure(world, random);
   for (LineProfile& profile : profiles) profile.samples[40].area.sigma = 0;
   const double answer =
-      FitResponse(profiles, MotionOf(world.line)).result.pressure_advance.quantity().value;
+      FitResponse(profiles, MotionOf(world.line)).response.pressure_advance.quantity().value;
   for (LineProfile& profile : profiles) profile.samples[40].area.value = 1e30;
-  EXPECT_EQ(FitResponse(profiles, MotionOf(world.line)).result.pressure_advance.quantity().value,
+  EXPECT_EQ(FitResponse(profiles, MotionOf(world.line)).response.pressure_advance.quantity().value,
             answer);
 }
 
@@ -247,13 +249,13 @@ TEST(Response, FollowsTheLabels) {
   LineMotion motion = MotionOf(world.line);
   motion.length_mm.reset();
   motion.acceleration_mm_s2.reset();
-  const Quantity plain = FitResponse(photo, motion).result.pressure_advance.quantity();
+  const Quantity plain = FitResponse(photo, motion).response.pressure_advance.quantity();
   EXPECT_NEAR(plain.value, 0.031, 0.0025);
   std::vector<LineProfile> moved = photo;
   for (LineProfile& profile : moved) {
     profile.pressure_advance_s = 2 * profile.pressure_advance_s + 0.01;
   }
-  const Quantity other = FitResponse(moved, motion).result.pressure_advance.quantity();
+  const Quantity other = FitResponse(moved, motion).response.pressure_advance.quantity();
   EXPECT_NEAR(other.value, 2 * plain.value + 0.01, 1e-6);
   EXPECT_NEAR(other.standard_uncertainty, 2 * plain.standard_uncertainty,
               0.1 * other.standard_uncertainty);
@@ -266,14 +268,14 @@ TEST(Response, SaysWhyItCannotTell) {
 
   World low = world;
   low.pa = Range(0, 0.02, 10);
-  const Measured outside = FitResponse(Measure(low, random), motion).result.pressure_advance;
+  const Measured outside = FitResponse(Measure(low, random), motion).response.pressure_advance;
   EXPECT_EQ(outside.verdict(), Verdict::kCannotTell);
   EXPECT_NE(outside.reason().find("above the tested range"), std::string::npos) << outside.reason();
 
   std::vector<LineProfile> reversed = Measure(world, random);
   for (std::size_t i = 0; i < reversed.size(); ++i)
     reversed[i].pressure_advance_s = world.pa[9 - i];
-  const Measured wrong = FitResponse(reversed, motion).result.pressure_advance;
+  const Measured wrong = FitResponse(reversed, motion).response.pressure_advance;
   EXPECT_EQ(wrong.verdict(), Verdict::kCannotTell);
   EXPECT_NE(wrong.reason().find("wrong way round"), std::string::npos) << wrong.reason();
 
@@ -282,14 +284,15 @@ TEST(Response, SaysWhyItCannotTell) {
   same.pa.assign(10, 0.031);
   std::vector<LineProfile> flat = Measure(same, random);
   for (std::size_t i = 0; i < flat.size(); ++i) flat[i].pressure_advance_s = world.pa[i];
-  const Measured deaf = FitResponse(flat, motion).result.pressure_advance;
+  const Measured deaf = FitResponse(flat, motion).response.pressure_advance;
   EXPECT_EQ(deaf.verdict(), Verdict::kCannotTell);
   EXPECT_NE(deaf.reason().find("do not answer"), std::string::npos) << deaf.reason();
 
   std::vector<LineProfile> shuffled = Measure(world, random);
   const std::vector<int> order = {4, 9, 1, 7, 0, 3, 8, 2, 6, 5};
   for (std::size_t i = 0; i < 10; ++i) shuffled[i].pressure_advance_s = world.pa[order[i]];
-  EXPECT_EQ(FitResponse(shuffled, motion).result.pressure_advance.verdict(), Verdict::kCannotTell);
+  EXPECT_EQ(FitResponse(shuffled, motion).response.pressure_advance.verdict(),
+            Verdict::kCannotTell);
 }
 
 TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
@@ -303,7 +306,7 @@ TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
       }
     }
   }
-  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).response.pressure_advance;
   EXPECT_EQ(measured.verdict(), Verdict::kCannotTell);
   EXPECT_NE(measured.reason().find("wrong way round"), std::string::npos) << measured.reason();
 }
@@ -313,7 +316,7 @@ TEST(Response, RefusesASpeedThatTheLinesCannotReach) {
   const World world = PaperWorld(0.031);
   LineMotion motion = MotionOf(world.line);
   motion.acceleration_mm_s2 = 500;  // 150 mm/s then takes 22.5 mm each way; the fast segment has 15
-  const Measured slow = FitResponse(Measure(world, random), motion).result.pressure_advance;
+  const Measured slow = FitResponse(Measure(world, random), motion).response.pressure_advance;
   EXPECT_EQ(slow.verdict(), Verdict::kRefused);
   EXPECT_NE(slow.reason().find("too short"), std::string::npos) << slow.reason();
 }
@@ -327,7 +330,7 @@ TEST(Response, SaysWhichStretchesAScanDidNotCover) {
       return sample.position < 8 || sample.position > 22;
     });
   }
-  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).response.pressure_advance;
   EXPECT_EQ(measured.verdict(), Verdict::kRefused);
   EXPECT_NE(measured.reason().find("scan more of the line"), std::string::npos)
       << measured.reason();
@@ -338,15 +341,15 @@ TEST(Response, RefusesTooFewLinesAndOtherSegments) {
   World world = PaperWorld(0.031);
   world.pa = {0, 0.06};
   const Measured two =
-      FitResponse(Measure(world, random), MotionOf(world.line)).result.pressure_advance;
+      FitResponse(Measure(world, random), MotionOf(world.line)).response.pressure_advance;
   EXPECT_EQ(two.verdict(), Verdict::kRefused);
   EXPECT_NE(two.reason().find("at least 4"), std::string::npos) << two.reason();
   world.pa = Range(0, 0.06, 10);
   LineMotion motion = MotionOf(world.line);
   motion.segments = {{0.5, 100}, {0.5, 5}};
-  EXPECT_EQ(FitResponse(Measure(world, random), motion).result.pressure_advance.verdict(),
+  EXPECT_EQ(FitResponse(Measure(world, random), motion).response.pressure_advance.verdict(),
             Verdict::kRefused);
-  EXPECT_EQ(FitResponse({}, motion).result.pressure_advance.verdict(), Verdict::kRefused);
+  EXPECT_EQ(FitResponse({}, motion).response.pressure_advance.verdict(), Verdict::kRefused);
 }
 
 }  // namespace
