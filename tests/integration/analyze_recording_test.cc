@@ -103,11 +103,11 @@ TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
                   (1 - weight) * law.at("crossings").at("pressure_advance_s").get<double>(),
               answer.at("pressure_advance_s").get<double>(), 1e-9);
   const std::string words = test::RunTrammel("pa analyze rec", folder()).standard_output;
-  EXPECT_THAT(words, HasSubstr(fmt::format("  shape of lines  {:.4f} s",
+  EXPECT_THAT(words, HasSubstr(fmt::format("  shape of the lines  {:.4f} s",
                                            law.at("pressure_advance_s").get<double>())));
   EXPECT_THAT(words, HasSubstr(fmt::format("counts {:.0f} %\n", 100 * weight)));
-  EXPECT_THAT(words, HasSubstr("at 150 mm/s; "));
-  EXPECT_THAT(words, HasSubstr("\n  slip            "));
+  EXPECT_THAT(words, HasSubstr("\n  lag at 150 mm/s "));
+  EXPECT_THAT(words, HasSubstr("\n  slip at 150 mm/s "));
   EXPECT_THAT(words, ::testing::EndsWith("\nnothing applied   trammel pa apply rec\n"));
 }
 

@@ -16,6 +16,7 @@
 #include "document/answer_head.h"
 #include "document/interval_text.h"
 #include "pressure_advance/report/analysis_json.h"
+#include "pressure_advance/report/answer_rows.h"
 #include "pressure_advance/report/pressure_advance_report.h"
 
 namespace trammel::app {
@@ -137,48 +138,6 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
   return written;
 }
 
-std::string Words(const Measured& measured) {
-  if (!measured.good()) {
-    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
-  }
-  return report::WithInterval(measured.quantity(), report::kSeconds);
-}
-
-// What whole lines told, where they did; of several patterns that is not how the answer is made up.
-void SayLaw(const Analysis& analysis) {
-  const auto& response = analysis.response;
-  if (!response.law || !response.pressure_advance.good() || analysis.repeats) return;
-  const pressure_advance::LearntLaw& law = *response.law;
-  fmt::print("  shape of lines  {}, counts {:.0f} %\n",
-             report::WithInterval(law.pressure_advance_s, report::kSeconds), 100 * law.weight);
-  fmt::print("  speed changes   {}, count {:.0f} %\n",
-             report::WithInterval(law.crossings_s, report::kSeconds), 100 * (1 - law.weight));
-  const auto& segments = analysis.motion.segments;
-  if (segments.size() != 3) return;
-  fmt::print("  lag, slow       {} at {:.4g} mm/s\n",
-             report::WithInterval(law.slow_lag_s, report::kMilliseconds), segments[0].speed_mm_s);
-  fmt::print("  lag, fast       {} at {:.4g} mm/s; {:.1f} ms (1 sigma) from line to line\n",
-             report::WithInterval(law.fast_lag_s, report::kMilliseconds), segments[1].speed_mm_s,
-             1000 * law.lag_scatter_s);
-  fmt::print("  slip            {} of the flow at {:.4g} mm/s\n",
-             report::WithInterval(law.slip, report::kPercent), segments[1].speed_mm_s);
-}
-
-// What several patterns say one by one.
-void SayRepeats(const Analysis& analysis) {
-  if (!analysis.repeats) return;
-  const pressure_advance::Repeats& repeats = *analysis.repeats;
-  for (std::size_t i = 0; i < repeats.pattern_s.size(); ++i) {
-    fmt::print("  {:<15} {}\n", fmt::format("pattern {}", i + 1), Words(repeats.pattern_s[i]));
-  }
-  if (repeats.scatter_s > 0) {
-    fmt::print(
-        "  scatter         {:.4f} s from pattern to pattern, {} than their intervals "
-        "explain\n",
-        repeats.scatter_s, repeats.disagree ? "more" : "no more");
-  }
-}
-
 // By the firmware that printed the lines, or by each where that is not known.
 void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
   const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
@@ -198,23 +157,15 @@ void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::s
 void SayAnswer(const Analysis& analysis) {
   const Measured& answer = analysis.pressure_advance;
   if (answer.good()) {
-    fmt::print("pressure advance  {}\n", Words(answer));
-    fmt::print("  acceleration    {}\n  deceleration    {}\n",
-               Words(analysis.response.acceleration.pressure_advance),
-               Words(analysis.response.deceleration.pressure_advance));
-    SayLaw(analysis);
-    if (analysis.deviation.best_s) {
-      fmt::print("  deviation       best line {:.4f} s", *analysis.deviation.best_s);
-      if (analysis.deviation.cubic_minimum_s) {
-        fmt::print(", cubic minimum {:.4f} s", *analysis.deviation.cubic_minimum_s);
-      }
-      if (analysis.deviation.r_squared) {
-        fmt::print(", R^2 {:.2f}", *analysis.deviation.r_squared);
-      }
-      fmt::print("\n");
+    fmt::print("pressure advance  {}\n", report::WithInterval(answer.quantity(), report::kSeconds));
+  }
+  if (answer.good() || analysis.repeats) {
+    for (const report::AnswerRow& row : report::AnswerRows(analysis)) {
+      fmt::print("  {:<18}  {}{}{}{}\n", row.name, row.value,
+                 row.interval.empty() ? "" : " (" + row.interval + ")",
+                 row.note.empty() ? "" : ", ", row.note);
     }
   }
-  SayRepeats(analysis);
   int used = 0;
   for (const auto& line : analysis.lines) used += line.used;
   fmt::print("lines             {} of {} used\n", used, analysis.lines.size());

@@ -11,6 +11,7 @@
 #include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
+#include "pressure_advance/report/answer_rows.h"
 
 namespace trammel::report {
 namespace {
@@ -93,131 +94,12 @@ std::string Next(const pa::Analysis& analysis, bool has_figures) {
           value));
 }
 
-void AddPart(Table& table, const std::string& name, const Measured& part, bool answer_good) {
-  // A part that is sound is still no answer where the whole is not.
-  if (part.good() && answer_good) {
-    const Quantity& quantity = part.quantity();
-    table.Row({name, ValueText(quantity.value, quantity.interval95, kSeconds),
-               IntervalText(quantity.interval95, kSeconds), ""});
-  } else if (part.good()) {
-    table.Row({name, "not shown", "", "readable alone, but the whole is not to be trusted"});
-  } else {
-    table.Row({name, VerdictWords(part.verdict()), "", EscapeHtml(part.reason())});
-  }
-}
-
-double Width(const Quantity& quantity) { return quantity.interval95.hi - quantity.interval95.lo; }
-
-/// Why the two changes of speed together may be known better, or worse, than each.
-std::string WhyTogether(const pa::Analysis& analysis, const Quantity& both) {
-  const Measured& a = analysis.response.acceleration.pressure_advance;
-  const Measured& d = analysis.response.deceleration.pressure_advance;
-  if (!a.good() || !d.good() || analysis.method != pa::Method::kResponse) return "";
-  if (Width(both) < std::min(Width(a.quantity()), Width(d.quantity()))) {
-    return "<p class=\"quiet\">The changes of speed together are known better than each alone: "
-           "filament that slips at speed moves the two values in opposite directions, so that it "
-           "nearly cancels in their combination.</p>\n";
-  }
-  return "<p class=\"quiet\">The changes of speed together are known no better than the better one "
-         "alone: the two come from the same lines, and where they disagree the interval holds "
-         "both readings.</p>\n";
-}
-
-void AddTold(Table& table, const std::string& name, const Quantity& quantity,
-             const IntervalStyle& style, const std::string& words) {
-  table.Row({name, ValueText(quantity.value, quantity.interval95, style),
-             IntervalText(quantity.interval95, style), words});
-}
-
-/// The law that the answer was weighed with; none where it was not.
-const pa::LearntLaw* LawOf(const pa::Analysis& analysis) {
-  const pa::ResponseResult& response = analysis.response;
-  const bool counts = analysis.pressure_advance.good() && response.pressure_advance.good() &&
-                      response.law && analysis.method == pa::Method::kResponse;
-  return counts ? &*response.law : nullptr;
-}
-
 std::string Parts(const pa::Analysis& analysis) {
-  const bool good = analysis.pressure_advance.good();
-  const pa::LearntLaw* const law = LawOf(analysis);
-  Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
-  if (law != nullptr) {
-    const char* const of = analysis.repeats ? " in the fit of all patterns' lines" : "";
-    const auto counts = [of](double share) {
-      return fmt::format("counts {:.0f} %{}", 100 * share, of);
-    };
-    AddTold(table, "shape of the lines", law->pressure_advance_s, kSeconds, counts(law->weight));
-    AddTold(table, "changes of speed", law->crossings_s, kSeconds, counts(1 - law->weight));
+  Table table({{""}, {"value"}, {"interval"}, {"", true}});
+  for (const AnswerRow& row : AnswerRows(analysis)) {
+    table.Row({EscapeHtml(row.name), row.value, row.interval, EscapeHtml(row.note)});
   }
-  const std::string part = law != nullptr ? "… " : "";
-  AddPart(table, part + "speeding up", analysis.response.acceleration.pressure_advance, good);
-  AddPart(table, part + "slowing down", analysis.response.deceleration.pressure_advance, good);
-  std::string body = table.Html();
-  if (good) {
-    body += WhyTogether(analysis,
-                        law != nullptr ? law->crossings_s : analysis.pressure_advance.quantity());
-  }
-  const pa::DeviationResult& deviation = analysis.deviation;
-  if (good && deviation.best_s && std::isfinite(*deviation.best_s)) {
-    body += fmt::format(
-        "<p class=\"quiet\">For comparison, the score of Abbott's paper is lowest "
-        "at {:.4f} s",
-        *deviation.best_s);
-    if (deviation.cubic_minimum_s && std::isfinite(*deviation.cubic_minimum_s)) {
-      body += fmt::format("; its cubic has its minimum at {:.4f} s", *deviation.cubic_minimum_s);
-    }
-    if (deviation.r_squared && std::isfinite(*deviation.r_squared)) {
-      body += fmt::format(" (R² = {:.2f})", *deviation.r_squared);
-    }
-    body += ".</p>\n";
-  }
-  return Card(law != nullptr ? "What the answer is made of" : "Each speed change alone", body);
-}
-
-/// What whole lines told of the extruder.
-std::string LawCard(const pa::Analysis& analysis) {
-  const pa::LearntLaw* const learnt = LawOf(analysis);
-  if (learnt == nullptr) return "";
-  const pa::LearntLaw& law = *learnt;
-  Table told({{""}, {"value"}, {"interval"}, {"", true}});
-  const auto& segments = analysis.motion.segments;
-  if (segments.size() == 3) {
-    AddTold(told, fmt::format("lag at {:.4g} mm/s", segments[0].speed_mm_s), law.slow_lag_s,
-            kMilliseconds, "of a small change of speed");
-    AddTold(told, fmt::format("lag at {:.4g} mm/s", segments[1].speed_mm_s), law.fast_lag_s,
-            kMilliseconds, "of a small change of speed");
-    AddTold(told, fmt::format("slip at {:.4g} mm/s", segments[1].speed_mm_s), law.slip, kPercent,
-            "of the flow");
-  }
-  told.Row({"scatter of the lag", fmt::format("{:.1f} ms", law.lag_scatter_s * kMsPerS), "1 σ",
-            fmt::format("from line to line, of {} lines", law.lines)});
-  return Card(
-      "What the shape of the lines tells",
-      told.Html() +
-          fmt::format("<p class=\"quiet\">An extruder that stores filament by a law was fitted to "
-                      "all readings of all lines: its lag, how that changes with the flow, and "
-                      "slip. On lines of that law the changes of speed are read {:.1f} ms too {}, "
-                      "which was taken off.</p>\n",
-                      std::abs(law.correction_s) * kMsPerS, law.correction_s < 0 ? "low" : "high"));
-}
-
-std::string Patterns(const pa::Analysis& analysis) {
-  if (!analysis.repeats) return "";
-  const pa::Repeats& repeats = *analysis.repeats;
-  Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
-  for (std::size_t i = 0; i < repeats.pattern_s.size(); ++i) {
-    AddPart(table, fmt::format("pattern {}", i + 1), repeats.pattern_s[i],
-            analysis.pressure_advance.good());
-  }
-  std::string body = table.Html();
-  if (repeats.scatter_s > 0) {
-    body += fmt::format(
-        "<p class=\"quiet\">They scatter by {:.4f} s from pattern to pattern (standard deviation), "
-        "{} than their intervals explain. The answer's interval holds what patterns may differ "
-        "by.</p>\n",
-        repeats.scatter_s, repeats.disagree ? "more" : "no more");
-  }
-  return Card("Each pattern alone", body);
+  return Card("What the answer is made of", table.Html());
 }
 
 std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
@@ -260,18 +142,15 @@ std::string Lines(const pa::Analysis& analysis) {
                   table.Html());
 }
 
-std::string PageOf(const AnalysisRun& input, const std::vector<Figure>& figures,
+std::string PageOf(const pa::Analysis& analysis, const std::vector<Figure>& figures,
                    const ReportOptions& options, const PhotoDetail& detail) {
-  const pa::Analysis& analysis = input.analysis;
   std::string page = PageBegin("Pressure advance", "Pressure advance");
   page += Facts(options);
   page += Head(analysis);
   page += Next(analysis, !figures.empty());
   page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
-  page += Patterns(analysis);
   for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));
-  page += LawCard(analysis);
   page += Lines(analysis);
   return page + PageEnd();
 }
@@ -288,8 +167,9 @@ std::string SecondsText(double seconds, double standard_uncertainty_s) {
 
 std::string PressureAdvanceReport(const AnalysisRun& input, const std::vector<Figure>& figures,
                                   const ReportOptions& options) {
-  return FittingPage(
-      [&](std::size_t step) { return PageOf(input, figures, options, kPhotoSteps[step]); });
+  return FittingPage([&](std::size_t step) {
+    return PageOf(input.analysis, figures, options, kPhotoSteps[step]);
+  });
 }
 
 std::string PressureAdvanceReport(const AnalysisRun& input, const ReportOptions& options) {
