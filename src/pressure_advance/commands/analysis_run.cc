@@ -66,9 +66,8 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
                                           pressure_advance::kBusyComputerRemedy));
 }
 
-Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method,
-                                     procedure::ReadAhead* read_ahead) {
-  Result<LaserMeasurement> measured = MeasureRecording(folder, {}, read_ahead);
+Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method) {
+  Result<LaserMeasurement> measured = MeasureRecording(folder);
   if (!measured) {
     if (measured.error().kind == ErrorKind::kMeasurement) {
       return RefusedRun(method, measured.error().message);

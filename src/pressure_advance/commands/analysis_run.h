@@ -8,9 +8,9 @@
 
 #include "base/result.h"
 #include "pressure_advance/photo/photo_eye.h"
-#include "pressure_advance/procedure/read_ahead.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/recording/scan.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::app {
@@ -25,10 +25,8 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
 /// Analyses a recorded laser scan. A recording that does not hold what its scan.json promises (a
 /// missing, empty or broken video) gives a refused analysis; a scan.json that cannot be used gives
 /// an error.
-/// @param read_ahead  where lines may have been read before; null: nowhere. It changes no result.
 [[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder,
-                                                   pressure_advance::Method method,
-                                                   procedure::ReadAhead* read_ahead = nullptr);
+                                                   pressure_advance::Method method);
 
 /// What a photo cannot tell of itself.
 struct PhotoPlan {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/applied_result.h"
 #include "app/commands.h"
@@ -24,7 +25,6 @@
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/conditions_run.h"
-#include "pressure_advance/commands/early_answer.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/machine_time.h"
 #include "pressure_advance/commands/measured_subject.h"
@@ -117,10 +117,10 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
 // Keeps what the first pattern says, and has a second one measured over the range that it asks for.
 // @param config  and all behind it: of the first before, of the second after
 Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::Session& session,
-                          procedure::RecordingCutter* cutter, files::Config& config,
-                          fs::path& folder, AnalysisRun& run, ResultFile& result) {
+                          files::Config& config, fs::path& folder, AnalysisRun& run,
+                          ResultFile& result) {
   if (auto kept = KeepAnalysis(run, result, KeptIn(folder, arguments.json)); !kept) return kept;
-  auto refined = Refine(session, config, folder, *run.analysis.print_next_s, cutter);
+  auto refined = Refine(session, config, folder, *run.analysis.print_next_s);
   if (!refined) return tl::unexpected(refined.error());
   run = std::move(refined->run);
   folder = refined->folder;
@@ -133,12 +133,14 @@ Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::
 }
 
 // Reports, and applies where asked to.
+// @param folder  of the recording; of the second one, where there is one, after
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             files::Config config, fs::path folder,
-             const std::optional<machine::Spool>& spool_before, EarlyAnswer& answer,
-             procedure::RecordingCutter* cutter) {
-  auto run = answer.Wait();
+             files::Config config, fs::path& folder,
+             const std::optional<machine::Spool>& spool_before) {
+  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
+  auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return PrintError(run.error());
+  if (!arguments.json) SayAnswer(run->analysis);
   const bool wanted = arguments.filament.empty() && !spool_before;
   const auto spool_now = SpoolNow(session, wanted);
   if (spool_before) {
@@ -150,7 +152,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
   if (arguments.refine && run->analysis.print_next_s) {
-    auto again = MeasureAgain(arguments, session, cutter, config, folder, *run, result);
+    auto again = MeasureAgain(arguments, session, config, folder, *run, result);
     if (!again) return PrintError(again.error());
   }
   const int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
@@ -190,8 +192,7 @@ struct Ran {
 };
 
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
-                procedure::CalibrationRequest request, const files::Config& config,
-                EarlyAnswer& answer) {
+                procedure::CalibrationRequest request, const files::Config& config) {
   if (arguments.refine) {
     const auto reach = procedure::ReachOf(session);
     if (!reach) return tl::unexpected(reach.error());
@@ -201,18 +202,19 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
   request.folder = folder->path();
-  request.recorded = [&] {
-    session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
-    answer.Begin(request.folder);
-  };
   if (request.print && request.scan && request.gcode.empty()) {
     const MachineTime time = MachineTimeOf(request.pattern, request.settings);
     session.Say(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart", time.print.total_s(),
                             time.scan ? time.scan->total_s() : 0));
   }
   const CalibrationRun run = CalibrateInto(session, request);
-  if (!run.done) return tl::unexpected(run.done.error());
-  return Ran{folder->path(), run.bed_c};
+  if (run.done) return Ran{folder->path(), run.bed_c};
+  // The printer is not as it was; what was recorded gives an answer all the same.
+  if (run.recorded && request.scan && !arguments.json) {
+    const auto analysed = AnalyseRecording(folder->path(), pressure_advance::Method::kResponse);
+    if (analysed) SayAnswer(analysed->analysis);
+  }
+  return tl::unexpected(run.done.error());
 }
 
 // The settings, heated as the filament's name says unless the command line names a material.
@@ -301,17 +303,14 @@ int RunCalibration(const CalibrateArguments& arguments) {
         {*config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
   }
   request.pattern = config->pattern;
-  procedure::RecordingCutter cutter;
-  EarlyAnswer answer(/*say=*/!arguments.json);
-  request.read_ahead = &answer.read_ahead();
-  if (!arguments.keep_full) request.cutter = &cutter;
   const auto spool = arguments.scan ? SpoolNow(session, false) : std::nullopt;
-  const auto ran = Run(arguments, session, request, *config, answer);
+  const auto ran = Run(arguments, session, request, *config);
   if (!ran) return PrintError(ran.error());
   if (arguments.scan) {
-    const int code =
-        Conclude(arguments, session, *config, ran->folder, spool, answer, request.cutter);
-    FinishCutting(cutter, interrupt.token());
+    std::vector<fs::path> folders(2, ran->folder);
+    const int code = Conclude(arguments, session, *config, folders.back(), spool);
+    if (folders.front() == folders.back()) folders.pop_back();
+    if (!arguments.keep_full) CutRecordings(folders, interrupt.token());
     return code;
   }
   return SayHowItLies(arguments, *ran);

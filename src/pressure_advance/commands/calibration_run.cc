@@ -16,6 +16,7 @@
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "settings/material.h"
@@ -41,7 +42,7 @@ CalibrationRun CalibrateInto(const procedure::Session& session,
                              procedure::CalibrationRequest request) {
   request.note_print = [&](bool ended) { return NotePrint(session, request, ended); };
   const procedure::CalibrationOutcome outcome = Calibrate(session, request);
-  CalibrationRun run{outcome.done, outcome.unrestored.empty(), outcome.bed_c};
+  CalibrationRun run{outcome.done, outcome.done.has_value(), outcome.bed_c};
   std::string unrestored;
   for (const std::string& failure : outcome.unrestored) {
     fmt::print(stderr, "trammel: NOT AS IT WAS: {}\n", failure);
@@ -52,16 +53,18 @@ CalibrationRun CalibrateInto(const procedure::Session& session,
     if (!std::filesystem::is_empty(request.folder, ignored)) {
       fmt::print(stderr, "trammel: what was recorded so far is in {}\n", request.folder.string());
     }
-  } else if (!run.restored) {
+  } else if (!unrestored.empty()) {
     run.done = Fail("the printer is not as it was: " + unrestored, ErrorKind::kMachine);
   }
   return run;
 }
 
-void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& stop) {
-  std::fflush(stdout);
-  for (const std::string& line : cutter.Finish(stop)) {
-    fmt::print(stderr, "trammel: {}\n", line);
+void CutRecordings(const std::vector<std::filesystem::path>& folders, const std::stop_token& stop) {
+  std::fflush(stdout);  // the answer, before some seconds of cutting
+  for (const std::filesystem::path& folder : folders) {
+    for (const std::string& line : procedure::CutRecording(folder, stop)) {
+      fmt::print(stderr, "trammel: {}\n", line);
+    }
   }
 }
 

@@ -3,12 +3,12 @@
 
 #include <filesystem>
 #include <stop_token>
+#include <vector>
 
 #include "app/config/config_file.h"
 #include "app/printer_session.h"
 #include "base/result.h"
 #include "pressure_advance/procedure/calibrate.h"
-#include "pressure_advance/procedure/recording_cutter.h"
 #include "session/session.h"
 
 namespace CLI {
@@ -25,9 +25,9 @@ void AddKeepFullOption(CLI::App& command, bool& keep_full);
                                                        std::filesystem::path folder);
 
 struct CalibrationRun {
-  Result<void> done;     ///< the recording is whole, and the printer as it was
-  bool restored = true;  ///< the printer is as it was, whatever became of the recording
-  double bed_c = 0;      ///< at which the bed is kept
+  Result<void> done;      ///< the recording is whole, and the printer as it was
+  bool recorded = false;  ///< the recording is whole, whatever became of the printer
+  double bed_c = 0;       ///< at which the bed is kept
 };
 
 /// Runs the steps, with a print noted (NotePrint), and says on standard error what is not as it was
@@ -35,9 +35,9 @@ struct CalibrationRun {
 [[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
                                            procedure::CalibrationRequest request);
 
-/// Waits until the recording is cut to what was read of it, and says on standard error which lines
-/// keep their whole frames, and why. What was said before is on its way by then.
-void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& stop);
+/// Cuts the videos of recordings to what was read of them, and says on standard error which keep
+/// their whole frames, and why.
+void CutRecordings(const std::vector<std::filesystem::path>& folders, const std::stop_token& stop);
 
 /// For a dry run: the pattern as the printer that is named would print it, or its refusal. Where
 /// none is named, or it does not answer, the pattern stays as it is and that is said. Errors: those

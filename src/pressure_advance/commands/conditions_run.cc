@@ -94,11 +94,10 @@ Measured AnswerOf(const Result<AnalysisRun>& run) {
 }
 
 std::vector<Row> AnalyseAll(const ConditionsRun& run, const std::vector<fs::path>& folders,
-                            const measurement::Subject& subject, procedure::ReadAhead& read_ahead) {
+                            const measurement::Subject& subject) {
   std::vector<Row> rows;
   for (std::size_t i = 0; i < folders.size(); ++i) {
-    const auto analysed =
-        AnalyseRecording(folders[i], pressure_advance::Method::kResponse, &read_ahead);
+    const auto analysed = AnalyseRecording(folders[i], pressure_advance::Method::kResponse);
     rows.push_back({run.config.pattern.conditions[i], folders[i], AnswerOf(analysed)});
     if (!analysed) continue;
     ResultFile result = ResultOf(analysed->analysis, folders[i].string());
@@ -233,10 +232,6 @@ int RunConditions(const ConditionsRun& run, const procedure::Session& session) {
     parts.push_back(std::move(*part));
   }
   request.filament = run.filament;
-  procedure::RecordingCutter cutter;
-  procedure::ReadAhead read_ahead;
-  request.read_ahead = &read_ahead;
-  if (!run.keep_full) request.cutter = &cutter;
   const MachineTime time = MachineTimeOf(request.pattern, request.settings);
   session.Say(fmt::format("{} patterns; print {:.0f} s and scan {:.0f} s, heating apart",
                           request.folders.size(), time.print.total_s(),
@@ -245,9 +240,9 @@ int RunConditions(const ConditionsRun& run, const procedure::Session& session) {
   const CalibrationRun ran = CalibrateInto(session, request);
   if (!ran.done) return PrintError(ran.done.error());
   const auto subject = SubjectOf(run.filament, session, run.config, spool);
-  const auto rows = AnalyseAll(run, request.folders, subject, read_ahead);
+  const auto rows = AnalyseAll(run, request.folders, subject);
   const int code = Say(run, rows, folder->path());
-  FinishCutting(cutter, session.stop);
+  if (!run.keep_full) CutRecordings(request.folders, session.stop);
   return code;
 }
 

@@ -81,20 +81,16 @@ struct MeasuredLine {
 
 Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan& scan,
                                  std::size_t index, const FrameSize& size,
-                                 const pressure_advance::DeviationOptions& deviation,
-                                 procedure::ReadAhead* read_ahead) {
+                                 const pressure_advance::DeviationOptions& deviation) {
   const ScanLine& line = scan.lines[index];
   const auto path = procedure::VideoOf(folder, line);
   if (!path) return tl::unexpected(path.error());
-  std::optional<procedure::LineAhead> ahead;
-  if (read_ahead != nullptr) ahead = read_ahead->Take(folder, scan, line, size);
-  auto frames = ahead ? std::move(ahead->frames) : procedure::ReadFrames(*path, scan, line, size);
+  const auto frames = procedure::ReadFrames(*path, scan, line, size);
   if (!frames) return tl::unexpected(frames.error());
   vision::LaserLineWorkspace workspace;
   pressure_advance::DeviationFrame scratch;
   MeasuredLine measured;
-  auto again = ahead ? ReadAgain(ahead->reading, *frames, scan, line) : std::nullopt;
-  measured.reading = again ? std::move(*again) : ReadSweep(*frames, scan, line, {}, workspace);
+  measured.reading = ReadSweep(*frames, scan, line, {}, workspace);
   measured.paper =
       DeviationHeights(*frames, measured.reading.frame, scan.height_direction, deviation, scratch);
   measured.paper.position_mm = measured.reading.heights.position_mm;
@@ -111,10 +107,9 @@ int LinesAtOnce(const PixelRect& crop) {
 
 /// All lines, in their order. An error is the first line's that has one, however many threads there
 /// are.
-Result<std::vector<MeasuredLine>> MeasureLines(const std::filesystem::path& folder,
-                                               const Scan& scan,
-                                               const pressure_advance::DeviationOptions& deviation,
-                                               procedure::ReadAhead* read_ahead) {
+Result<std::vector<MeasuredLine>> MeasureLines(
+    const std::filesystem::path& folder, const Scan& scan,
+    const pressure_advance::DeviationOptions& deviation) {
   const auto size = procedure::SizeOf(folder, scan);
   if (!size) return tl::unexpected(size.error());
   std::vector<std::optional<Result<MeasuredLine>>> lines(scan.lines.size());
@@ -124,7 +119,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(const std::filesystem::path& fold
       [&](int i) {
         if (i > first_failed) return;
         const auto index = static_cast<std::size_t>(i);
-        lines[index] = MeasureLine(folder, scan, index, *size, deviation, read_ahead);
+        lines[index] = MeasureLine(folder, scan, index, *size, deviation);
         int first = first_failed;
         while (!*lines[index] && i < first && !first_failed.compare_exchange_weak(first, i)) {
         }
@@ -141,8 +136,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(const std::filesystem::path& fold
 }  // namespace
 
 Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
-                                          const pressure_advance::DeviationOptions& deviation,
-                                          procedure::ReadAhead* read_ahead) {
+                                          const pressure_advance::DeviationOptions& deviation) {
   if (auto valid = Validate(deviation); !valid) {
     return tl::unexpected(valid.error());
   }
@@ -157,7 +151,7 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
       return tl::unexpected(located.error());
     }
   }
-  auto lines = MeasureLines(folder, result.scan, deviation, read_ahead);
+  auto lines = MeasureLines(folder, result.scan, deviation);
   if (!lines) return tl::unexpected(lines.error());
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;

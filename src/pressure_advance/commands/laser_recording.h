@@ -8,7 +8,6 @@
 #include "base/result.h"
 #include "pressure_advance/laser/deviation.h"
 #include "pressure_advance/laser/height_map.h"
-#include "pressure_advance/procedure/read_ahead.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
@@ -30,10 +29,8 @@ struct LaserMeasurement {
 /// @returns kInput where scan.json is missing or wrong, kMeasurement where a video is missing,
 ///          empty or broken or its frames change size. A line whose frames hold no laser or no bead
 ///          is not an error: its profile says why it is unusable.
-/// @param read_ahead  where lines may have been read before; null: nowhere. It changes no result.
 /// Memory: the cropped frames of as many lines as are read at a time, fewer where crop_px is large.
 [[nodiscard]] Result<LaserMeasurement> MeasureRecording(
-    const std::filesystem::path& folder, const pressure_advance::DeviationOptions& deviation = {},
-    procedure::ReadAhead* read_ahead = nullptr);
+    const std::filesystem::path& folder, const pressure_advance::DeviationOptions& deviation = {});
 
 }  // namespace trammel::app

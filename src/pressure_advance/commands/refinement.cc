@@ -35,11 +35,9 @@ Result<void> CheckRoomToRefine(const files::Config& config, const procedure::Rea
 }
 
 Result<Refined> Refine(const procedure::Session& session, const files::Config& config,
-                       const std::filesystem::path& first, const Interval& range_s,
-                       procedure::RecordingCutter* cutter) {
+                       const std::filesystem::path& first, const Interval& range_s) {
   auto request = PlanRefined(session, config, range_s);
   if (!request) return tl::unexpected(request.error());
-  request->cutter = cutter;
   const auto folder = NewFolder::Make(first.string() + "-refined");
   if (!folder) return tl::unexpected(folder.error());
   request->folder = folder->path();

@@ -8,7 +8,6 @@
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/session.h"
 
@@ -29,7 +28,6 @@ struct Refined {
 /// @param first    the first pattern's folder
 /// @param range_s  that its analysis asks for. Errors: those of the run and of AnalyseRecording.
 [[nodiscard]] Result<Refined> Refine(const procedure::Session& session, const files::Config& config,
-                                     const std::filesystem::path& first, const Interval& range_s,
-                                     procedure::RecordingCutter* cutter);
+                                     const std::filesystem::path& first, const Interval& range_s);
 
 }  // namespace trammel::app

@@ -129,13 +129,10 @@ Result<int> RunValidate(const ValidateArguments& arguments) {
   if (auto fitted = FitPattern(session, *config); !fitted) return tl::unexpected(fitted.error());
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
-  procedure::RecordingCutter cutter;
-  auto request = RequestFor(*config, folder->path());
-  request.cutter = &cutter;
-  const CalibrationRun run = CalibrateInto(session, request);
+  const CalibrationRun run = CalibrateInto(session, RequestFor(*config, folder->path()));
   if (!run.done) return tl::unexpected(run.done.error());
   auto code = Compare(folder->path(), arguments.json);
-  FinishCutting(cutter, interrupt.token());
+  CutRecordings({folder->path()}, interrupt.token());
   return code;
 }
 

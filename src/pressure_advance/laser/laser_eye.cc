@@ -259,23 +259,4 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   return reading;
 }
 
-std::optional<SweepReading> ReadAgain(const SweepReading& before, std::span<const Frame> frames,
-                                      const Scan& scan, const ScanLine& line) {
-  SweepReading now;
-  ChooseFrames(frames, scan, line, now);
-  std::vector<ProfileSample> samples = before.profile.samples;
-  if (!before.profile.unusable.empty() || !now.profile.unusable.empty() ||
-      now.frame != before.frame || samples.size() != now.frame.size()) {
-    return std::nullopt;
-  }
-  SweepReading again = before;
-  again.still_frames = now.still_frames;
-  again.unplaced_frames = now.unplaced_frames;
-  again.off_line_frames = now.off_line_frames;
-  again.heights.position_mm = std::move(now.heights.position_mm);
-  again.profile.samples.clear();
-  FillSamples(std::move(samples), again.heights, again.profile);
-  return again;
-}
-
 }  // namespace trammel::pressure_advance

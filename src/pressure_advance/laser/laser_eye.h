@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,12 +54,5 @@ void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upr
 [[nodiscard]] SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan,
                                      const ScanLine& line, const LaserEyeOptions& options,
                                      vision::LaserLineWorkspace& workspace);
-
-/// The reading of a sweep whose frames have been given other positions since, to the bit as
-/// ReadSweep() would give it. Absent where other frames are then on the line and in motion, or the
-/// line could not be read: ReadSweep() has to.
-[[nodiscard]] std::optional<SweepReading> ReadAgain(const SweepReading& before,
-                                                    std::span<const Frame> frames, const Scan& scan,
-                                                    const ScanLine& line);
 
 }  // namespace trammel::pressure_advance

@@ -128,8 +128,6 @@ Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const S
   scan.started = request.started;
   scan.camera = scanner.camera;
   scan.laser_seen = laser_seen;
-  scan.cutter = request.cutter;
-  scan.read_ahead = request.read_ahead;
   scanner.guard.ExpectLaser();
   return ScanLines(scanner.session, scanner.recorder, sweeps, scan);
 }
@@ -236,9 +234,7 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
   }
   if (recorder == nullptr) return {};
   const Scanner scanner{session, request, config, *recorder, camera, guard};
-  auto swept = request.folders.empty() ? ScanPattern(scanner, plan) : ScanEachPattern(scanner);
-  if (swept && request.recorded) request.recorded();
-  return swept;
+  return request.folders.empty() ? ScanPattern(scanner, plan) : ScanEachPattern(scanner);
 }
 
 }  // namespace

@@ -10,8 +10,6 @@
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
-#include "pressure_advance/procedure/read_ahead.h"
-#include "pressure_advance/procedure/recording_cutter.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 
@@ -41,11 +39,6 @@ struct CalibrationRequest {
   /// own as if no other lay on the plate, with a plan beside it. Empty: all lines go into `folder`.
   /// REQUIRES that `pattern` is printed and scanned.
   std::vector<std::filesystem::path> folders = {};
-  RecordingCutter* cutter = nullptr;  ///< cuts the videos, and outlives the run; null: they stay
-  ReadAhead* read_ahead = nullptr;    ///< reads the lines, and outlives the run; null: nobody does
-  /// Called once `folder` holds a whole recording, before the printer is brought back; has to
-  /// return at once.
-  std::function<void()> recorded = {};
 };
 
 struct CalibrationOutcome {

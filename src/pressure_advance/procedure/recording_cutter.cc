@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
-#include "base/bug_note.h"
 #include "base/check.h"
-#include "base/thread_priority.h"
 #include "machine/video/video_cutter.h"
+#include "pressure_advance/files/recording.h"
 #include "pressure_advance/laser/laser_eye.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 
@@ -68,51 +68,26 @@ Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
   return cut->TakePlace();
 }
 
-RecordingCutter::RecordingCutter()
-    : worker_([this](const std::stop_token& stop) { (void)NoteBug([&] { Work(stop); }); }) {}
-
-RecordingCutter::~RecordingCutter() = default;
-
-void RecordingCutter::Add(std::filesystem::path folder, Scan scan) {
-  const std::lock_guard lock(mutex_);
-  waiting_.push_back({std::move(folder), std::move(scan)});
-  changed_.notify_all();
-}
-
-std::vector<std::string> RecordingCutter::Finish(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  while (!waiting_.empty() && !stop.stop_requested()) CutNext(lock, stop);
-  changed_.wait(lock, stop, [this] { return waiting_.empty() && busy_ == 0; });
-  return std::exchange(whole_, {});
-}
-
-void RecordingCutter::Work(const std::stop_token& stop) {
-  LowerThisThread();
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) &&
-         !stop.stop_requested()) {
-    CutNext(lock, stop);
+std::vector<std::string> CutRecording(const std::filesystem::path& folder,
+                                      const std::stop_token& stop) {
+  auto scan = files::ReadScan(folder);
+  if (!scan) return {scan.error().message};
+  if (!scan->crop) scan->crop = scan->found_crop;
+  if (!scan->crop) return {};
+  std::map<std::string, Scan> videos;  // with the lines of each alone
+  Scan without_lines = *scan;
+  without_lines.lines.clear();
+  for (ScanLine& line : scan->lines) {
+    videos.emplace(line.video, without_lines).first->second.lines.push_back(std::move(line));
   }
-}
-
-/// Cuts the first that waits, with the lock released meanwhile. REQUIRES that one waits.
-void RecordingCutter::CutNext(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) {
-  const Line line = std::move(waiting_.front());
-  waiting_.pop_front();
-  ++busy_;
-  lock.unlock();
-  std::string why;
-  const auto bug = NoteBug([&] {
-    if (auto cut = CutLine(line.folder, line.scan, stop); !cut) why = cut.error().message;
-  });
-  if (bug) why = "a bug in trammel: " + *bug;
-  lock.lock();
-  --busy_;
-  if (!why.empty()) {
-    whole_.push_back(
-        fmt::format("{} keeps its whole frames: {}", line.scan.lines.front().video, why));
+  std::vector<std::string> whole;
+  for (const auto& [video, of_video] : videos) {
+    if (stop.stop_requested()) break;
+    if (const auto cut = CutLine(folder, of_video, stop); !cut) {
+      whole.push_back(fmt::format("{} keeps its whole frames: {}", video, cut.error().message));
+    }
   }
-  changed_.notify_all();
+  return whole;
 }
 
 }  // namespace trammel::procedure

@@ -1,13 +1,9 @@
-// Cuts the videos of a recording to what is read of them, while the next lines are swept.
+// Cuts the videos of a recording to what is read of them.
 #pragma once
 
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
-#include <mutex>
 #include <stop_token>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "base/result.h"
@@ -23,35 +19,10 @@ namespace trammel::procedure {
 [[nodiscard]] Result<void> CutLine(const std::filesystem::path& folder,
                                    const pressure_advance::Scan& scan, const std::stop_token& stop);
 
-/// Cuts lines one after the other on a thread of its own, behind all that keep pace with a machine.
-class RecordingCutter {
- public:
-  RecordingCutter();
-  RecordingCutter(const RecordingCutter&) = delete;
-  RecordingCutter& operator=(const RecordingCutter&) = delete;
-  ~RecordingCutter();  ///< leaves whole what is not cut yet
-
-  /// Puts a video behind the others; returns at once. REQUIRES a crop, and lines of one video.
-  void Add(std::filesystem::path folder, pressure_advance::Scan scan);
-
-  /// Cuts what still waits, on the calling thread too: nothing has to keep pace any more. Returns
-  /// when all are done, or at the stop. @returns a sentence for each line that stays whole.
-  [[nodiscard]] std::vector<std::string> Finish(const std::stop_token& stop);
-
- private:
-  struct Line {
-    std::filesystem::path folder;
-    pressure_advance::Scan scan;
-  };
-  void Work(const std::stop_token& stop);
-  void CutNext(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
-
-  std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::deque<Line> waiting_;
-  int busy_ = 0;  // threads that cut
-  std::vector<std::string> whole_;
-  std::jthread worker_;  // stopped and joined first: the last member
-};
+/// Cuts every video of a recording's scan.json by the crop that stands there. Videos that are not
+/// cut yet at the stop stay whole.
+/// @returns a sentence for each other video that stays whole.
+[[nodiscard]] std::vector<std::string> CutRecording(const std::filesystem::path& folder,
+                                                    const std::stop_token& stop);
 
 }  // namespace trammel::procedure

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <stop_token>
 #include <string>
 #include <vector>
 
+#include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 #include "support/laser_world.h"
 
@@ -36,8 +39,10 @@ class RecordingCutterTest : public ::testing::Test {
   }
 
   /// The scan of one line, drawn with a bead of that area (0: none) and a laser or without.
-  Scan Draw(const std::string& video, double area_mm2, bool laser = true) {
-    test::LaserWorld world{.width = 320, .height = 240, .plate_column_px = 180, .bead_row_px = 120};
+  Scan Draw(const std::string& video, double area_mm2, bool laser = true,
+            double plate_column_px = 180) {
+    test::LaserWorld world{
+        .width = 320, .height = 240, .plate_column_px = plate_column_px, .bead_row_px = 120};
     if (!laser) world.plate_amplitude = world.bead_amplitude = 0;
     std::vector<Frame> frames;
     Scan scan = scan_;
@@ -51,6 +56,13 @@ class RecordingCutterTest : public ::testing::Test {
     }
     test::WriteAvi(folder_.path() / video, frames, 0);
     return scan;
+  }
+  /// The recording of these lines.
+  void Write(const std::vector<Scan>& lines) {
+    Scan all = lines.front();
+    all.lines.clear();
+    for (const Scan& line : lines) all.lines.push_back(line.lines.front());
+    test::WriteWhole(folder_.path() / "scan.json", files::FormatScan(all, {}));
   }
   [[nodiscard]] std::uintmax_t SizeOfFile(const std::string& video) const {
     return std::filesystem::file_size(folder_.path() / video);
@@ -75,9 +87,8 @@ TEST_F(RecordingCutterTest, CutsEachLineAndWhatIsReadStaysTheSame) {
     before.push_back(Read(line));
     bytes.push_back(SizeOfFile(line.lines[0].video));
   }
-  RecordingCutter cutter;
-  for (const Scan& line : lines) cutter.Add(folder_.path(), line);
-  EXPECT_THAT(cutter.Finish({}), IsEmpty());
+  Write(lines);
+  EXPECT_THAT(CutRecording(folder_.path(), {}), IsEmpty());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     EXPECT_LT(SizeOfFile(lines[i].lines[0].video), bytes[i] / 4);
     const std::vector<Frame> after = Read(lines[i]);
@@ -90,30 +101,26 @@ TEST_F(RecordingCutterTest, CutsEachLineAndWhatIsReadStaysTheSame) {
 
 TEST_F(RecordingCutterTest, ALineThatDoesNotReadWellInTheCropStaysWhole) {
   const Scan dark = Draw("dark.avi", 0.1, false);
-  Scan high = Draw("high.avi", 0.1);
-  high.crop = PixelRect{172, 90, 45, 60};  // the bead's top lies left of it
-  Scan gone = Draw("gone.avi", 0.1);
+  const Scan high = Draw("high.avi", 0.1, true, 153);  // the bead's top lies left of the crop
+  const Scan gone = Draw("gone.avi", 0.1);
   std::filesystem::remove(folder_.path() / "gone.avi");
   const auto dark_bytes = SizeOfFile("dark.avi");
   const auto high_bytes = SizeOfFile("high.avi");
-  RecordingCutter cutter;
-  for (const Scan& line : {dark, high, gone}) cutter.Add(folder_.path(), line);
-  EXPECT_THAT(cutter.Finish({}),
+  Write({dark, high, gone});
+  EXPECT_THAT(CutRecording(folder_.path(), {}),
               UnorderedElementsAre(AllOf(HasSubstr("dark.avi keeps"), HasSubstr("no laser line")),
                                    AllOf(HasSubstr("high.avi keeps"), HasSubstr("out of the crop")),
                                    AllOf(HasSubstr("gone.avi keeps"), HasSubstr("no such file"))));
   EXPECT_EQ(SizeOfFile("dark.avi"), dark_bytes);
   EXPECT_EQ(SizeOfFile("high.avi"), high_bytes);
-  EXPECT_THAT(cutter.Finish({}), IsEmpty());
 }
 
-TEST_F(RecordingCutterTest, EndsAtOnceWhereNobodyWaitsAndLeavesEveryLineReadable) {
-  const std::vector<Scan> lines = {Draw("line0.avi", 0.1), Draw("line1.avi", 0.1),
-                                   Draw("line2.avi", 0.1)};
-  {
-    RecordingCutter cutter;
-    for (const Scan& line : lines) cutter.Add(folder_.path(), line);
-  }
+TEST_F(RecordingCutterTest, AStopLeavesEveryLineReadable) {
+  const std::vector<Scan> lines = {Draw("line0.avi", 0.1), Draw("line1.avi", 0.1)};
+  Write(lines);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THAT(CutRecording(folder_.path(), stop.get_token()), IsEmpty());
   for (const Scan& line : lines) EXPECT_THAT(Read(line), SizeIs(kFrames));
 }
 

@@ -8,8 +8,6 @@
 
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_plan.h"
-#include "pressure_advance/procedure/read_ahead.h"
-#include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/frame_recorder.h"
 #include "session/session.h"
@@ -22,18 +20,16 @@ struct ScanRequest {
   settings::ScanSettings settings;
   double travel_speed_mm_s = 150;
   double z_speed_mm_s = 5;
-  std::filesystem::path folder;       ///< is there; holds no scan.json yet
-  std::string started;                ///< date and time, for the recording
-  std::string camera;                 ///< what the camera says it is
-  bool laser_seen = false;            ///< a scan right before has seen it, and left it on
-  RecordingCutter* cutter = nullptr;  ///< outlives the scan; null: videos stay whole
-  ReadAhead* read_ahead = nullptr;    ///< outlives the scan; null: lines are read when wanted
+  std::filesystem::path folder;  ///< is there; holds no scan.json yet
+  std::string started;           ///< date and time, for the recording
+  std::string camera;            ///< what the camera says it is
+  bool laser_seen = false;       ///< a scan right before has seen it, and left it on
 };
 
 /// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one
 /// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
 /// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
-/// the recording so far can be analysed, and its videos go to the cutter. A line whose frames
+/// the recording so far can be analysed. A line whose frames
 /// cannot be placed is swept again, twice at most, into lineN-2.avi and lineN-3.avi, and half of
 /// the lines and one more in all. Moves are absolute; the head stands at `sweeps.z_mm` after the
 /// first one. Leaves the laser on: the caller's PrinterStateGuard switches it off. REQUIRES a homed

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
@@ -171,9 +170,7 @@ Result<void> ScanRecording::Write() {
   PlaceAll();
   FindCrop();
   if (auto kept = WriteSweeps(); !kept) return kept;
-  if (auto kept = WriteScan(); !kept) return kept;
-  HandOnNewLines();
-  return {};
+  return WriteScan();
 }
 
 // Once, in the line in which an analysis of the whole recording would look for it.
@@ -184,21 +181,6 @@ void ScanRecording::FindCrop() {
     if (found) found_crop_ = found->crop;
   }
   scan_.found_crop = found_crop_;
-}
-
-// The crop is in scan.json before the first video loses what it was found in.
-void ScanRecording::HandOnNewLines() {
-  Scan one = scan_;
-  if (!one.crop) one.crop = found_crop_;
-  if (!one.crop) return;
-  for (const ScanLine& line : scan_.lines) {
-    if (!handed_on_.insert(line.video).second) continue;
-    one.lines.clear();
-    std::copy_if(scan_.lines.begin(), scan_.lines.end(), std::back_inserter(one.lines),
-                 [&](const ScanLine& other) { return other.video == line.video; });
-    if (request_.read_ahead != nullptr) request_.read_ahead->Add(request_.folder, one);
-    if (request_.cutter != nullptr) request_.cutter->Add(request_.folder, one);
-  }
 }
 
 Result<void> ScanRecording::WriteSweeps() const {

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -91,7 +90,6 @@ class ScanRecording {
   [[nodiscard]] Result<void> WriteScan();
   void PlaceAll();
   void FindCrop();
-  void HandOnNewLines();
   void NameGap(std::size_t sweep, const pressure_advance::ScanLine& line);
   void NameMissing(const std::vector<Missing>& missing);
   [[nodiscard]] std::size_t recorded_lines() const;
@@ -109,8 +107,7 @@ class ScanRecording {
   pressure_advance::Scan scan_;             // for scan.json
   bool crop_sought_ = false;                // where the settings name none
   std::optional<PixelRect> found_crop_;
-  std::set<std::string> handed_on_;  // videos
-  std::size_t safe_ = 0;             // lines that scan.json has
+  std::size_t safe_ = 0;  // lines that scan.json has
   std::vector<NotPlaced> not_placed_;
   std::vector<NotPlaced> set_aside_;
   std::optional<std::string> trouble_;
