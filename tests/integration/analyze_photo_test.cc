@@ -96,8 +96,9 @@ TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
 
 TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
   const auto pattern = test::RunTrammel(
-      "pa pattern --material abs --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10 --set "
-      "preset=paper --set "
+      "pa pattern --material abs --pa 0:0.06:0.005 --set "
+      "'segments=[{fraction=0.15,speed=10},{fraction=0.6,speed=100},{fraction=0.25,speed=10}]' "
+      "--set preset=paper --set "
       "line_spacing=1.5",
       folder());
   ASSERT_EQ(pattern.exit_code, 0) << pattern.output;

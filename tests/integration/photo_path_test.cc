@@ -196,21 +196,8 @@ TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
   EXPECT_EQ(odd.exit_code, 1);
   EXPECT_THAT(odd.standard_error,
               AllOf(HasSubstr("two?lines?.jpg: a file with"), HasSubstr("rename it")));
-  const ProcessEnd both = Run({"pa", "photo", "--file", "a.jpg", "--webcam"});
-  EXPECT_EQ(both.exit_code, 1);
   const ProcessEnd planned = Run({"pa", "print", "--photo", "--gcode", "a.gcode"});
   EXPECT_EQ(planned.exit_code, 1);
-}
-
-TEST(PhotoPathByWebcam, APictureWithoutThePatternIsKeptAndRefused) {
-  const MachineShop shop;
-  ASSERT_EQ(shop.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"}).exit_code, 0);
-  const ProcessEnd seen = shop.Run({"pa", "photo", "--webcam", "--plan", "pattern.plan.json",
-                                    "--printer", shop.address(), "--out", "seen"});
-  EXPECT_EQ(seen.exit_code, 2) << seen.standard_error;
-  EXPECT_THAT(seen.standard_output, HasSubstr("refused"));
-  EXPECT_TRUE(std::filesystem::exists(shop.folder() / "seen/photo.jpg"));
-  EXPECT_TRUE(std::filesystem::exists(shop.folder() / "seen/result.json"));
 }
 
 // How often the printer read a line with this in it.

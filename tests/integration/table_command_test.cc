@@ -28,11 +28,12 @@ class TableCommand : public testing::Test {
                   const std::string& filament = "PLA") const {
     const auto recording = folder_.path() / name;
     std::filesystem::create_directory(recording);
-    const CommandResult plan =
-        RunTrammel(fmt::format("pa pattern --material pla --segments 0.25:5,0.5:{},0.25:5 --set "
-                               "acceleration={} --out {}/pattern.gcode",
-                               speed_mm_s, acceleration_mm_s2, name),
-                   folder_.path());
+    const CommandResult plan = RunTrammel(
+        fmt::format("pa pattern --material pla --set "
+                    "'segments=[{{fraction=0.25,speed=5}},{{fraction=0.5,speed={}}},{{fraction=0."
+                    "25,speed=5}}]' --set acceleration={} --out {}/pattern.gcode",
+                    speed_mm_s, acceleration_mm_s2, name),
+        folder_.path());
     ASSERT_EQ(plan.exit_code, 0) << plan.output;
     measurement::Outcome outcome;
     outcome.provenance = {

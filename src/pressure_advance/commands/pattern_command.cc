@@ -1,4 +1,4 @@
-// trammel pa pattern: writes the G-code of the pattern, its plan and preview, and what it costs.
+// trammel pa pattern: writes the G-code of the pattern, its plan, and what it costs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -25,7 +25,6 @@
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_plan.h"
-#include "pressure_advance/report/pattern_preview.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -41,11 +40,7 @@ struct PatternArguments {
   std::vector<std::string> set;
   std::string out = "pattern.gcode";
   std::string pa;
-  std::string segments;
-  std::string grid;
-  std::string dialect;
   std::string material;
-  bool idle = false;
   bool photo = false;
   bool force = false;
   bool json = false;
@@ -53,42 +48,17 @@ struct PatternArguments {
 
 /// The shortcuts of the command line, over what the file says.
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
-  const auto came_from = [&config](const std::string& key, const char* option) {
-    config.options["pressure_advance_pattern." + key] = option;
-  };
   if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
     if (auto done = files::OverrideConfig(assignment, config); !done) return done;
-  }
-  if (!arguments.dialect.empty()) {
-    if (auto done = files::OverrideConfig("dialect=" + arguments.dialect, config); !done) {
-      return done;
-    }
-  }
-  if (!arguments.grid.empty()) {
-    const auto grid = ParseWholePair(arguments.grid);
-    if (!grid) {
-      return Fail(fmt::format("--grid {}: must be COLUMNSxROWS, for example 9x3", arguments.grid));
-    }
-    config.pattern.columns = grid->first;
-    config.pattern.rows = grid->second;
-    came_from("columns", "--grid");
-    came_from("rows", "--grid");
-  }
-  if (!arguments.segments.empty()) {
-    auto segments = ParseSegments(arguments.segments);
-    if (!segments) return tl::unexpected(segments.error());
-    config.pattern.segments = std::move(*segments);
-    came_from("segments", "--segments");
   }
   if (!arguments.pa.empty()) {
     auto values = ParsePressureAdvances(arguments.pa);
     if (!values) return tl::unexpected(values.error());
     config.pattern.pressure_advances_s = std::move(*values);
-    came_from("pressure_advances", "--pa");
+    config.options["pressure_advance_pattern.pressure_advances"] = "--pa";
   }
   TakeMaterial(arguments.material, config);
-  if (arguments.idle) config.pattern.finish = pressure_advance::Finish::kIdle;
   return {};
 }
 
@@ -160,22 +130,12 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   }
   fs::path plan_path = gcode_path;
   plan_path.replace_extension(".plan.json");
-  fs::path svg_path = gcode_path;
-  svg_path.replace_extension(".svg");
-  fs::path png_path = gcode_path;
-  png_path.replace_extension(".png");
-  if (auto may = RefuseToOverwrite({gcode_path, plan_path, svg_path, png_path}, arguments.force);
-      !may) {
-    return may;
-  }
+  if (auto may = RefuseToOverwrite({gcode_path, plan_path}, arguments.force); !may) return may;
   const PatternLayout layout = LayOut(config);
   const auto plan = MakePlan(layout, config, gcode_path.filename().string());
-  const report::Canvas preview = report::PatternPreview(layout, config);
-  auto written = WriteOutputs({{gcode_path, WriteGcode(layout, config)},
-                               {plan_path, files::FormatPlan(plan)},
-                               {svg_path, preview.ToSvg()},
-                               {png_path, preview.ToPng()}},
-                              arguments.force);
+  auto written =
+      WriteOutputs({{gcode_path, WriteGcode(layout, config)}, {plan_path, files::FormatPlan(plan)}},
+                   arguments.force);
   if (!written) return written;
   const PatternSummary summary = Summarise(layout, config);
   const MachineTime time =
@@ -185,8 +145,7 @@ Result<void> RunPattern(const PatternArguments& arguments) {
     return {};
   }
   fmt::print("settings   {}\n", text->file);
-  fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
-             plan_path.string(), svg_path.string(), png_path.string());
+  fmt::print("G-code     {}\nplan       {}\n", gcode_path.string(), plan_path.string());
   Print(summary, layout, config, time);
   const std::string plan_option = " --plan " + ShellQuoted(plan_path.string());
   const bool scanned = !arguments.photo && config.dialect == gcode::Dialect::kKlipper;
@@ -207,22 +166,14 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--config", arguments->config,
                       "settings; left out: trammel.toml of this folder, if there is one");
   command->add_option("--set", arguments->set, "one setting: key=value; may be repeated");
-  command
-      ->add_option("-o,--out", arguments->out,
-                   "G-code file; plan and preview (SVG, PNG) are written beside it")
+  command->add_option("-o,--out", arguments->out, "G-code file; its plan is written beside it")
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
   command->add_flag(
       "--photo", arguments->photo,
       "a pattern for a photo: 21 lines from 0 to 0.1 s (--pa for others), with a mark");
-  command->add_option("--segments", arguments->segments,
-                      "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
-  command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
-  command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
   AddMaterialOption(*command, arguments->material);
-  command->add_flag("--idle", arguments->idle,
-                    "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");
   command->add_flag("--json", arguments->json, "print what it costs as one JSON object");
   command->callback([arguments, &exit_code] {

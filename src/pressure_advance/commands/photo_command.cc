@@ -1,5 +1,4 @@
-// trammel pa photo: measures the photo of a pattern that lies among the printer's files, or that
-// its webcam takes.
+// trammel pa photo: measures the photo of a pattern among the printer's files.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -46,7 +45,6 @@ struct PhotoArguments {
   std::string plan;
   std::string filament;
   std::string out;
-  bool webcam = false;
   bool json = false;
 };
 
@@ -65,14 +63,11 @@ Result<FoundPlan> PlanFor(const PhotoArguments& arguments, const procedure::Sess
 }
 
 Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
-                           const files::Config& config,
                            const std::optional<files::PatternPrint>& print,
                            const fs::path& recordings) {
-  auto photo = arguments.webcam
-                   ? procedure::TakePhoto(session, config.scan)
-                   : procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
+  auto photo = procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
   if (!photo) return tl::unexpected(photo.error());
-  if (arguments.webcam || !arguments.file.empty()) return Fetched{std::move(*photo)};
+  if (!arguments.file.empty()) return Fetched{std::move(*photo)};
   // Nobody named it, so that it may be that of another filament.
   const std::string kept = kPhotoName + procedure::PictureEnding(photo->name);
   const auto before = FindKeptCopy(recordings, {&kept, 1}, photo->bytes);
@@ -147,8 +142,7 @@ int RunPhoto(PhotoArguments arguments) {
   if (!taken) return PrintError(taken.error());
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return PrintError(folder.error());
-  auto photo =
-      FetchPhoto(arguments, session, *config, *print, fs::absolute(folder->path()).parent_path());
+  auto photo = FetchPhoto(arguments, session, *print, fs::absolute(folder->path()).parent_path());
   if (!photo) return PrintError(photo.error());
   auto plan = PlanFor(arguments, session, *print);
   if (!plan) return PrintError(plan.error());
@@ -167,16 +161,13 @@ int RunPhoto(PhotoArguments arguments) {
 
 void AddPhotoCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "photo", "measure a photo of the pattern that was uploaded to the printer, or its webcam's");
+      "photo", "measure a photo of the pattern that was uploaded to the printer");
   const auto arguments = std::make_shared<PhotoArguments>();
   AddPrinterOptions(*command, arguments->printer);
-  AddCameraOption(*command, arguments->printer);
   AddMaterialOption(*command, arguments->printer.material);
-  CLI::Option* file =
-      command->add_option("--file", arguments->file,
-                          "its name in the folder trammel beside printer.cfg; left out: the newest "
-                          "picture there");
-  command->add_flag("--webcam", arguments->webcam, "take it through the camera")->excludes(file);
+  command->add_option("--file", arguments->file,
+                      "its name in the folder trammel beside printer.cfg; left out: the newest "
+                      "picture there");
   command->add_option(
       "--plan", arguments->plan,
       "the *.plan.json of the printed pattern; left out: that of the last pa print --photo, "

@@ -20,7 +20,7 @@
 #include "files/new_file.h"
 #include "files/whole_file.h"
 #include "pressure_advance/files/camera_section.h"
-#include "pressure_advance/report/setup_report.h"
+#include "pressure_advance/report/setup_json.h"
 
 namespace trammel::app {
 namespace {
@@ -35,9 +35,6 @@ report::SetupView ViewOfSetup(const SetupRecord& record, const SetupOutput& outp
   view.seen = &record.seen;
   view.result = &record.result;
   view.mark = &record.mark;
-  view.brought = &record.brought;
-  view.lit = &record.lit;
-  view.laser = &record.laser;
   view.advice = AdviseSetup(record.result, record.seen.picture);
   view.facts = {{"program", std::string(ProgramVersion())},
                 {"utc", UtcNow()},
@@ -50,14 +47,8 @@ report::SetupView ViewOfSetup(const SetupRecord& record, const SetupOutput& outp
 }
 
 Result<void> WriteSetupFiles(const report::SetupView& view, const fs::path& folder) {
-  const auto figure = report::SetupFigure(view);
   std::vector<OutputFile> outputs = {{folder / "setup.json", JsonText(JsonOfSetup(view))}};
   if (!view.section.empty()) outputs.push_back({folder / kSection, view.section});
-  outputs.push_back({folder / "report.html", report::SetupReport(view, figure)});
-  if (figure) {
-    outputs.push_back({folder / "setup.png", figure->canvas.ToPng(figure->png_scale)});
-    outputs.push_back({folder / "setup.svg", figure->canvas.ToSvg()});
-  }
   return WriteOutputs(outputs, false);
 }
 
@@ -212,7 +203,6 @@ int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
   } else {
     PrintSetupText(record, view);
     PrintDrift(fs::absolute(output.folder).parent_path(), outcome);
-    fmt::print("report            {}\n", (output.folder / "report.html").string());
     if (good) fmt::print("\n{}", view.section);
   }
   if (!kept) return PrintError(kept.error());

@@ -42,8 +42,8 @@ struct SetupOutput {
                                                   const SetupOutput& output);
 
 /// Prints the answer on standard output, and how it differs from the earlier ones of this printer;
-/// writes result.json and a line of the history, setup.json, camera.toml, report.html and the
-/// figure into the folder, and changes the target where the verdict is good.
+/// writes result.json and a line of the history, setup.json and camera.toml into the folder, and
+/// changes the target where the verdict is good.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
 int PrintSetup(const procedure::SetupRecord& record, const SetupOutput& output);
 

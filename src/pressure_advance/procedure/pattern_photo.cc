@@ -6,9 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/camera/camera.h"
 #include "machine/net/json_field.h"
-#include "pressure_advance/procedure/guarded_run.h"
 
 namespace trammel::procedure {
 namespace {
@@ -67,25 +65,6 @@ Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& na
   if (!bytes) return tl::unexpected(bytes.error());
   photo.bytes = std::move(*bytes);
   return photo;
-}
-
-Result<PatternPhoto> TakePhoto(const Session& session, const settings::ScanSettings& settings) {
-  constexpr int kFrames = 5;
-  constexpr double kFrame_s = 10;
-  session.Say("looking at the camera");
-  const auto camera = OpenCamera(session, settings);
-  if (!camera) return tl::unexpected(camera.error());
-  std::vector<std::uint8_t> image;
-  for (int i = 0; i < kFrames; ++i) {
-    auto frame = (*camera)->Next(kFrame_s, session.stop);
-    if (!frame) return tl::unexpected(frame.error());
-    if (!*frame) break;
-    if ((*frame)->fault == machine::FrameFault::kNone) image = std::move((*frame)->image);
-  }
-  if (image.empty()) return Fail("the camera sent no whole picture", ErrorKind::kMachine);
-  constexpr std::uint8_t kJpeg = 0xFF;
-  const char* const ending = image.front() == kJpeg ? "jpg" : "png";
-  return PatternPhoto{fmt::format("webcam.{}", ending), {image.begin(), image.end()}};
 }
 
 }  // namespace trammel::procedure

@@ -1,4 +1,4 @@
-// A photo of the printed pattern, from where its owner left it or from the printer's webcam.
+// A photo of the printed pattern, from where its owner left it.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,13 @@
 #include "base/result.h"
 #include "session/session.h"
 #include "session/uploads.h"
-#include "settings/scan_settings.h"
 
 namespace trammel::procedure {
 
 inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 
 struct PatternPhoto {
-  std::string name;  ///< of the file, without a folder; "webcam.jpg"
+  std::string name;  ///< of the file, without a folder
   std::string bytes;
   /// When the file was stored, by ServerTime_s' clock; absent where it was named, or not told.
   std::optional<double> stored_s = {};
@@ -33,12 +32,6 @@ struct PatternPhoto {
 [[nodiscard]] Result<PatternPhoto> DownloadPhoto(
     const Session& session, const std::string& name,
     const std::function<bool(const std::string&)>& is_result);
-
-/// Takes a picture through the camera of the settings, else through the printer's webcam: the last
-/// of several frames, whose exposure has settled. Errors: kMachine, kInterrupted; kInput: the
-/// camera sends no JPEG or PNG.
-[[nodiscard]] Result<PatternPhoto> TakePhoto(const Session& session,
-                                             const settings::ScanSettings& settings);
 
 /// What a file's name ends in, in small letters with the dot; empty: not that of a picture.
 [[nodiscard]] std::string PictureEnding(const std::string& name);

@@ -63,9 +63,6 @@ Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPl
     if (reading.fault.empty()) down = runs_down;
     stripes.push_back({places[i], std::move(reading)});
     run.record.seen.picture = {picture->width, picture->height};
-    if (i == places.size() / 4 || run.record.laser.bgr.empty()) {
-      run.record.laser = std::move(*picture);
-    }
   }
   return stripes;
 }
@@ -152,9 +149,7 @@ struct FoundMark {
 Result<MarkReading> LookAtMark(Run& run, const HeadPlace& place, const std::string& name) {
   auto picture = run.eye.Look(place, SetupLight::kRoom, name);
   if (!picture) return tl::unexpected(picture.error());
-  auto reading = ReadMark(picture->view(), run.record.mark.shape);
-  run.record.lit = std::move(*picture);
-  return reading;
+  return ReadMark(picture->view(), run.record.mark.shape);
 }
 
 // Looks for the mark round where the settings expect it. Without one the record says why.
@@ -325,11 +320,9 @@ Result<void> TryOffset(Run& run) {
   Told(run.eye.session(), "bringing the mark to the laser, as a trial", 2);
   const auto reading = LookAtMark(run, place, "lit");
   if (!reading) return tl::unexpected(reading.error());
-  record.brought = *reading;
-  CheckSpot(record.brought, record.result);
-  auto laser = run.eye.Look(place, SetupLight::kLaser, "laser");
+  CheckSpot(*reading, record.result);
+  const auto laser = run.eye.Look(place, SetupLight::kLaser, "laser");
   if (!laser) return tl::unexpected(laser.error());
-  record.laser = std::move(*laser);
   return run.eye.LightRoom();
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/frame.h"
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/procedure/setup_route.h"
@@ -29,16 +28,13 @@ struct SetupRequest {
   std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
 };
 
-/// What was seen, and what came of it. Pictures are empty where none was taken.
+/// What was seen, and what came of it.
 struct SetupRecord {
   pressure_advance::MarkPlan mark;
   std::vector<pressure_advance::PlacedStripe> first_sweep;  ///< over the empty plate
   pressure_advance::SetupObservations seen;
   pressure_advance::SetupResult result;
-  pressure_advance::MarkReading brought;  ///< the mark, brought to the laser by the offset
-  Frame lit;                              ///< with the mark at the laser, or a last look for it
-  Frame laser;                            ///< from the same place, or the stripe on bare plate
-  std::string camera;                     ///< as the camera describes itself
+  std::string camera;  ///< as the camera describes itself
 };
 
 struct SetupOutcome {

@@ -1,9 +1,10 @@
+#include "pressure_advance/report/setup_json.h"
+
 #include <numbers>
 
 #include "base/axis_direction.h"
 #include "base/measured_json.h"
 #include "document/json_number.h"
-#include "pressure_advance/report/setup_report.h"
 
 namespace trammel::report {
 namespace {
@@ -62,28 +63,18 @@ std::vector<SetupValue> SetupValues(const pa::SetupResult& result) {
   const IntervalStyle scale{.unit = "px/mm", .least_decimals = 2};
   const double in_degrees = 1 / kDegree;
   return {
-      {"offset x", "offset_x_mm", "from the nozzle to where the laser meets the plate",
-       &result.offset.x_mm, mm, 1},
-      {"offset y", "offset_y_mm", "the same along y", &result.offset.y_mm, mm, 1},
-      {"focus height", "focus_height_mm", "of the nozzle, where the stripe is sharpest",
-       &result.focus_mm, mm, 1},
-      {"scale", "px_per_mm", "on the plate, at the focus height", &result.scale.px_per_mm, scale,
-       1},
-      {"scan angle", "laser_angle_deg",
-       "by which heights follow from shifts: the laser's, and what the picture's scale adds",
-       &result.scan_angle_rad, degrees, in_degrees},
-      {"height scale", "px_per_height_mm", "shift of the stripe as the head rises",
-       &result.height.px_per_height_mm, scale, 1},
-      {"camera turned", "rotation_deg", "about the vertical, counter-clockwise from above",
-       &result.scale.rotation_rad, degrees, in_degrees},
-      {"laser turned", "laser_turn_deg", "its sheet about the vertical, the same way",
-       &result.laser_turn_rad, degrees, in_degrees},
-      {"laser angle", "laser_sheet_deg", "of its sheet from the vertical",
-       &result.height.laser_angle_rad, degrees, in_degrees},
-      {"play x", "play_x_mm", "between the two ways to come to a place", &result.scale.play_x_mm,
-       mm, 1},
-      {"play y", "play_y_mm", "the same along y", &result.scale.play_y_mm, mm, 1},
-      {"play z", "play_z_mm", "the same in height", &result.height.play_z_mm, mm, 1},
+      {"offset x", "offset_x_mm", &result.offset.x_mm, mm, 1},
+      {"offset y", "offset_y_mm", &result.offset.y_mm, mm, 1},
+      {"focus height", "focus_height_mm", &result.focus_mm, mm, 1},
+      {"scale", "px_per_mm", &result.scale.px_per_mm, scale, 1},
+      {"scan angle", "laser_angle_deg", &result.scan_angle_rad, degrees, in_degrees},
+      {"height scale", "px_per_height_mm", &result.height.px_per_height_mm, scale, 1},
+      {"camera turned", "rotation_deg", &result.scale.rotation_rad, degrees, in_degrees},
+      {"laser turned", "laser_turn_deg", &result.laser_turn_rad, degrees, in_degrees},
+      {"laser angle", "laser_sheet_deg", &result.height.laser_angle_rad, degrees, in_degrees},
+      {"play x", "play_x_mm", &result.scale.play_x_mm, mm, 1},
+      {"play y", "play_y_mm", &result.scale.play_y_mm, mm, 1},
+      {"play z", "play_z_mm", &result.height.play_z_mm, mm, 1},
   };
 }
 

@@ -1,30 +1,23 @@
-// The report of a camera's setup: JSON, the annotated picture with the focus curve, the page.
+// The values of a camera setup, and its JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/frame.h"
-#include "document/figure.h"
 #include "document/interval_text.h"
-#include "pressure_advance/setup/mark_reading.h"
 #include "pressure_advance/setup/printed_mark.h"
 #include "pressure_advance/setup/setup_advice.h"
 #include "pressure_advance/setup/solve_setup.h"
 
 namespace trammel::report {
 
-/// What a report is made from. Views are not owned; pictures may be empty.
+/// What the JSON is made from. Views are not owned.
 struct SetupView {
   const pressure_advance::SetupObservations* seen = nullptr;  ///< REQUIRED
   const pressure_advance::SetupResult* result = nullptr;      ///< REQUIRED
   const pressure_advance::MarkPlan* mark = nullptr;           ///< REQUIRED
-  const pressure_advance::MarkReading* brought = nullptr;  ///< the mark at the laser; may be null
-  const Frame* lit = nullptr;
-  const Frame* laser = nullptr;
   pressure_advance::SetupAdvice advice;
   std::string section;  ///< [camera] as TOML; empty where the verdict is not good
   /// Further facts, name and value: printer, camera, date, …; may hold any bytes.
@@ -35,7 +28,6 @@ struct SetupView {
 struct SetupValue {
   std::string name;   ///< "offset x"
   std::string key;    ///< as in JSON, with its unit: "offset_x_mm"
-  std::string about;  ///< what it is
   const Measured* value = nullptr;
   IntervalStyle style;
   double json_scale = 1;  ///< of the key's unit, per unit of the value
@@ -46,13 +38,5 @@ struct SetupValue {
 
 /// setup.json (docs/formats.md). Numbers exist only with a good verdict of their own.
 [[nodiscard]] nlohmann::ordered_json JsonOfSetup(const SetupView& view);
-
-/// "setup": the picture with both lights laid over each other, crop, stripe, mark and the printer's
-/// axes in it; below it the stripe's width and its place over the nozzle's height. Absent without
-/// any picture.
-[[nodiscard]] std::optional<Figure> SetupFigure(const SetupView& view);
-
-/// A complete HTML page, as PressureAdvanceReport makes them.
-[[nodiscard]] std::string SetupReport(const SetupView& view, const std::optional<Figure>& figure);
 
 }  // namespace trammel::report
