@@ -155,41 +155,6 @@ TEST(Calibrate, RefusesMorePatternsThanFitBeforeAnythingMoves) {
   }
 }
 
-// The list ends far below the truth: a second pattern is printed where the first one says.
-TEST(Calibrate, RefinesOverTheRangeThatTheFirstPatternAsksFor) {
-  MachineShop shop;
-  shop.Script(kWorkedWith);
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Calibrate({"--json", "--refine", "--set",
-                                         "pressure_advances=[0.002, 0.007, 0.012, 0.017, 0.022]"})
-                             ->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
-  const auto answer = nlohmann::json::parse(end.standard_output);
-  ASSERT_EQ(answer["verdict"], "good");
-  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03,
-              4 * answer["standard_uncertainty_s"].get<double>());
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
-  const auto first = AnalyzeToJson("rec", shop.folder());
-  EXPECT_EQ(first["verdict"], "cannot_tell");
-  const auto& lines = answer["lines"];
-  EXPECT_NEAR(lines.front()["pressure_advance_s"].get<double>(),
-              first["print_next_s"][0].get<double>(), 1e-4);
-  EXPECT_NEAR(lines.back()["pressure_advance_s"].get<double>(),
-              first["print_next_s"][1].get<double>(), 1e-4);
-  EXPECT_EQ(AnalyzeToJson("rec-refined", shop.folder())["pressure_advance_s"],
-            answer["pressure_advance_s"]);
-}
-
-TEST(Calibrate, RefusesToRefineWithoutRoomBeforeAnythingMoves) {
-  MachineShop shop;
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Calibrate({"--refine", "--set", "line_spacing=45"})->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 4) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("--refine"));
-  EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
-}
-
 TEST(Calibrate, MakesTheTableOfSeveralSpeedsOnOnePlate) {
   // Half a step of the list: the virtual printer's law has another truth at each speed.
   constexpr double kNear_s = 0.005;

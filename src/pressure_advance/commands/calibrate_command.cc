@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "app/applied_result.h"
 #include "app/commands.h"
@@ -32,7 +31,6 @@
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/plate_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/commands/refinement.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
@@ -60,7 +58,6 @@ struct CalibrateArguments {
   bool print = true;
   bool scan = true;
   bool apply = false;
-  bool refine = false;
   bool dry_run = false;
   bool json = false;
   bool keep_full = false;
@@ -114,28 +111,9 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
       before.id, before.filament, now ? fmt::format("{} ({})", now->id, now->filament) : "none");
 }
 
-// Keeps what the first pattern says, and has a second one measured over the range that it asks for.
-// @param config  and all behind it: of the first before, of the second after
-Result<void> MeasureAgain(const CalibrateArguments& arguments, const procedure::Session& session,
-                          files::Config& config, fs::path& folder, AnalysisRun& run,
-                          ResultFile& result) {
-  if (auto kept = KeepAnalysis(run, result, KeptIn(folder, arguments.json)); !kept) return kept;
-  auto refined = Refine(session, config, folder, *run.analysis.print_next_s);
-  if (!refined) return tl::unexpected(refined.error());
-  run = std::move(refined->run);
-  folder = refined->folder;
-  config.pattern = refined->pattern;
-  ResultFile second = ResultOf(run.analysis, folder.string());
-  second.outcome.subject = result.outcome.subject;
-  result = std::move(second);
-  if (!arguments.json) SayAnswer(run.analysis);
-  return {};
-}
-
 // Reports, and applies where asked to.
-// @param folder  of the recording; of the second one, where there is one, after
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             files::Config config, fs::path& folder,
+             const files::Config& config, const fs::path& folder,
              const std::optional<machine::Spool>& spool_before) {
   session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
   auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
@@ -151,10 +129,6 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
-  if (arguments.refine && run->analysis.print_next_s) {
-    auto again = MeasureAgain(arguments, session, config, folder, *run, result);
-    if (!again) return PrintError(again.error());
-  }
   const int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -192,13 +166,7 @@ struct Ran {
 };
 
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
-                procedure::CalibrationRequest request, const files::Config& config) {
-  if (arguments.refine) {
-    const auto reach = procedure::ReachOf(session);
-    if (!reach) return tl::unexpected(reach.error());
-    auto room = CheckRoomToRefine(config, *reach);
-    if (!room) return tl::unexpected(room.error());
-  }
+                procedure::CalibrationRequest request) {
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
   request.folder = folder->path();
@@ -269,9 +237,6 @@ int RunCalibration(const CalibrateArguments& arguments) {
     if (auto laid = LayOnPlate(arguments.plate, BedOf(config->pattern), *config); !laid) {
       return PrintError(laid.error());
     }
-    auto room =
-        arguments.refine ? CheckRoomToRefine(*config, BedOf(config->pattern)) : Result<void>();
-    if (!room) return PrintError(room.error());
     const auto done = PrintDryRun(config->pattern, config->scan,
                                   {arguments.print, arguments.scan, arguments.plate.photo});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());
@@ -304,13 +269,11 @@ int RunCalibration(const CalibrateArguments& arguments) {
   }
   request.pattern = config->pattern;
   const auto spool = arguments.scan ? SpoolNow(session, false) : std::nullopt;
-  const auto ran = Run(arguments, session, request, *config);
+  const auto ran = Run(arguments, session, request);
   if (!ran) return PrintError(ran.error());
   if (arguments.scan) {
-    std::vector<fs::path> folders(2, ran->folder);
-    const int code = Conclude(arguments, session, *config, folders.back(), spool);
-    if (folders.front() == folders.back()) folders.pop_back();
-    if (!arguments.keep_full) CutRecordings(folders, interrupt.token());
+    const int code = Conclude(arguments, session, *config, ran->folder, spool);
+    if (!arguments.keep_full) CutRecordings({ran->folder}, interrupt.token());
     return code;
   }
   return SayHowItLies(arguments, *ran);
@@ -347,12 +310,7 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                                 "print the pattern, scan it, and say the answer", whole);
   AddMaterialOption(*calibrate, whole->printer.material);
   AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
-  CLI::Option* refine = calibrate->add_flag("--refine", whole->refine,
-                                            "where the answer lies, or may lie, beyond the tested "
-                                            "range, print a second pattern beside the "
-                                            "first over the range that it asks for");
-  AddPlateOptions(*calibrate, whole->plate, {refine, calibrate->get_option("--apply")});
-  refine->excludes(calibrate->get_option("--repeat"));
+  AddPlateOptions(*calibrate, whole->plate, {calibrate->get_option("--apply")});
 
   const auto print_only = std::make_shared<CalibrateArguments>();
   print_only->scan = false;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/measured.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/pattern/pattern_plan.h"
@@ -19,10 +20,6 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
-// A print that goes onto a plate on which patterns lie already only heats: a start G-code that
-// homes would probe the plate where they lie.
-constexpr const char* kHeatOnly = "M190 S{bed_temperature_c}\nM109 S{nozzle_temperature_c}\n";
-constexpr double kLeastGap_mm = 5;  // the nozzle's flank must not touch what lies there
 
 // Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
 Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& settings,
@@ -123,31 +120,6 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
   return best;
 }
 
-// Puts a pattern beside what lies on the plate; nothing where there is no room.
-std::optional<PatternConfig> PlacedBeside(PatternConfig pattern, const PatternConfig& printed,
-                                          const ScanSettings& settings, const Reach& reach) {
-  pattern.start_gcode = kHeatOnly;
-  const BoundsMm there = OuterBounds(printed);
-  const double gap_mm = std::max(kLeastGap_mm, pattern.pattern_gap_mm);
-  const BoundsMm size = OuterBounds(pattern);
-  const double width_mm = size.max_x_mm - size.min_x_mm;
-  const double depth_mm = size.max_y_mm - size.min_y_mm;
-  for (const auto& [x_mm, y_mm] : {std::pair{there.max_x_mm + gap_mm, there.min_y_mm},
-                                   std::pair{there.min_x_mm - gap_mm - width_mm, there.min_y_mm},
-                                   std::pair{there.min_x_mm, there.max_y_mm + gap_mm},
-                                   std::pair{there.min_x_mm, there.min_y_mm - gap_mm - depth_mm}}) {
-    pattern.position_x_mm = x_mm;
-    pattern.position_y_mm = y_mm;
-    if (FindProblem(pattern)) continue;
-    const auto layout = LayOut(pattern);
-    if (reach.Contains(layout.printed) &&
-        PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, reach)) {
-      return pattern;
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
@@ -175,25 +147,6 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
                   count, size.width_mm, size.depth_mm,
                   most > 0 ? fmt::format("at most {} do", most) : "nor does one",
                   most > 1 ? fmt::format("ask for so many with {}, or ", option) : ""),
-      ErrorKind::kSafety);
-}
-
-Result<PatternConfig> RefinedBeside(const PatternConfig& printed, const Interval& range_s,
-                                    const ScanSettings& settings, const Reach& reach) {
-  PatternConfig pattern = printed;
-  pattern.line_count = static_cast<int>(PressureAdvances(printed).size());
-  pattern.pressure_advances_s.clear();
-  pattern.pressure_advance_start_s = range_s.lo;
-  pattern.pressure_advance_end_s = range_s.hi;
-  if (auto placed = PlacedBeside(std::move(pattern), printed, settings, reach)) {
-    return std::move(*placed);
-  }
-  return Fail(
-      fmt::format("there is no room beside the pattern for a second one from {:.3g} to {:.3g} s, "
-                  "within the reach of nozzle and camera: move the pattern on the bed "
-                  "([pressure_advance_pattern] position_x, position_y), or calibrate without "
-                  "--refine",
-                  range_s.lo, range_s.hi),
       ErrorKind::kSafety);
 }
 

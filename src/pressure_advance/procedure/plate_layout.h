@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "base/measured.h"
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/procedure/sweep_plan.h"
@@ -25,14 +24,5 @@ inline constexpr int kMostPatterns = 9;
 [[nodiscard]] Result<pressure_advance::PatternConfig> PatternsBeside(
     const pressure_advance::PatternConfig& one, int count, const settings::ScanSettings& settings,
     const Reach& reach, const std::string& option = "--repeat");
-
-/// The pattern that is printed where the first could not tell because of its range: as many lines
-/// over another one, beside it: to its right, left, behind or in front, wherever nozzle and camera
-/// reach all of it. Its file only heats.
-/// @param range_s  0 <= lo < hi
-/// Errors: kSafety where there is no room; says what to do instead.
-[[nodiscard]] Result<pressure_advance::PatternConfig> RefinedBeside(
-    const pressure_advance::PatternConfig& printed, const Interval& range_s,
-    const settings::ScanSettings& settings, const Reach& reach);
 
 }  // namespace trammel::procedure

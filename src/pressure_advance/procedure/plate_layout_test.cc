@@ -102,22 +102,5 @@ TEST(PlateLayout, SaysWhatIsWrongWithTheScanItself) {
   EXPECT_THAT(laid.error().message, HasSubstr("skip"));
 }
 
-TEST(PlateLayout, RefinesBesideThePatternWithAsManyLines) {
-  PatternConfig one = One();
-  one.pressure_advances_s = {0.01, 0.02, 0.03, 0.04, 0.06, 0.07};
-  const auto refined = RefinedBeside(one, {0.05, 0.1}, {}, kReach);
-  ASSERT_TRUE(refined.has_value()) << refined.error().message;
-  ASSERT_TRUE(Validate(*refined));
-  const auto layout = LayOut(*refined);
-  EXPECT_FALSE(Touch(LayOut(one).printed, layout.printed));
-  ASSERT_EQ(layout.lines.size(), 6U);
-  EXPECT_EQ(layout.lines.front().pressure_advance_s, 0.05);
-  EXPECT_EQ(layout.lines.back().pressure_advance_s, 0.1);
-  EXPECT_THAT(WriteGcode(layout, *refined), ::testing::Not(HasSubstr("G28")));
-  const auto none = RefinedBeside(one, {0.05, 0.1}, {}, {{0, 0, 0}, {125, 125, 250}});
-  ASSERT_FALSE(none.has_value());
-  EXPECT_THAT(none.error().message, HasSubstr("--refine"));
-}
-
 }  // namespace
 }  // namespace trammel::procedure
