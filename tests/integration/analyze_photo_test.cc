@@ -77,11 +77,6 @@ TEST_F(AnalyzePhoto, AnswersWithFiguresAndReport) {
   EXPECT_FALSE(fs::is_empty(folder() / "figures"));
 }
 
-TEST_F(AnalyzePhoto, HasNoHeightsForTheDeviation) {
-  Write(ToMat(Draw(drawn_)));
-  ExpectRefused("photo.jpg --method deviation " + std::string(kPa), folder(), {"height"});
-}
-
 TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
   ASSERT_EQ(test::RunTrammel("pa pattern --material abs --set preset=paper", folder()).exit_code,
             0);
@@ -355,7 +350,6 @@ TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
       {"--segments 0.1:10,0.6:100,0.3:10", {"--segments", "--pa"}},
       {"--from middle", {"--from", "middle", "bottom, top, left or right"}},
       {"--start 3", {"--start", "3", "bottom, top, left or right"}},
-      {"--method magic", {"--method", "magic", "response or deviation"}},
       {"--report nowhere/page.html", {"--report", "nowhere"}},
       {"--report .", {"--report", "is a folder"}},
       {"--report photo.jpg", {"--report", "photo.jpg: is there already", "--force"}},

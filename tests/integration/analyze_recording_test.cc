@@ -111,16 +111,6 @@ TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
   EXPECT_THAT(words, ::testing::EndsWith("\nnothing applied   trammel pa apply rec\n"));
 }
 
-TEST_F(AnalyzeRecording, ChoosesByDeviationWhenAsked) {
-  WriteRecording(LagRecording{}, rec());
-  const json answer = Analyze("--method deviation");
-  EXPECT_EQ(answer.at("method"), "deviation");
-  if (answer.at("verdict") == "good") {
-    EXPECT_EQ(answer.at("pressure_advance_s"), answer.at("deviation").at("cubic_minimum_s"));
-  }
-  EXPECT_FALSE(answer.at("deviation").at("best_s").is_null());
-}
-
 TEST_F(AnalyzeRecording, ReadsWhatTheVirtualPrintShopWrites) {
   ASSERT_EQ(test::RunTrammel("pa pattern --material abs", folder()).exit_code, 0);
   fs::remove(rec());
@@ -366,7 +356,6 @@ TEST_F(AnalyzeRecording, RejectsWhatIsNoRecording) {
   ExpectRejected("rec", folder(), {"rec", "no scan.json"});
   ExpectRejected("nowhere", folder(), {"nowhere", "no such file or folder"});
   ExpectRejected("", folder(), {"needs PATH"});
-  ExpectRejected("rec --method guess", folder(), {"--method", "guess", "response or deviation"});
   ExpectRejected("rec --colour", folder(), {"--colour"});
   for (const char* option : {"--pa 0:0.1:0.005", "--segments 1:5", "--start left", "--from bottom",
                              "--plan rec/a.plan.json"}) {

@@ -68,7 +68,7 @@ std::optional<pressure_advance::FlowPoint> Measure(const sim::PrinterTraits& tra
     ADD_FAILURE() << "seed " << seed << " at " << speed_mm_s << " mm/s";
     return std::nullopt;
   }
-  const auto run = app::AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  const auto run = app::AnalyseRecording(folder);
   fs::remove_all(folder);
   if (!run || !run->analysis.pressure_advance.good()) return std::nullopt;
   const double per_mm_s = Summarise(layout, config).peak_flow_mm3_s / speed_mm_s;

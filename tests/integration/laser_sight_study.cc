@@ -120,7 +120,7 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
       sim::RecordScan(print->bed, world.plan, condition, eye, options, eye_random.Fork(1), folder);
   if (!recorded) return outcome.said.push_back(recorded.error().message), outcome;
   ForgetCrop(folder);
-  const auto run = app::AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  const auto run = app::AnalyseRecording(folder);
   if (!run) return outcome.said.push_back(run.error().message), outcome;
   const Measured& answer = run->analysis.pressure_advance;
   outcome.said = run->analysis.notices;

@@ -208,7 +208,7 @@ Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& con
   const auto recorded =
       sim::RecordScan(print->bed, world.plan, condition, eye, options, random.Fork(1), folder);
   if (!recorded) return Failed(recorded.error());
-  const auto run = app::AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  const auto run = app::AnalyseRecording(folder);
   fs::remove_all(folder);
   if (!run) return Failed(run.error());
   const double truth = print->truth.pressure_advance_s;

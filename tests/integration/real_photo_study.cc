@@ -55,7 +55,7 @@ void Ask(const std::vector<Distortion>& distortions, Tally& tally) {
   std::map<std::string, double> u_s;  // of each photo as it is
   const auto answer = [&](const cv::Mat& picture) {
     EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
-    return app::AnalysePhoto(changed, plan, pa::Method::kResponse);
+    return app::AnalysePhoto(changed, plan);
   };
   for (const Distortion& distortion : distortions) {
     if (only != nullptr && distortion.name.find(only) == std::string::npos) continue;

@@ -66,7 +66,7 @@ class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
   [[nodiscard]] pa::Analysis Profiles() const {
     app::PhotoPlan plan;
     for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
-    auto run = app::AnalysePhoto(file_, plan, pa::Method::kResponse);
+    auto run = app::AnalysePhoto(file_, plan);
     EXPECT_TRUE(run.has_value());
     return run ? std::move(run->analysis) : pa::Analysis{};
   }
@@ -90,7 +90,7 @@ TEST_P(RealPhotos, AnswerNearALineThatAPersonAccepted) {
 }
 
 Measured Again(const pa::Analysis& analysis, const std::vector<pa::LineProfile>& profiles) {
-  return pa::Analyse(profiles, analysis.motion, {}, pa::Method::kResponse).pressure_advance;
+  return pa::Analyse(profiles, analysis.motion, {}).pressure_advance;
 }
 
 // The labels are all that tells seconds from lines: an answer that does not move with them would
@@ -186,7 +186,7 @@ cv::Mat PaintOver(const pa::PhotoView& view, const std::vector<std::size_t>& lin
 TEST_P(RealPhotos, AnswerIsRightOrAbsentWhereThreeLinesArePaintedOver) {
   app::PhotoPlan plan;
   for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
-  const auto run = app::AnalysePhoto(file_, plan, pa::Method::kResponse);
+  const auto run = app::AnalysePhoto(file_, plan);
   ASSERT_TRUE(run.has_value());
   ASSERT_TRUE(run->photo.has_value());
   const std::vector<std::size_t> triples[] = {{3, 8, 14}, {18, 19, 20}};

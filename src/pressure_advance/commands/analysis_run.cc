@@ -15,13 +15,11 @@
 namespace trammel::app {
 
 using pressure_advance::LineMotion;
-using pressure_advance::Method;
 
 namespace {
 
-AnalysisRun RefusedRun(Method method, const std::string& reason) {
+AnalysisRun RefusedRun(const std::string& reason) {
   AnalysisRun run;
-  run.analysis.method = method;
   run.analysis.pressure_advance = Measured::Refused(reason);
   run.analysis.response.pressure_advance = run.analysis.pressure_advance;
   run.analysis.response.acceleration.pressure_advance = run.analysis.pressure_advance;
@@ -66,17 +64,17 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
                                           pressure_advance::kBusyComputerRemedy));
 }
 
-Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method) {
+Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder) {
   Result<LaserMeasurement> measured = MeasureRecording(folder);
   if (!measured) {
     if (measured.error().kind == ErrorKind::kMeasurement) {
-      return RefusedRun(method, measured.error().message);
+      return RefusedRun(measured.error().message);
     }
     return tl::unexpected(measured.error());
   }
   AnalysisRun run;
   run.analysis = pressure_advance::Analyse(std::move(measured->profiles), measured->scan.motion,
-                                           std::move(measured->deviation), method);
+                                           std::move(measured->deviation));
   run.analysis.notices.insert(run.analysis.notices.begin(), measured->notices.begin(),
                               measured->notices.end());
   BlameBusyComputer(measured->scan, run.analysis);
@@ -113,8 +111,7 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
 
 }  // namespace
 
-Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan,
-                                 Method method) {
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
   const Result<Frame> picture = machine::ReadPhotoFile(file);
   if (!picture) return tl::unexpected(picture.error());
   pressure_advance::PhotoOptions options;
@@ -127,7 +124,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   pressure_advance::PhotoMeasurement seen =
       pressure_advance::MeasurePhoto(picture->view(), options);
   if (!seen.refusal.empty()) {
-    return RefusedRun(method, fmt::format("{}: {}", file.string(), seen.refusal));
+    return RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
   }
   std::vector<std::string> notices = seen.notices;
   if (!plan.from && !seen.marked && seen.first_line != pressure_advance::PhotoSide::kBottom) {
@@ -140,7 +137,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   pressure_advance::ResponseOptions response;
   response.printed_middle_s = Mean(plan.pressure_advance_s);
   response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
-  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method, response);
+  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, response);
   run.analysis.printed_by = plan.printed_by;
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
   return run;

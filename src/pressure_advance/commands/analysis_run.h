@@ -25,8 +25,7 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
 /// Analyses a recorded laser scan. A recording that does not hold what its scan.json promises (a
 /// missing, empty or broken video) gives a refused analysis; a scan.json that cannot be used gives
 /// an error.
-[[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder,
-                                                   pressure_advance::Method method);
+[[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder);
 
 /// What a photo cannot tell of itself.
 struct PhotoPlan {
@@ -41,7 +40,6 @@ struct PhotoPlan {
 /// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern
 /// cannot be measured gives a refused analysis; a file that is no picture gives an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
-                                               const PhotoPlan& plan,
-                                               pressure_advance::Method method);
+                                               const PhotoPlan& plan);
 
 }  // namespace trammel::app

@@ -27,13 +27,11 @@ namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
-using pressure_advance::Method;
 using pressure_advance::PhotoSide;
 
 struct AnalyzeArguments {
   std::string path;
   AnalysisOutput output;
-  std::string method = "response";
   std::string plan;
   std::string pa;
   std::string from;
@@ -129,12 +127,6 @@ Result<FoundPlan> PlanOf(const AnalyzeArguments& arguments) {
 }
 
 Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
-  Method method = Method::kResponse;
-  if (arguments.method == "deviation") {
-    method = Method::kDeviation;
-  } else if (arguments.method != "response") {
-    return Fail(fmt::format("--method {}: must be response or deviation", arguments.method));
-  }
   const fs::path path = arguments.path;
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
@@ -154,11 +146,11 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
       }
     }
     if (arguments.photo) return Fail(fmt::format("--photo: {} is a recording", path.string()));
-    return AnalyseRecording(path, method);
+    return AnalyseRecording(path);
   }
   const Result<FoundPlan> found = PlanOf(arguments);
   if (!found) return tl::unexpected(found.error());
-  Result<AnalysisRun> run = AnalysePhoto(path, found->plan, method);
+  Result<AnalysisRun> run = AnalysePhoto(path, found->plan);
   if (run && !found->notice.empty()) run->analysis.notices.push_back(found->notice);
   return run;
 }
@@ -199,8 +191,6 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<AnalyzeArguments>();
   command->add_option("path", arguments->path, "folder with scan.json, or a photo")->required();
   command->add_flag("--json", arguments->output.json, "print everything as one JSON object");
-  command->add_option("--method", arguments->method, "response or deviation (the paper's)")
-      ->capture_default_str();
   command->add_option("--report", arguments->output.files.report, "write a one-page report (HTML)");
   command->add_option("--figures", arguments->output.files.figures,
                       "write each figure as PNG and SVG here");

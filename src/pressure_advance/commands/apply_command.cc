@@ -97,7 +97,7 @@ Result<ChosenValue> Answer(const fs::path& folder) {
     return Fail(fmt::format("{}: is no recording: there is neither {} nor scan.json in it",
                             folder.string(), files::kResultFile));
   }
-  const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  const auto run = AnalyseRecording(folder);
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (measured.good()) {

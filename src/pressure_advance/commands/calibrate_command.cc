@@ -116,7 +116,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
              const files::Config& config, const fs::path& folder,
              const std::optional<machine::Spool>& spool_before) {
   session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
-  auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  auto run = AnalyseRecording(folder);
   if (!run) return PrintError(run.error());
   if (!arguments.json) SayAnswer(run->analysis);
   const bool wanted = arguments.filament.empty() && !spool_before;
@@ -179,7 +179,7 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   if (run.done) return Ran{folder->path(), run.bed_c};
   // The printer is not as it was; what was recorded gives an answer all the same.
   if (run.recorded && request.scan && !arguments.json) {
-    const auto analysed = AnalyseRecording(folder->path(), pressure_advance::Method::kResponse);
+    const auto analysed = AnalyseRecording(folder->path());
     if (analysed) SayAnswer(analysed->analysis);
   }
   return tl::unexpected(run.done.error());

@@ -97,7 +97,7 @@ std::vector<Row> AnalyseAll(const ConditionsRun& run, const std::vector<fs::path
                             const measurement::Subject& subject) {
   std::vector<Row> rows;
   for (std::size_t i = 0; i < folders.size(); ++i) {
-    const auto analysed = AnalyseRecording(folders[i], pressure_advance::Method::kResponse);
+    const auto analysed = AnalyseRecording(folders[i]);
     rows.push_back({run.config.pattern.conditions[i], folders[i], AnswerOf(analysed)});
     if (!analysed) continue;
     ResultFile result = ResultOf(analysed->analysis, folders[i].string());

@@ -92,7 +92,7 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
     return PrintError(kept.error());
   }
   session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
-  auto run = AnalysePhoto(path, plan, pressure_advance::Method::kResponse);
+  auto run = AnalysePhoto(path, plan);
   if (!run) {
     return PrintError({run.error().kind, fmt::format("{}: {}", photo.name, run.error().message)});
   }

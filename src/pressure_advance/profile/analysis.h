@@ -79,11 +79,8 @@ struct LineResult {
   int pattern = 0;     ///< of several on one plate
 };
 
-enum class Method { kResponse, kDeviation };
-
 struct Analysis {
-  Method method = Method::kResponse;
-  Measured pressure_advance;  ///< s, by `method`
+  Measured pressure_advance;  ///< s, the response's
   /// Range of pressure advances to print next; present only where the answer may lie beyond the
   /// tested one. 0 <= lo < hi.
   std::optional<Interval> print_next_s;

@@ -159,7 +159,7 @@ Json Deviation(const pa::DeviationResult& deviation) {
 Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& report_path) {
   Json root = Json::object();
   root["format"] = kFormat;
-  root["method"] = analysis.method == pa::Method::kDeviation ? "deviation" : "response";
+  root["method"] = "response";
   AddMeasured(analysis.pressure_advance, root);
   root["print_next_s"] = analysis.print_next_s ? Json{Number(analysis.print_next_s->lo),
                                                       Number(analysis.print_next_s->hi)}

@@ -32,8 +32,8 @@ AnswerRow PartRow(std::string name, const Measured& part, bool answer_good) {
 /// The storage model that the answer was weighed with; none where it was not.
 const pa::LearntLaw* LawOf(const pa::Analysis& analysis) {
   const pa::ResponseResult& response = analysis.response;
-  const bool counts = analysis.pressure_advance.good() && response.pressure_advance.good() &&
-                      response.law && analysis.method == pa::Method::kResponse;
+  const bool counts =
+      analysis.pressure_advance.good() && response.pressure_advance.good() && response.law;
   return counts ? &*response.law : nullptr;
 }
 

@@ -96,7 +96,7 @@ void DrawMeaning(Canvas& canvas, const Plot& plot, const Panel& panel) {
 }
 
 void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range& y,
-               const Measured& answer, bool answer_is_response, const Panel& panel) {
+               const Measured& answer, const Panel& panel) {
   const Measured& own = panel.result->pressure_advance;
   const bool shown = answer.good() && own.good();
   std::string title = panel.title;
@@ -111,7 +111,7 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
     plot.ShadeX({interval.lo, interval.hi}, WithAlpha(panel.color, 0.18));
   }
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
-  if (answer.good() && answer_is_response) {
+  if (answer.good()) {
     plot.VerticalLine(answer.quantity().value, {.width_px = 1.5, .dash_px = {5, 4}});
   }
   std::vector<DataPoint> fit;
@@ -126,7 +126,7 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
   DrawMeaning(canvas, plot, panel);
 }
 
-std::vector<LegendEntry> Legend(const Measured& answer, bool by_response) {
+std::vector<LegendEntry> Legend(const Measured& answer) {
   std::vector<LegendEntry> legend = {
       {"line (bar: 95 %)", LegendEntry::Mark::kDot, {.color = kMuted}},
       {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
@@ -134,9 +134,7 @@ std::vector<LegendEntry> Legend(const Measured& answer, bool by_response) {
   if (answer.good()) {
     legend.push_back({"where the fit crosses 0", LegendEntry::Mark::kDiamond, {.color = kInk}});
     legend.push_back({"its 95 % interval", LegendEntry::Mark::kPatch, {.color = kGrid}});
-    if (by_response) {
-      legend.push_back({"answer of both", LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
-    }
+    legend.push_back({"answer of both", LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
   }
   return legend;
 }
@@ -146,7 +144,6 @@ struct Content {
   Range x;
   Range y;
   const Measured* answer = nullptr;
-  bool by_response = false;
 };
 
 /// Panels side by side, or below each other where there is no room.
@@ -155,7 +152,7 @@ Canvas Draw(const Content& content, double width_px) {
   const double panel_px = broad ? 350 : 280;
   const double panel_width = broad ? width_px / 2 : width_px;
   Canvas measure(width_px, 1);
-  const auto legend = Legend(*content.answer, content.by_response);
+  const auto legend = Legend(*content.answer);
   const double top = 8 + DrawLegend(measure, {12, 20}, width_px - 24, legend);
   Canvas canvas(width_px, top + (broad ? 1 : 2) * panel_px + 4);
   DrawLegend(canvas, {12, 20}, width_px - 24, legend);
@@ -164,7 +161,7 @@ Canvas Draw(const Content& content, double width_px) {
     DrawPanel(canvas,
               {(broad ? number * panel_width : 0) + 4, top + (broad ? 0 : number * panel_px),
                panel_width - 8, panel_px - 10},
-              content.x, content.y, *content.answer, content.by_response, content.panels[i]);
+              content.x, content.y, *content.answer, content.panels[i]);
   }
   return canvas;
 }
@@ -199,8 +196,7 @@ std::optional<Figure> ResponseFigure(const AnalysisRun& input) {
              "too much filament on the line (PA too low)", "too little (PA too high)", kVermilion}},
       {},
       {},
-      &analysis.pressure_advance,
-      analysis.method == pa::Method::kResponse};
+      &analysis.pressure_advance};
   std::vector<double> tested;
   for (const Panel& panel : content.panels) {
     for (const Reading& reading : panel.readings) tested.push_back(reading.pressure_advance_s);

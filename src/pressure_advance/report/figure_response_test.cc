@@ -48,7 +48,7 @@ pa::Analysis AnalysisOfPrintedLines() {
                      {line.slow_after, line.slow_mm_s}};
   motion.length_mm = line.length_mm;
   motion.acceleration_mm_s2 = line.acceleration_mm_s2;
-  return pa::Analyse(std::move(profiles), motion, {}, pa::Method::kResponse);
+  return pa::Analyse(std::move(profiles), motion, {});
 }
 
 /// Heights (px, downwards) of the dots of a panel, by rising pressure advance.

@@ -37,10 +37,7 @@ std::string Head(const pa::Analysis& analysis) {
         Verdict::kGood,
         AnswerLine(ValueText(quantity.value, quantity.interval95, kSeconds),
                    IntervalText(quantity.interval95, kSeconds)) +
-            fmt::format("<p class=\"quiet\">The true value lies in this interval 95 times in 100. "
-                        "Method: {}.</p>\n",
-                        analysis.method == pa::Method::kResponse ? "response of all lines"
-                                                                 : "deviation (Abbott's paper)"));
+            "<p class=\"quiet\">The true value lies in this interval 95 times in 100.</p>\n");
   }
   std::string body = "<p class=\"value\">No value</p>\n";
   body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(answer.reason()));

@@ -15,92 +15,6 @@
 namespace trammel::pressure_advance {
 namespace {
 
-struct Scores {
-  std::vector<double> pa;
-  DeviationResult deviation;
-};
-
-// A parabola with its minimum at `at`, fitted as itself.
-Scores Parabola(double at, double noise, Random& random) {
-  Scores scores;
-  for (int i = 0; i < 10; ++i) {
-    const double p = 0.06 * i / 9;
-    scores.pa.push_back(p);
-    scores.deviation.score_px.push_back(20 + 5e4 * (p - at) * (p - at) + noise * random.Normal());
-  }
-  scores.deviation.cubic = {20 + 5e4 * at * at, -1e5 * at, 5e4, 0};
-  scores.deviation.cubic_minimum_s = at;
-  scores.deviation.r_squared = 0.95;
-  return scores;
-}
-
-Verdict VerdictOf(const Scores& scores) {
-  return JudgeDeviation(scores.deviation, scores.pa).pressure_advance.verdict();
-}
-
-TEST(JudgeDeviation, IsNeverSurerThanItsGrid) {
-  Random random(1);
-  const Scores scores = Parabola(0.03, 0, random);
-  const Measured judged = JudgeDeviation(scores.deviation, scores.pa).pressure_advance;
-  ASSERT_TRUE(judged.good());
-  EXPECT_NEAR(judged.quantity().standard_uncertainty, 0.06 / 9 / std::sqrt(12.0), 1e-9);
-}
-
-TEST(JudgeDeviation, GrowsWithTheScatterOfTheScores) {
-  Random random(2);
-  const Scores quiet = Parabola(0.03, 0.1, random);
-  const Scores loud = Parabola(0.03, 10, random);
-  const auto uncertainty = [](const Scores& scores) {
-    return JudgeDeviation(scores.deviation, scores.pa)
-        .pressure_advance.quantity()
-        .standard_uncertainty;
-  };
-  EXPECT_GT(uncertainty(loud), 1.5 * uncertainty(quiet));
-}
-
-TEST(JudgeDeviation, SaysWhyItCannotTell) {
-  Random random(3);
-  Scores scores = Parabola(0.03, 1, random);
-  scores.deviation.r_squared = 0.2;
-  EXPECT_EQ(VerdictOf(scores), Verdict::kCannotTell);
-  scores = Parabola(0.03, 1, random);
-  scores.deviation.cubic_minimum_s.reset();
-  EXPECT_EQ(VerdictOf(scores), Verdict::kCannotTell);
-  scores.deviation.score_px.assign(10, std::nullopt);
-  EXPECT_EQ(VerdictOf(scores), Verdict::kRefused);
-}
-
-TEST(JudgeDeviation, GivesNoNumberWhereItsIntervalReachesPastTheTestedRange) {
-  Random random(4);
-  Scores scores = Parabola(0.058, 0, random);
-  const RangedAnswer judged = JudgeDeviation(scores.deviation, scores.pa);
-  EXPECT_EQ(judged.pressure_advance.verdict(), Verdict::kCannotTell);
-  ASSERT_TRUE(judged.print_next_s);
-  EXPECT_NEAR(judged.print_next_s->lo, 0.028, 1e-9);
-  EXPECT_NEAR(judged.print_next_s->hi, 0.088, 1e-9);
-}
-
-TEST(JudgeDeviation, SaysToWhichEndTheScoresFall) {
-  Random random(5);
-  Scores high = Parabola(0.09, 0, random);
-  high.deviation.cubic_minimum_s.reset();
-  const RangedAnswer above = JudgeDeviation(high.deviation, high.pa);
-  EXPECT_NE(above.pressure_advance.reason().find("falls towards higher"), std::string::npos);
-  ASSERT_TRUE(above.print_next_s);
-  EXPECT_GT(above.print_next_s->hi, 0.0899);
-  Scores none = Parabola(-0.03, 0, random);
-  none.deviation.cubic_minimum_s.reset();
-  const RangedAnswer at_zero = JudgeDeviation(none.deviation, none.pa);
-  EXPECT_NE(at_zero.pressure_advance.reason().find("lowest at 0"), std::string::npos);
-  EXPECT_FALSE(at_zero.print_next_s);
-}
-
-TEST(Analyse, RefusesTheDeviationWhereNoHeightsWereSeen) {
-  const Analysis analysis = Analyse({}, {}, {}, Method::kDeviation);
-  EXPECT_EQ(analysis.pressure_advance.verdict(), Verdict::kRefused);
-  EXPECT_NE(analysis.pressure_advance.reason().find("photo"), std::string::npos);
-}
-
 const testing::LagLine kLine;
 
 // The paper's lines of one pattern, by an extruder of this lag.
@@ -128,7 +42,7 @@ TEST(Analyse, SaysWhatEachOfSeveralPatternsSaysAlone) {
   Random random(11);
   std::vector<LineProfile> profiles;
   for (const int pattern : {0, 1, 2}) Print(pattern, 0.03, random, profiles);
-  const Analysis analysis = Analyse(profiles, MotionOf(kLine), {}, Method::kResponse);
+  const Analysis analysis = Analyse(profiles, MotionOf(kLine), {});
   ASSERT_TRUE(analysis.pressure_advance.good()) << analysis.pressure_advance.reason();
   ASSERT_TRUE(analysis.repeats.has_value());
   ASSERT_EQ(analysis.repeats->pattern_s.size(), 3U);
@@ -159,7 +73,7 @@ TEST(Analyse, NamesPatternsThatDiffer) {
   std::vector<LineProfile> profiles;
   Print(0, 0.026, random, profiles);
   Print(1, 0.034, random, profiles);
-  const Analysis analysis = Analyse(profiles, MotionOf(kLine), {}, Method::kResponse);
+  const Analysis analysis = Analyse(profiles, MotionOf(kLine), {});
   ASSERT_TRUE(analysis.repeats.has_value());
   EXPECT_TRUE(analysis.repeats->disagree);
   EXPECT_TRUE(std::ranges::any_of(analysis.notices, [](const std::string& notice) {
@@ -171,7 +85,7 @@ TEST(Analyse, OfOnePatternHasNothingToRepeat) {
   Random random(13);
   std::vector<LineProfile> profiles;
   Print(0, 0.03, random, profiles);
-  EXPECT_FALSE(Analyse(profiles, MotionOf(kLine), {}, Method::kResponse).repeats.has_value());
+  EXPECT_FALSE(Analyse(profiles, MotionOf(kLine), {}).repeats.has_value());
 }
 
 }  // namespace
