@@ -306,19 +306,6 @@ TEST(Calibrate, CutsItsRecordingWithoutChangingABitOfTheAnswer) {
   std::printf("%.0f bytes per frame, whole %.0f\n", bytes[0], bytes[1]);
 }
 
-// Whoever wrote it, and whatever the settings would have the bed at.
-TEST(Print, KeepsTheBedAtWhatTheFileLeftItAt) {
-  MachineShop shop;
-  const ProcessEnd written =
-      shop.Run({"pa", "pattern", "--idle", "--set", "bed_temperature=55", "--out", "other.gcode"});
-  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
-  const ProcessEnd end =
-      shop.Run({"pa", "print", "--gcode", "other.gcode", "--printer", shop.address()}, kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_EQ(shop.Look().bed_target_c, 55);
-  EXPECT_THAT(end.standard_output, testing::HasSubstr("the bed stays at 55 degC"));
-}
-
 // By whatever settings the scan runs.
 TEST(Scan, IsOfTheLastPatternThatWasPrintedOnThatPrinter) {
   MachineShop shop;

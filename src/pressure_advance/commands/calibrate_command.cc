@@ -18,7 +18,6 @@
 #include "app/next_step.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
-#include "files/whole_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
@@ -45,13 +44,11 @@ namespace fs = std::filesystem;
 
 constexpr const char* kNamedMaterial =
     "; a material in its name (\"PETG Jet\") is what is printed, unless --material names one";
-constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
 struct CalibrateArguments {
   PrinterOptions printer;
   std::string out;
-  std::string gcode;  // of pa print
-  std::string plan;   // of pa print and pa scan
+  std::string plan;  // of pa scan
   std::string filament;
   std::optional<int> only;
   AskedPlate plate;
@@ -63,28 +60,17 @@ struct CalibrateArguments {
   bool keep_full = false;
 };
 
-// What lies on the plate, or is to be printed, where files say it rather than the settings.
-Result<void> ReadFiles(const CalibrateArguments& arguments,
-                       procedure::CalibrationRequest& request) {
-  request.only = arguments.only;
-  fs::path plan = arguments.plan;
-  if (!arguments.gcode.empty()) {
-    auto gcode = files::ReadWholeFile(arguments.gcode, kMaxFileBytes);
-    if (!gcode) return tl::unexpected(gcode.error());
-    request.gcode = std::move(*gcode);
-    if (plan.empty()) plan = fs::path(arguments.gcode).replace_extension(".plan.json");
-  }
-  if (plan.empty()) return {};
-  auto read = ReadPatternPlan(plan);
-  if (!read) {
+// The plan that a command names.
+Result<pressure_advance::PatternPlan> NamedPlan(const std::string& file) {
+  auto plan = ReadPatternPlan(file);
+  if (!plan) {
     return Fail(fmt::format("{}; trammel pa pattern and trammel pa print write the plan beside "
                             "the G-code: name it with --plan",
-                            read.error().message),
-                read.error().kind);
+                            plan.error().message),
+                plan.error().kind);
   }
-  request.plan = std::move(*read);
-  request.plan->gcode = "pattern.gcode";  // its copy in the recording
-  return {};
+  plan->gcode = "pattern.gcode";  // its copy in the recording
+  return plan;
 }
 
 // The plan of what lies on the bed, where nobody named it.
@@ -170,7 +156,7 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
   request.folder = folder->path();
-  if (request.print && request.scan && request.gcode.empty()) {
+  if (request.print && request.scan) {
     const MachineTime time = MachineTimeOf(request.pattern, request.settings);
     session.Say(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart", time.print.total_s(),
                             time.scan ? time.scan->total_s() : 0));
@@ -246,13 +232,14 @@ int RunCalibration(const CalibrateArguments& arguments) {
   request.scan = arguments.scan;
   request.for_photo = arguments.plate.photo;
   request.filament = arguments.filament;
-  if (auto read = ReadFiles(arguments, request); !read) return PrintError(read.error());
-  if (!arguments.print && !request.plan) {
-    auto lying = PlanOnBed(config->scan.address);
+  request.only = arguments.only;
+  if (!arguments.print) {
+    auto lying =
+        arguments.plan.empty() ? PlanOnBed(config->scan.address) : NamedPlan(arguments.plan);
     if (!lying) return PrintError(lying.error());
     request.plan = std::move(*lying);
   }
-  if (arguments.print && request.gcode.empty()) {
+  if (arguments.print) {
     auto told = settings::ValidateTemperatures(config->pattern);
     if (!told) return PrintError(told.error());
   }
@@ -318,17 +305,9 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                             "print the pattern and leave it on the warm bed", print_only);
   AddMaterialOption(*print, print_only->printer.material);
   AddDryRun(*print, *print_only, "print the G-code and the sweeps, do nothing");
-  CLI::Option* gcode =
-      print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
-  CLI::Option* plan =
-      print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
-  CLI::Option* photo =
-      print
-          ->add_flag("--photo", print_only->plate.photo,
-                     "the pattern of pa pattern --photo; needs no laser, and everything is off "
-                     "afterwards")
-          ->excludes(gcode)
-          ->excludes(plan);
+  CLI::Option* photo = print->add_flag("--photo", print_only->plate.photo,
+                                       "the pattern of pa pattern --photo; needs no laser, and "
+                                       "everything is off afterwards");
   print
       ->add_option("--filament", print_only->filament,
                    "which filament it is: pa photo measures no photo of it for another one" +

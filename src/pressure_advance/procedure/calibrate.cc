@@ -45,20 +45,10 @@ PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& 
   return config;
 }
 
-// Of a file that somebody else wrote: its lines, and as much again for travels and frames.
-double RoughTime_s(const PatternPlan& plan) {
-  double line_s = 0;
-  for (const auto& segment : plan.segments) {
-    line_s += segment.fraction * plan.line_length_mm / segment.speed_mm_s;
-  }
-  return 60 + 2 * line_s * static_cast<double>(plan.lines.size());
-}
-
 Result<void> PrintPattern(const Session& session, const CalibrationRequest& request,
                           const PatternConfig& config, const PatternPlan& plan) {
-  const bool ours = request.gcode.empty();
   const auto layout = LayOut(config);
-  const std::string gcode = ours ? WriteGcode(layout, config) : request.gcode;
+  const std::string gcode = WriteGcode(layout, config);
   if (auto kept =
           files::WriteWholeFile(request.folder / kGcodeName, gcode, files::IfThere::kRefuse);
       !kept)
@@ -73,14 +63,13 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
     options.before_start = [&] { return request.note_print(/*ended=*/false); };
   }
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
-  options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
-  options.filament_mm = ours ? Summarise(layout, config).filament_mm : 0;
-  if (ours) {
-    const auto temperatures = settings::TemperaturesOf(config);
-    session.Say("to be heated to " + settings::DescribeTemperatures(config));
-    options.nozzle_temperature_c = temperatures.nozzle_c;
-    options.bed_temperature_c = temperatures.bed_c;
-  }
+  const auto summary = Summarise(layout, config);
+  options.print_time_s = summary.time_s;
+  options.filament_mm = summary.filament_mm;
+  const auto temperatures = settings::TemperaturesOf(config);
+  session.Say("to be heated to " + settings::DescribeTemperatures(config));
+  options.nozzle_temperature_c = temperatures.nozzle_c;
+  options.bed_temperature_c = temperatures.bed_c;
   return Print(session, gcode, options);
 }
 
@@ -185,12 +174,12 @@ Result<void> CheckEachPattern(const Session& session, const CalibrationRequest& 
 }
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
-  const CheckedPattern checked{request.pattern, request.plan, request.print, request.gcode};
+  const CheckedPattern checked{request.pattern, request.plan, request.print};
   auto printer = FirstFailure(request.for_photo ? CheckForPrint(session, checked)
                                                 : CheckPrinter(session, checked, request.settings),
                               ErrorKind::kMachine);
   if (!printer) return printer;
-  if (request.print && request.gcode.empty()) {
+  if (request.print) {
     if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
   }
   if (!request.scan) return {};
@@ -203,7 +192,7 @@ Result<void> CheckAll(const Session& session, const CalibrationRequest& request)
                       ErrorKind::kInput);
 }
 
-// As the printed file left it, whoever wrote that.
+// As the printed file left it.
 double BedTarget_c(const Session& session) {
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return 0;

@@ -31,9 +31,8 @@ struct CalibrationRequest {
   /// Called right before the print begins, when it is hot, and once it has ended well; an error
   /// ends the run.
   std::function<Result<void>(bool ended)> note_print = {};
-  /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
+  /// What lies on the plate; absent: what `pattern` describes. REQUIRES that nothing is printed.
   std::optional<pressure_advance::PatternPlan> plan;
-  std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
   std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
   /// One for each of the pattern's conditions, there and empty: each pattern is scanned into its
   /// own as if no other lay on the plate, with a plan beside it. Empty: all lines go into `folder`.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <utility>
 
@@ -108,30 +107,17 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
   return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, facts.reach);
 }
 
-// The diameter for which a file of pa pattern was written: "; bead …, 0.05 mm of 1.75 mm filament".
-double FilamentOf_mm(std::string_view gcode) {
-  constexpr std::string_view kBead = "; bead ", kBefore = " mm of ";
-  std::size_t at = gcode.find(kBead);
-  if (at == std::string_view::npos) return 0;
-  std::string line(gcode.substr(at, gcode.substr(at).find('\n')));
-  at = line.find(kBefore);
-  return at == std::string::npos ? 0 : std::strtod(line.c_str() + at + kBefore.size(), nullptr);
-}
-
 // Ready, idle, and nothing stated against the print.
 void AddFacts(const machine::PrinterFacts& facts, const CheckedPattern& checked,
               std::vector<Check>& checks) {
   for (Check& check : CompareFacts(facts, NeedsOf(checked))) checks.push_back(std::move(check));
-  if (checked.prints && checked.gcode.empty()) {
-    checks.push_back(CompareTemperatures(facts, checked.pattern));
-  }
+  if (checked.prints) checks.push_back(CompareTemperatures(facts, checked.pattern));
 }
 
 }  // namespace
 
 PrintNeeds NeedsOf(const CheckedPattern& checked) {
   const PatternConfig& pattern = checked.pattern;
-  const bool ours = checked.gcode.empty() && !checked.plan;
   PrintNeeds needs;
   needs.printed_before = !checked.prints;
   if (checked.plan) {
@@ -149,10 +135,6 @@ PrintNeeds NeedsOf(const CheckedPattern& checked) {
   needs.rectangular_bed = pattern.bed_shape == settings::BedShape::kRectangle;
   if (!checked.prints) return needs;
   needs.sets_pressure_advance = true;
-  if (!ours) {
-    needs.filament_diameter_mm = FilamentOf_mm(checked.gcode);
-    return needs;
-  }
   needs.advance_motors = pattern.advance_motors;
   needs.filament_diameter_mm = pattern.filament_diameter_mm;
   needs.nozzle_diameter_mm = pattern.nozzle_diameter_mm;

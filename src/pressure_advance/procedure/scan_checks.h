@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "pressure_advance/pattern/pattern_config.h"
@@ -17,10 +16,9 @@ namespace trammel::procedure {
 /// A pattern that is printed, or lies on the plate.
 struct CheckedPattern {
   const pressure_advance::PatternConfig& pattern;
-  /// Where the lines lie and how they are printed, where `pattern` does not say it.
+  /// Of a pattern that lies there: where the lines lie and how they were printed.
   std::optional<pressure_advance::PatternPlan> plan = {};
-  bool prints = true;           ///< false: it lies there
-  std::string_view gcode = {};  ///< printed instead of the pattern's own; heats by itself
+  bool prints = true;  ///< false: it lies there
 };
 
 /// What printing it takes for granted of the printer.
