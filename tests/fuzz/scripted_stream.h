@@ -8,9 +8,7 @@
 namespace trammel::fuzz {
 
 /// What the other side of every following connection sends, and then closes. Must outlive them. A
-/// read brings at most `piece` bytes, and waits end at once. With 0 it brings a line; one that
-/// begins with "=" answers LinuxCNC's shell: what was asked last stands before it, as "ESTOP " or
-/// "SET MODE ".
+/// read brings at most `piece` bytes, > 0, and waits end at once.
 void SetStream(std::string_view bytes, std::size_t piece);
 
 }  // namespace trammel::fuzz

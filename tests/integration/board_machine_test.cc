@@ -51,7 +51,7 @@ class BoardMachine : public testing::Test {
   }
   [[nodiscard]] std::string Arguments(const std::string& more) const {
     return fmt::format(
-        "align board run --machine {} --source {} --sheet sheet.json --settle 0.1 --feed 100000 "
+        "align board run --machine '{}' --source {} --sheet sheet.json --settle 0.1 --feed 100000 "
         "--turn-speed 30000 --yes move {}",
         machine_, camera_, more);
   }
@@ -75,7 +75,8 @@ class BoardMachine : public testing::Test {
   // Where the machine stands, looked at twice.
   [[nodiscard]] Eigen::Vector3d Stands() const {
     machine::LinuxCncOptions options;
-    options.address.port = static_cast<std::uint16_t>(std::stoi(machine_.substr(10)));
+    std::istringstream words(machine_.substr(machine_.find(':') + 1));
+    for (std::string word; words >> word;) options.session.helper.push_back(word);
     auto linuxcnc = machine::LinuxCnc::Connect(options, {});
     if (!linuxcnc) return Eigen::Vector3d::Constant(NAN);
     const auto first = (*linuxcnc)->State({});
@@ -159,7 +160,7 @@ TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
     }
     if (command.starts_with("align targets ")) command += " --force";  // of SetUp
     if (command.starts_with("align board ")) {
-      Replace("127.0.0.1:5107", machine_, command);
+      Replace("session:trammel sim mill --join 5107", machine_, command);
       Replace("http://127.0.0.1:5108/stream", camera_, command);
       command += " --pictures 16 --settle 0.1 --feed 100000 --turn-speed 30000 --yes move";
     }
@@ -280,8 +281,8 @@ TEST_F(BoardMachine, AMoveThatTheControllerRefusesEndsIt) {
   Start("--fault refused-at-move=40");
   const auto run = Board(std::string(kLocked) + kPlaced);
   EXPECT_EQ(run.exit_code, 3) << run.output;
-  EXPECT_THAT(run.standard_error, AllOf(HasSubstr("would exceed joint 0's positive limit"),
-                                        HasSubstr("the machine stands at")));
+  EXPECT_THAT(run.standard_error,
+              AllOf(HasSubstr("LinuxCNC refuses it"), HasSubstr("the machine stands at")));
   EXPECT_TRUE(Stands().allFinite());
 }
 

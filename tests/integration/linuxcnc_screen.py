@@ -6,7 +6,7 @@ leaves what it saw in "told": one word and its numbers, answered in JSON.
   take S         S seconds after the machine has begun to move: chooses MANUAL, then watches for a second
   blink S        the same, and chooses MDI again at once: the move is gone, the mode is as it was
   run, manual    chooses the mode
-  abort          as Esc does
+  abort, estop   as Esc does, and the emergency stop
   feed F         sets the feed override
   mdi BLOCK      carries a block out, and leaves MANUAL behind
   look, quit
@@ -91,6 +91,8 @@ def carry_out(words):
         choose_manual()
     if words[0] == "abort":
         do("abort")
+    if words[0] == "estop":
+        do("state", linuxcnc.STATE_ESTOP)
     if words[0] == "feed":
         do("feedrate", float(words[1]))
     if words[0] == "mdi":

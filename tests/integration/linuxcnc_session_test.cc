@@ -14,9 +14,7 @@
 #include <thread>
 
 #include "base/random.h"
-#include "machine/linuxcnc/linuxcnc.h"
-#include "machine/net/host_clock.h"
-#include "real_linuxcnc.h"
+#include "linuxcnc_fixture.h"
 #include "support/run_trammel.h"
 #include "support/trammel_process.h"
 
@@ -27,20 +25,8 @@ using Eigen::Vector3d;
 using machine::LinuxCnc;
 using machine::LinuxCncOptions;
 using nlohmann::json;
-using test::RealLinuxCnc;
+using test::kMicron_mm;
 using ::testing::HasSubstr;
-
-constexpr double kMicron_mm = 1e-3;
-
-LinuxCncOptions Options() {
-  LinuxCncOptions options;
-  options.session.emplace();
-  options.session->time_limit_s = 20;
-  options.address.time_limit_s = 20;
-  options.joints = 4;
-  options.c_holds_spindle = true;
-  return options;
-}
 
 // The ports on which somebody in this network listens.
 std::set<std::string> ListeningPorts() {
@@ -73,48 +59,7 @@ pid_t Helper() {
   return -1;
 }
 
-class LinuxCncSessionTest : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    (void)RealLinuxCnc::EnterOwnNetwork();
-    why_not_ = RealLinuxCnc::WhyNot();
-    if (why_not_.empty()) linuxcnc_ = new RealLinuxCnc(RealLinuxCnc::Display::kScreen);
-  }
-  static void TearDownTestSuite() {
-    delete linuxcnc_;
-    linuxcnc_ = nullptr;
-  }
-  void SetUp() override {
-    if (!why_not_.empty()) {
-      fmt::print(stderr, "\n*** SKIPPED, NOT TESTED against LinuxCNC: {}\n\n", why_not_);
-      GTEST_SKIP() << why_not_;
-    }
-    ASSERT_TRUE(linuxcnc_->up()) << linuxcnc_->log();
-    ASSERT_EQ(Screen("ready")["homed"], json({1, 1, 1, 1}));
-  }
-
-  static json Screen(const std::string& words) {
-    linuxcnc_->AskScreen(words);
-    return Told();
-  }
-  static json Told() {
-    const std::string told = linuxcnc_->ScreenTells();
-    EXPECT_FALSE(told.empty()) << linuxcnc_->log();
-    return told.empty() ? json::object() : json::parse(told);
-  }
-  static Vector3d At(const json& screen) {
-    return Vector3d(screen["at"][0], screen["at"][1], screen["at"][2]);
-  }
-  static std::unique_ptr<LinuxCnc> Joined() {
-    auto machine = LinuxCnc::Connect(Options(), {});
-    EXPECT_TRUE(machine) << machine.error().message;
-    return machine ? std::move(*machine) : nullptr;
-  }
-
-  static inline std::string why_not_;
-  static inline RealLinuxCnc* linuxcnc_ = nullptr;
-  test::TemporaryFolder folder_;
-};
+class LinuxCncSessionTest : public test::LinuxCncFixture {};
 
 TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
   const std::set<std::string> before = ListeningPorts();
@@ -315,7 +260,7 @@ TEST_F(LinuxCncSessionTest, DoesNotJoinWhatIsInAutoAndSaysWhereNoneRuns) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, ErrorKind::kSafety) << refused.error().message;
   LinuxCncOptions options = Options();
-  options.session->python = "/nowhere/python3";
+  options.session.helper = {"/nowhere/python3"};
   const auto without = LinuxCnc::Connect(options, {});
   ASSERT_FALSE(without);
   EXPECT_THAT(without.error().message, HasSubstr("/nowhere/python3 cannot be started"));

@@ -1,6 +1,5 @@
 #include "real_linuxcnc.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <net/if.h>
@@ -10,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -25,7 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kProgram = "/usr/bin/linuxcnc";
 constexpr const char* kLock = "/tmp/linuxcnc.lock";
-constexpr std::uint16_t kPort = 5007;
 constexpr double kStart_s = 60;  // it takes half a second on an idle computer
 
 constexpr const char* kIni = R"([EMC]
@@ -88,28 +85,6 @@ std::string AxisSections() {
   return text;
 }
 
-// Connects, says it all at once and waits for the other side to close; false where nobody listens.
-bool Tell(const std::string& lines) {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(kPort);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool answers = connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
-  if (answers && !lines.empty()) {
-    const timeval limit{5, 0};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    std::array<char, 4096> buffer{};
-    if (send(fd, lines.data(), lines.size(), MSG_NOSIGNAL) > 0) {
-      while (recv(fd, buffer.data(), buffer.size(), 0) > 0) {
-      }
-    }
-  }
-  close(fd);
-  return answers;
-}
-bool Answers() { return Tell(""); }
-
 void Wait(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
 
 }  // namespace
@@ -122,7 +97,6 @@ std::string RealLinuxCnc::WhyNot() {
     return fmt::format("{} is there: another LinuxCNC runs here, or one ended without removing it",
                        kLock);
   }
-  if (Answers()) return fmt::format("something listens on port {} already", kPort);
   return {};
 }
 
@@ -143,10 +117,7 @@ void RealLinuxCnc::WriteConfiguration() const {
   WriteWhole(screen, fmt::format("#!/bin/sh\nexec /usr/bin/python3 {} {}\n",
                                  TRAMMEL_LINUXCNC_SCREEN, folder_.path().string()));
   fs::permissions(screen, fs::perms::owner_all);
-  const std::string display = display_ == Display::kShell
-                                  ? "linuxcncrsh --port 5007 --connectpw EMC --enablepw EMCTOO"
-                                  : screen.string();
-  WriteWhole(folder_.path() / "t.ini", fmt::format(kIni, display) + AxisSections());
+  WriteWhole(folder_.path() / "t.ini", fmt::format(kIni, screen.string()) + AxisSections());
   WriteWhole(folder_.path() / "t.hal", kHal);
   WriteWhole(folder_.path() / "t.var", "");
   WriteWhole(folder_.path() / "t.tbl", "");
@@ -156,7 +127,7 @@ void RealLinuxCnc::WriteConfiguration() const {
   fs::permissions(folder_.path() / "fifo", shared);
 }
 
-RealLinuxCnc::RealLinuxCnc(Display display) : display_(display) {
+RealLinuxCnc::RealLinuxCnc() {
   WriteConfiguration();
   const std::string fifo = (folder_.path() / "fifo" / "rtapi").string();
   pid_ = fork();
@@ -181,19 +152,15 @@ RealLinuxCnc::RealLinuxCnc(Display display) : display_(display) {
       pid_ = -1;
       return;
     }
-    up_ = display_ == Display::kShell ? Answers() : ScreenIsUp();
+    up_ = ScreenIsUp();
     Wait(kLook_s);
   }
 }
 
 RealLinuxCnc::~RealLinuxCnc() {
   if (pid_ <= 0) return;
-  // Its script waits for the shell, or the screen, to end, and clears up behind it.
-  if (display_ == Display::kShell) {
-    Tell("hello EMC end 1.0\r\nset enable EMCTOO\r\nset machine off\r\nshutdown\r\n");
-  } else {
-    AskScreen("quit");
-  }
+  // Its script waits for the screen to end, and clears up behind it.
+  AskScreen("quit");
   constexpr double kLook_s = 0.1;
   constexpr double kEnd_s = 20;
   for (double waited_s = 0; waited_s < kEnd_s; waited_s += kLook_s) {

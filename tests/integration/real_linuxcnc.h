@@ -9,12 +9,9 @@
 
 namespace trammel::test {
 
-/// One LinuxCNC with its shell on port 5007, or with a screen and no shell. Where the system lets
-/// us it runs in a network of its own, for the shell listens on all addresses.
+/// One LinuxCNC with a scripted screen.
 class RealLinuxCnc {
  public:
-  enum class Display { kShell, kScreen };
-
   /// Why it cannot run here; empty where it can. Only one LinuxCNC runs on a computer at a time.
   [[nodiscard]] static std::string WhyNot();
 
@@ -22,8 +19,8 @@ class RealLinuxCnc {
   /// false where the system does not allow it. REQUIRES that no other thread has been started.
   static bool EnterOwnNetwork();
 
-  /// Starts it and waits until its shell, or its screen, answers; up() is false where it does not.
-  explicit RealLinuxCnc(Display display = Display::kShell);
+  /// Starts it and waits until its screen answers; up() is false where it does not.
+  RealLinuxCnc();
   /// Ends it and everything that it started.
   ~RealLinuxCnc();
   RealLinuxCnc(const RealLinuxCnc&) = delete;
@@ -41,7 +38,6 @@ class RealLinuxCnc {
   void WriteConfiguration() const;
   [[nodiscard]] bool ScreenIsUp() const;
 
-  Display display_;
   TemporaryFolder folder_;
   pid_t pid_ = -1;
   bool up_ = false;

@@ -10,7 +10,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
+#include <filesystem>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 namespace trammel::test {
@@ -20,10 +22,19 @@ double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::string Upper(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return text;
-}
+using nlohmann::json;
+
+// Hands standard input on to the machine's socket, and its answers to standard output.
+constexpr const char* kHelper = R"(#!/usr/bin/python3
+import os, select, socket, sys
+machine = socket.create_connection(("127.0.0.1", PORT))
+while True:
+    for ready in select.select([0, machine], [], [])[0]:
+        data = os.read(0, 65536) if ready == 0 else machine.recv(65536)
+        if not data:
+            sys.exit()
+        machine.sendall(data) if ready == 0 else os.write(1, data)
+)";
 
 // The number behind a letter of a block; absent where the letter is not there.
 std::optional<double> Word(const std::string& block, char letter) {
@@ -41,13 +52,7 @@ std::string Six(double value) {
 }  // namespace
 
 ScriptedLinuxCnc::ScriptedLinuxCnc(Script script) : script_(std::move(script)) {
-  answers_ = {{"ESTOP", "OFF"},
-              {"MACHINE", "ON"},
-              {"MODE", "MANUAL"},
-              {"SPINDLE 0", "0 OFF"},
-              {"C", "0.000000"},
-              {"USER_LINEAR_UNITS", "MM"},
-              {"JOINT_HOMED", "YES YES YES YES NO NO"}};
+  answers_ = {{"mode", "MANUAL"}};
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -55,7 +60,10 @@ ScriptedLinuxCnc::ScriptedLinuxCnc(Script script) : script_(std::move(script)) {
   socklen_t size = sizeof address;
   if (bind(listener_, reinterpret_cast<sockaddr*>(&address), size) == 0) listen(listener_, 4);
   getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
-  port_ = ntohs(address.sin_port);
+  std::string text = kHelper;
+  text.replace(text.find("PORT"), 4, std::to_string(ntohs(address.sin_port)));
+  WriteWhole(helper(), text);
+  std::filesystem::permissions(helper(), std::filesystem::perms::owner_all);
   wake_ = eventfd(0, EFD_CLOEXEC);
   thread_ = std::thread([this] { Serve(); });
 }
@@ -67,9 +75,9 @@ ScriptedLinuxCnc::~ScriptedLinuxCnc() {
   close(wake_);
 }
 
-void ScriptedLinuxCnc::Answer(const std::string& name, const std::string& value) {
+void ScriptedLinuxCnc::Answer(const std::string& member, json value) {
   const std::lock_guard lock(mutex_);
-  answers_[Upper(name)] = value;
+  answers_[member] = std::move(value);
 }
 
 void ScriptedLinuxCnc::SetHurry(double factor) {
@@ -138,6 +146,8 @@ void ScriptedLinuxCnc::Serve() {
 }
 
 void ScriptedLinuxCnc::Talk(int fd) {
+  constexpr std::string_view kHello = "{\"id\": 0}\n";
+  send(fd, kHello.data(), kHello.size(), MSG_NOSIGNAL);
   std::string pending;
   for (;;) {
     std::array<pollfd, 2> wanted{pollfd{fd, POLLIN, 0}, pollfd{wake_, POLLIN, 0}};
@@ -145,100 +155,107 @@ void ScriptedLinuxCnc::Talk(int fd) {
     if (wanted[1].revents != 0) return;
     std::array<char, 4096> buffer{};
     const ssize_t count = recv(fd, buffer.data(), buffer.size(), 0);
-    if (count <= 0) return;
+    if (count <= 0) {  // as a helper that is left does
+      const std::lock_guard lock(mutex_);
+      from_ = to_ = PositionNow();
+      duration_s_ = 0;
+      return;
+    }
     pending.append(buffer.data(), static_cast<std::size_t>(count));
     for (std::size_t end = pending.find('\n'); end != std::string::npos; end = pending.find('\n')) {
-      std::string request = pending.substr(0, end);
+      const std::string request = pending.substr(0, end);
       pending.erase(0, end + 1);
-      while (!request.empty() && request.back() == '\r') request.pop_back();
       const Fault fault = script_ ? script_(request) : Fault::kNone;
       std::string reply;
       {
         const std::lock_guard lock(mutex_);
         requests_.push_back(request);
         if (fault == Fault::kDrop) return;
-        if (fault != Fault::kSilent) reply = Reply(request, fault);
+        if (fault != Fault::kSilent) reply = Reply(request, fault) + '\n';
       }
       if (!reply.empty()) send(fd, reply.data(), reply.size(), MSG_NOSIGNAL);
     }
   }
 }
 
-std::string ScriptedLinuxCnc::Reply(const std::string& request, Fault fault) {
-  if (fault == Fault::kNoise) return "220 mail.example.org ESMTP\r\n";
-  if (request.starts_with("hello ")) {
-    return fault == Fault::kRefuse ? "HELLO NAK\r\n" : "HELLO ACK EMCNETSVR 1.1\r\n";
-  }
-  if (request == "set echo off") return "set echo off\r\n";
-  if (request.starts_with("set ")) return ReplyToSet(request.substr(4), fault);
-  const std::string name = Upper(request.substr(std::min<std::size_t>(4, request.size())));
-  const std::string word = name.substr(0, name.find(' '));
-  std::string value;
-  if (fault == Fault::kRefuse) return "GET " + word + " NAK\r\n\r\n";
-  if (name == "ERROR") {
-    value = std::exchange(error_, "OK");
-  } else if (name == "OPERATOR_DISPLAY") {
-    value = std::exchange(display_, "OK");
-  } else if (name == "PROGRAM_STATUS") {
-    const auto set = answers_.find(name);
-    value = set != answers_.end() ? set->second : (Progress() < 1 ? "RUNNING" : "IDLE");
-  } else if (name == "ABS_ACT_POS" && !answers_.contains(name)) {
-    const std::array<double, 3> at = PositionNow();
-    value =
-        Six(at[0]) + " " + Six(at[1]) + " " + Six(at[2]) + " 0.000000 0.000000 " + answers_.at("C");
-  } else if (answers_.contains(name)) {
-    value = answers_.at(name);
-  } else {
-    return "GET " + word + " NAK\r\n\r\n";
-  }
-  return word + " " + value + "\r\n";
+std::string ScriptedLinuxCnc::Reply(const std::string& line, Fault fault) {
+  if (fault == Fault::kNoise) return "220 mail.example.org ESMTP";
+  const json request = json::parse(line);
+  json answer = fault == Fault::kRefuse
+                    ? json{{"error", "refused by the script"}, {"kind", "machine"}}
+                    : Do(request);
+  answer["id"] = request["id"];
+  return answer.dump();
 }
 
-std::string ScriptedLinuxCnc::ReplyToSet(const std::string& what, Fault fault) {
-  const std::string name = Upper(what.substr(0, what.find(' ')));
-  if (fault == Fault::kRefuse) {
-    error_ = "refused by the script";
-    return "SET " + name + " NAK\n\r";
+json ScriptedLinuxCnc::Do(const json& request) {
+  const std::string what = request["do"];
+  if (what == "look") return Look();
+  if (what == "state" || what == "facts") {
+    json answer = {{"estop", false},
+                   {"on", true},
+                   {"homed", {1, 1, 1, 1}},
+                   {"metric", true},
+                   {"c_axis", true},
+                   {"feed_override", 1},
+                   {"fastest_mm_s", 1e6},
+                   {"axes", "XYZC"},
+                   {"unit_mm", 1},
+                   {"joints", 4},
+                   {"tool", 0},
+                   {"tool_length", 0},
+                   {"tools", 0},
+                   {"low", {-1e5, -1e5, -1e5, -360}},
+                   {"high", {1e5, 1e5, 1e5, 360}}};
+    answer.update(Look());
+    return answer;
   }
-  if (name == "MODE") answers_["MODE"] = Upper(what.substr(5));
-  if (name == "ABORT") {
+  if (what == "take") answers_["mode"] = "MDI";
+  if (what == "abort") {
     from_ = to_ = PositionNow();
     duration_s_ = 0;
   }
-  if (name == "MDI") {
-    if (answers_.at("MODE") == "MDI") {
-      Mdi(what.substr(4));
+  if (what == "mdi") Mdi(request["block"]);
+  if (what == "show") return {{"shown", Shown(request["text"])}};
+  return json::object();
+}
+
+json ScriptedLinuxCnc::Look() const {
+  const std::array<double, 3> at = PositionNow();
+  const auto c = answers_.find("c");
+  const json c_deg = c == answers_.end() ? json(c_deg_) : c->second;
+  json answer = {{"position", {at[0], at[1], at[2], c_deg}},
+                 {"commanded", {to_[0], to_[1], to_[2], c_deg}},
+                 {"idle", !(Progress() < 1)},
+                 {"spindle_stopped", true}};
+  for (const auto& [member, value] : answers_) answer[member] = value;
+  return answer;
+}
+
+std::string ScriptedLinuxCnc::Shown(const std::string& message) {
+  std::string shown;
+  for (std::size_t i = 0; i < message.size(); ++i) {
+    if (message[i] != '#') {
+      shown += message[i];
+    } else if (message.compare(i, 10, "#<_metric>") == 0) {
+      shown += metric_ ? "1.000000" : "0.000000";
+      i += 9;
+    } else if (message.compare(i, 7, "#<_ini[") == 0) {
+      const std::size_t end = message.find('>', i);
+      const auto known = ini_.find(message.substr(i + 6, end - i - 6));
+      shown += known == ini_.end() ? "######" : known->second;
+      i = end;
     } else {
-      error_ = "Must be in MDI mode to issue MDI command";
+      std::size_t digits = 0;
+      shown += Six(parameters_[std::stoi(message.substr(i + 1), &digits)]);
+      i += digits;
     }
   }
-  return "SET " + name + " ACK\n\r";
+  return shown;
 }
 
 void ScriptedLinuxCnc::Mdi(const std::string& text) {
   const std::string block = " " + text;
-  if (text.starts_with("(debug,")) {
-    display_.clear();
-    const std::string message = text.substr(7, text.size() - 8);
-    for (std::size_t i = 0; i < message.size(); ++i) {
-      if (message[i] != '#') {
-        display_ += message[i];
-      } else if (message.compare(i, 10, "#<_metric>") == 0) {
-        display_ += metric_ ? "1.000000" : "0.000000";
-        i += 9;
-      } else if (message.compare(i, 7, "#<_ini[") == 0) {
-        const std::size_t end = message.find('>', i);
-        const auto known = ini_.find(message.substr(i + 6, end - i - 6));
-        display_ += known == ini_.end() ? "######" : known->second;
-        i = end;
-      } else {
-        std::size_t digits = 0;
-        display_ += Six(parameters_[std::stoi(message.substr(i + 1), &digits)]);
-        i += digits;
-      }
-    }
-    return;
-  }
   if (block.find(" G20") != std::string::npos) metric_ = false;
   if (block.find(" G21") != std::string::npos) metric_ = true;
   if (block.find(" G10 L2") != std::string::npos) {
@@ -254,16 +271,13 @@ void ScriptedLinuxCnc::Mdi(const std::string& text) {
 }
 
 void ScriptedLinuxCnc::Move(const std::string& block) {
-  if (const auto turned = Word(block, 'C')) answers_["C"] = Six(*turned);  // at once
   std::array<double, 3> to = PositionNow();
   const std::array<char, 3> letters{'X', 'Y', 'Z'};
   for (std::size_t i = 0; i < 3; ++i) to[i] = Word(block, letters[i]).value_or(to[i]);
   for (const double place : to) {
-    if (std::abs(place) > travel_mm_) {
-      error_ = "Linear move on line 0 would exceed X's positive limit";
-      return;
-    }
+    if (std::abs(place) > travel_mm_) return;
   }
+  if (const auto turned = Word(block, 'C')) c_deg_ = *turned;  // at once
   from_ = PositionNow();
   to_ = to;
   start_s_ = Now();

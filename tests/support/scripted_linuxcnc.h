@@ -1,5 +1,5 @@
-// LinuxCNC's shell server (linuxcncrsh) as recorded from LinuxCNC 2.9, on a loopback socket, with a
-// machine of three axes and C behind it that moves in real time; and with faults.
+// A helper beside LinuxCNC (session.py) with a machine of three axes and C behind it that moves in
+// real time; and with faults.
 #pragma once
 
 #include <array>
@@ -7,10 +7,12 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "support/temporary_folder.h"
 
 namespace trammel::test {
 
@@ -18,12 +20,12 @@ class ScriptedLinuxCnc {
  public:
   enum class Fault {
     kNone,
-    kDrop,    ///< closes the connection instead of answering
+    kDrop,    ///< the helper ends instead of answering
     kSilent,  ///< never answers this one
-    kRefuse,  ///< NAK, and the reason for those who ask
+    kRefuse,  ///< an error, "refused by the script"
     kNoise,   ///< answers with what is no answer
   };
-  /// Asked for every request of a client before it is answered.
+  /// Asked for every request, as the line that it is, before it is answered.
   using Script = std::function<Fault(const std::string& request)>;
 
   explicit ScriptedLinuxCnc(Script script = nullptr);
@@ -31,14 +33,16 @@ class ScriptedLinuxCnc {
   ScriptedLinuxCnc(const ScriptedLinuxCnc&) = delete;
   ScriptedLinuxCnc& operator=(const ScriptedLinuxCnc&) = delete;
 
-  [[nodiscard]] std::uint16_t port() const { return port_; }
-  /// What `get NAME` answers, in the server's own capitals; "spindle 0" -> "0 FORWARD".
-  void Answer(const std::string& name, const std::string& value);
+  /// The program to be started as the helper; each is another client of this machine.
+  [[nodiscard]] std::string helper() const { return (folder_.path() / "helper").string(); }
+  /// What a member of its answers says from now on: "estop", "homed", "position", "mode" …; of
+  /// "position" also "c".
+  void Answer(const std::string& member, nlohmann::json value);
   /// How much faster than asked the machine moves.
   void SetHurry(double factor);
   /// A value of the INI file, as in "[AXIS_X]MIN_LIMIT"; without one it shows "######".
   void SetIni(const std::string& name, const std::string& value);
-  /// Beyond it a move is refused, as by a soft limit.
+  /// Beyond it a move is not begun, as by a soft limit.
   void SetTravel(double half_mm);
   [[nodiscard]] std::vector<std::string> requests() const;
   /// X, Y, Z now, mm.
@@ -51,28 +55,29 @@ class ScriptedLinuxCnc {
  private:
   void Serve();
   void Talk(int fd);
-  /// What goes back for one request, with its line end.
+  /// What goes back for one request, without its line end.
   std::string Reply(const std::string& request, Fault fault);
-  std::string ReplyToSet(const std::string& what, Fault fault);
+  nlohmann::json Do(const nlohmann::json& request);
+  [[nodiscard]] nlohmann::json Look() const;
   void Mdi(const std::string& text);
   void Move(const std::string& text);
+  [[nodiscard]] std::string Shown(const std::string& text);
   [[nodiscard]] double Progress() const;
   [[nodiscard]] std::array<double, 3> PositionNow() const;
 
   Script script_;
-  std::uint16_t port_ = 0;
+  TemporaryFolder folder_;
   int listener_ = -1;
   int wake_ = -1;
   mutable std::mutex mutex_;
-  std::map<std::string, std::string> answers_;
+  std::map<std::string, nlohmann::json> answers_;
   std::map<std::string, std::string> ini_;
   std::map<int, double> parameters_;
   std::vector<std::string> requests_;
-  std::string error_ = "OK";
-  std::string display_ = "OK";
   bool metric_ = true;
   double travel_mm_ = 1e9;
   double hurry_ = 1;
+  double c_deg_ = 0;
   std::array<double, 3> from_{};
   std::array<double, 3> to_{};
   double start_s_ = 0;

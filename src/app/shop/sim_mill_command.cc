@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -28,6 +30,7 @@ namespace {
 
 struct SimMillArguments {
   std::string sheet;
+  std::optional<int> join;
   std::uint64_t seed = 0;
   int port = 0;
   int camera_port = 0;
@@ -160,6 +163,10 @@ Result<sim::SpindleLens> LensOf(const SimMillArguments& arguments) {
 }
 
 Result<void> ServeMill(const SimMillArguments& arguments) {
+  if (arguments.join) return sim::JoinMill(*arguments.join);
+  if (arguments.sheet.empty()) {
+    return Fail("--sheet is missing: the board's layout, as align targets --layout left it");
+  }
   Switches switches;
   for (const std::string& fault : arguments.faults) {
     if (auto set = SetSwitch(fault, switches); !set) return set;
@@ -205,8 +212,10 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   if (!camera) return tl::unexpected(camera.error());
   const auto server = sim::MillServer::Start(arguments.port, mill);
   if (!server) return tl::unexpected(server.error());
-  fmt::print("machine 127.0.0.1:{}\ncamera http://127.0.0.1:{}/stream\n", (*server)->port(),
-             (*camera)->port());
+  std::error_code fault;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", fault);
+  fmt::print("machine session:{} sim mill --join {}\ncamera http://127.0.0.1:{}/stream\n",
+             fault ? "trammel" : program.string(), (*server)->port(), (*camera)->port());
   std::fflush(stdout);
   end.Wait(arguments.for_s);
   return {};
@@ -219,12 +228,15 @@ void AddSimMill(CLI::App& parent, int& exit_code) {
   CLI::App* mill = parent.add_subcommand(
       "mill", "be a milling machine with a camera in its spindle, over a printed board");
   mill->add_option("--sheet", arguments->sheet,
-                   "the board's layout, as align targets --layout left it")
-      ->required();
+                   "the board's layout, as align targets --layout left it");
+  mill->add_option("--join", arguments->join,
+                   "speak for the mill on that port instead: --machine 'session:trammel sim mill "
+                   "--join PORT'")
+      ->check(CLI::Range(1, 65535));
   mill->add_option("--seed", arguments->seed, "names print, machine and pictures")
       ->check(SeedNumber())
       ->capture_default_str();
-  mill->add_option("--port", arguments->port, "of its shell on 127.0.0.1; 0 takes a free one")
+  mill->add_option("--port", arguments->port, "of the machine on 127.0.0.1; 0 takes a free one")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   mill->add_option("--camera-port", arguments->camera_port, "of its camera; 0 takes a free one")

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "base/check.h"
-#include "machine/linuxcnc/linuxcnc_shell_link.h"
 #include "machine/net/host_clock.h"
 #include "machine/net/wait_fd.h"
 
@@ -28,7 +28,7 @@ constexpr double kHeld_deg = 0.01;
 constexpr double kFarthest_deg = 3600;  // of C from 0: cables end somewhere
 // LinuxCNC shows six decimals.
 constexpr double kShown = 1.1e-6;
-constexpr int kFirstParameter = 5221;  // X of G54; C of abs_act_pos is its sixth number
+constexpr int kFirstParameter = 5221;  // X of G54
 constexpr int kParametersPerSlot = 20;
 
 /// False once stopped.
@@ -100,17 +100,14 @@ Result<void> CheckState(const LinuxCncState& state, const LinuxCncOptions& optio
 
 }  // namespace
 
-LinuxCnc::LinuxCnc(std::unique_ptr<LinuxCncLink> link, LinuxCncOptions options)
-    : link_(std::move(link)), options_(std::move(options)) {}
+LinuxCnc::LinuxCnc(std::unique_ptr<LinuxCncSession> session, LinuxCncOptions options)
+    : session_(std::move(session)), options_(std::move(options)) {}
 
 Result<std::unique_ptr<LinuxCnc>> LinuxCnc::Connect(const LinuxCncOptions& options,
                                                     const std::stop_token& stop) {
-  const auto made = [&](auto link) -> Result<std::unique_ptr<LinuxCnc>> {
-    if (!link) return tl::unexpected(link.error());
-    return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(*link), options));
-  };
-  if (options.session) return made(LinuxCncSession::Join(*options.session, stop));
-  return made(LinuxCncShellLink::Connect(options.address, stop));
+  auto session = LinuxCncSession::Join(options.session, stop);
+  if (!session) return tl::unexpected(session.error());
+  return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(*session), options));
 }
 
 Result<void> LinuxCnc::CheckMode(const std::string& mode) {
@@ -123,7 +120,7 @@ Result<void> LinuxCnc::CheckMode(const std::string& mode) {
 }
 
 Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
-  auto motion = link_->Motion(stop);
+  auto motion = session_->Motion(stop);
   if (!motion) return motion;
   if (auto ours = CheckMode(motion->mode); !ours) return tl::unexpected(ours.error());
   // Before the axes are homed, their limits say nothing.
@@ -135,7 +132,7 @@ Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
 
 Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
   if (travel_known_) return {};
-  const auto shown = link_->Interpreted(
+  const auto shown = session_->Interpreted(
       "#<_ini[AXIS_X]MIN_LIMIT> #<_ini[AXIS_X]MAX_LIMIT> #<_ini[AXIS_Y]MIN_LIMIT> "
       "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_Z]MIN_LIMIT> #<_ini[AXIS_Z]MAX_LIMIT>",
       stop);
@@ -148,7 +145,7 @@ Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
 }
 
 Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
-  auto state = link_->State(options_.joints, stop);
+  auto state = session_->State(options_.joints, stop);
   if (!state) return state;
   const auto possible =
       CheckToldPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel());
@@ -156,17 +153,7 @@ Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
   return state;
 }
 
-Result<LinuxCncFacts> LinuxCncLink::Facts(int joints, const std::stop_token& stop) {
-  const auto state = State(joints, stop);
-  if (!state) return tl::unexpected(state.error());
-  LinuxCncFacts facts;
-  facts.state = *state;
-  return facts;
-}
-
-Result<LinuxCncFacts> LinuxCnc::Facts(const std::stop_token& stop) {
-  return link_->Facts(options_.joints, stop);
-}
+Result<LinuxCncFacts> LinuxCnc::Facts(const std::stop_token& stop) { return session_->Facts(stop); }
 
 Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
   const auto state = State(stop);
@@ -174,7 +161,7 @@ Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
   if (auto ours = CheckMode(state->mode); !ours) return ours;
   if (auto checked = CheckState(*state, options_, motion); !checked) return checked;
   if (held_) return {};
-  if (auto taken = link_->TakeMdi(stop); !taken) return taken;
+  if (auto taken = session_->TakeMdi(stop); !taken) return taken;
   held_ = true;
   return {};
 }
@@ -182,13 +169,13 @@ Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
 std::string LinuxCnc::Halt() {
   constexpr double kStanding_mm = 1e-6;
   const std::stop_token never;
-  if (const auto aborted = link_->Abort(); !aborted) {
+  if (const auto aborted = session_->Abort(); !aborted) {
     if (aborted.error().kind == ErrorKind::kSafety) return "whatever moves is theirs";
-    return "the line is lost and the move could not be aborted; it ends by itself with the piece "
+    return "the helper is lost and the move could not be aborted; it ends by itself with the piece "
            "that was sent: look at the machine";
   }
   std::optional<Vector4d> last;
-  const double deadline_s = HostNow() + options_.address.time_limit_s;
+  const double deadline_s = HostNow() + options_.session.time_limit_s;
   while (HostNow() < deadline_s) {
     const auto motion = Motion(never);
     if (!motion) break;
@@ -211,7 +198,7 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
   const std::string words = turns ? fmt::format("C{:.6f}", to[3])
                                   : fmt::format("X{:.6f} Y{:.6f} Z{:.6f}", to.x(), to.y(), to.z());
   const auto move = fmt::format("G21 G90 G94 G53 G1 {} F{:.3f}", words, feed_min);
-  if (auto set = link_->Move(move, stop); !set) return set;
+  if (auto set = session_->Move(move, stop); !set) return set;
   // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
   constexpr double kPatience = 20;  // limits, for the whole move
   const double end_s = HostNow() + kPatience * time_limit_s;
@@ -221,10 +208,9 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
     const auto now = Motion(stop);
     if (!now) return tl::unexpected(now.error());
     const double off = off_by(now->position);
-    // Where the link tells, a piece has ended before the next is sent.
-    if (off < kArrived && (now->ended || !now->commanded)) return {};
+    if (off < kArrived && now->idle) return {};
     // One that ended where it was to go may settle a little later.
-    if (now->ended && now->commanded && off_by(*now->commanded) >= kArrived) {
+    if (now->idle && off_by(now->commanded) >= kArrived) {
       return Broken(
           fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
                       "refuses it; its own screen says why",
@@ -233,12 +219,6 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
     if (off < closest - kArrived) {
       closest = off;
       deadline_s = HostNow() + time_limit_s;
-    }
-    if (now->complaint) {
-      return Broken(fmt::format("LinuxCNC refuses the move: {}", Clipped(*now->complaint)));
-    }
-    if (!now->on) {
-      return Unsafe("the emergency stop was pressed, or the machine switched off, during the move");
     }
     if (!now->spindle_stopped) return Unsafe("the spindle was started during the move");
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
@@ -272,7 +252,6 @@ Result<void> LinuxCnc::TurnTo(double c_deg, double speed_deg_min, const std::sto
 Result<void> LinuxCnc::Drive(Driven driven, const Vector4d& to, double feed_min,
                              const std::stop_token& stop) {
   TRAMMEL_CHECK(feed_min >= 10 && feed_min <= 1e5, "feed = {} mm/min or deg/min", feed_min);
-  if (auto drained = link_->ForgetComplaints(stop); !drained) return drained;
   const auto state = State(stop);
   if (!state) return tl::unexpected(state.error());
   if (auto ours = CheckMode(state->mode); !ours) return ours;
@@ -301,7 +280,7 @@ Result<void> LinuxCnc::MoveInPieces(Driven driven, const Vector4d& from, const V
   const Vector4d way = to - from;
   const double length = driven == Driven::kC ? std::abs(way[3]) : way.head<3>().norm();
   const int pieces = PiecesOf(length, piece);
-  const double piece_limit_s = options_.address.time_limit_s + kSlowest * kLeash_s;
+  const double piece_limit_s = options_.session.time_limit_s + kSlowest * kLeash_s;
   const double limit_s = piece_limit_s + kSlowest * 60 * length / feed_min;
   const double deadline_s = HostNow() + limit_s;
   for (int i = 1; i <= pieces; ++i) {
@@ -320,7 +299,7 @@ Result<void> LinuxCnc::MoveInPieces(Driven driven, const Vector4d& from, const V
 }
 
 Result<void> LinuxCnc::AwaitRest(double c_deg, const std::stop_token& stop) {
-  const double deadline_s = HostNow() + options_.address.time_limit_s;
+  const double deadline_s = HostNow() + options_.session.time_limit_s;
   while (HostNow() < deadline_s) {
     const auto motion = Motion(stop);
     if (!motion) return tl::unexpected(motion.error());
@@ -340,7 +319,7 @@ Result<LinuxCncOffsets> LinuxCnc::ReadOffsets(int slot, const std::stop_token& s
   TRAMMEL_CHECK(slot >= 1 && slot <= 9, "slot = {}", slot);
   const int x = kFirstParameter + kParametersPerSlot * (slot - 1);
   if (auto prepared = Prepare(false, stop); !prepared) return tl::unexpected(prepared.error());
-  const auto shown = link_->Interpreted(
+  const auto shown = session_->Interpreted(
       fmt::format("x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403", x, x + 1, x + 2,
                   x + 9),
       stop);
@@ -363,9 +342,9 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
   const Vector3d& at = offset.origin_mm;
   const auto set = fmt::format("G21 G10 L2 P{} X{:.6f} Y{:.6f} Z{:.6f} R{:.9f}", slot, at.x(),
                                at.y(), at.z(), offset.rotation_deg);
-  if (auto sent = link_->Mdi(set, stop); !sent) return sent;
+  if (auto sent = session_->Mdi(set, stop); !sent) return sent;
   if (!before->metric) {
-    if (auto back = link_->Mdi("G20", stop); !back) return back;
+    if (auto back = session_->Mdi("G20", stop); !back) return back;
   }
   const auto after = ReadOffsets(slot, stop);
   if (!after) return tl::unexpected(after.error());
@@ -373,13 +352,11 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
   // Rotations are the same a whole turn apart.
   const double turn_deg = std::remainder(kept.rotation_deg - offset.rotation_deg, 360.0);
   if ((kept.origin_mm - at).cwiseAbs().maxCoeff() > kShown || std::abs(turn_deg) > kShown) {
-    const auto complaint = link_->Complaint(stop);
-    const bool told = complaint && complaint->has_value();
     return Broken(fmt::format(
         "LinuxCNC keeps X {:.6f} Y {:.6f} Z {:.6f} R {:.6f} where X {:.6f} Y {:.6f} Z {:.6f} R "
-        "{:.6f} was set{}",
+        "{:.6f} was set",
         kept.origin_mm.x(), kept.origin_mm.y(), kept.origin_mm.z(), kept.rotation_deg, at.x(),
-        at.y(), at.z(), offset.rotation_deg, told ? ": " + Clipped(**complaint) : ""));
+        at.y(), at.z(), offset.rotation_deg));
   }
   return {};
 }

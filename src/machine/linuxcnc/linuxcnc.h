@@ -4,22 +4,17 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "base/result.h"
 #include "machine/linuxcnc/linuxcnc_limits.h"
-#include "machine/linuxcnc/linuxcnc_link.h"
 #include "machine/linuxcnc/linuxcnc_session.h"
-#include "machine/linuxcnc/linuxcnc_shell.h"
 
 namespace trammel::machine {
 
 struct LinuxCncOptions {
-  LinuxCncAddress address;  ///< of linuxcncrsh
-  /// Instead: the LinuxCNC that runs on this computer, joined beside its screen.
-  std::optional<LinuxCncSessionOptions> session;
+  LinuxCncSessionOptions session;
   /// Joints 0 … joints - 1 must be homed.
   int joints = 3;
   /// C is the spindle's own axis: it holds the spindle where it is, so that the camera cannot turn.
@@ -41,16 +36,15 @@ struct LinuxCncOffsets {
   double tool_length_mm = 0;  ///< G43's, along Z
 };
 
-/// LinuxCNC as a client that never starts the spindle. Errors: kMachine (line, refusal, time limit,
-/// an answer that no machine can give), kSafety (a condition below is not met, or somebody else
+/// LinuxCNC as a client that never starts the spindle. Errors: kMachine (refusal, time limit, an
+/// answer that no machine can give), kSafety (a condition below is not met, or somebody else
 /// took the controller over), kInterrupted (stop).
 ///
-/// Motion runs on a leash: a move is sent in pieces of half a second (at the asked feed, where the
-/// link does not tell override and greatest velocity), so that it ends by itself soon after the
-/// line is lost or this process dies. Every piece and the whole move have a
-/// time limit. On a stop, a refusal, or a time limit the move is aborted and the machine seen to
-/// stand before the call returns. MDI mode is taken once: when somebody else has changed the mode
-/// since, nothing is sent any more, no abort either, for what moves then is theirs.
+/// Motion runs on a leash: a move is sent in pieces of half a second, so that it ends by itself
+/// soon after this process dies. Every piece and the whole move have a time limit. On a stop, a
+/// refusal, or a time limit the move is aborted and the machine seen to stand before the call
+/// returns. MDI mode is taken once: when somebody else has changed the mode since, nothing is sent
+/// any more, no abort either, for what moves then is theirs.
 class LinuxCnc {
  public:
   [[nodiscard]] static Result<std::unique_ptr<LinuxCnc>> Connect(const LinuxCncOptions& options,
@@ -91,9 +85,9 @@ class LinuxCnc {
                                          const std::stop_token& stop);
 
  private:
-  LinuxCnc(std::unique_ptr<LinuxCncLink> link, LinuxCncOptions options);
+  LinuxCnc(std::unique_ptr<LinuxCncSession> session, LinuxCncOptions options);
 
-  /// The link's, at a place within what the machine can reach and in a mode that is still ours.
+  /// The session's, at a place within what the machine can reach and in a mode that is still ours.
   [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop);
   [[nodiscard]] Result<void> CheckMode(const std::string& mode);
   /// Asks for the limits of the axes, once.
@@ -112,7 +106,7 @@ class LinuxCnc {
   /// Ends all motion of ours; says where the machine stands, or that nobody knows.
   [[nodiscard]] std::string Halt();
 
-  std::unique_ptr<LinuxCncLink> link_;
+  std::unique_ptr<LinuxCncSession> session_;
   LinuxCncOptions options_;
   LinuxCncTravel travel_;
   bool travel_known_ = false;

@@ -100,11 +100,13 @@ LinuxCncSession::LinuxCncSession(std::unique_ptr<DialogueProcess> helper,
 
 Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
     const LinuxCncSessionOptions& options, const std::stop_token& stop) {
-  auto helper = DialogueProcess::Start({options.python, "-I", "-c", kSessionScript});
+  const std::vector<std::string> own = {"/usr/bin/python3", "-I", "-c", kSessionScript};
+  const std::vector<std::string>& words = options.helper.empty() ? own : options.helper;
+  auto helper = DialogueProcess::Start(words);
   if (!helper) return Fail("to join LinuxCNC: " + helper.error().message, helper.error().kind);
   const auto hello = (*helper)->Hear(kJoin_s, stop);
   if (!hello) {
-    return Fail(fmt::format("to join LinuxCNC: {}: {}", options.python, hello.error().message),
+    return Fail(fmt::format("to join LinuxCNC: {}: {}", words.front(), hello.error().message),
                 hello.error().kind);
   }
   if (const auto joined = Understood(*hello, 0); !joined) return tl::unexpected(joined.error());
@@ -138,12 +140,12 @@ Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
   LinuxCncMotion motion;
   motion.mode = members.Text("mode");
   motion.idle = members.Flag("idle");
-  motion.ended = motion.idle;
   motion.spindle_stopped = members.Flag("spindle_stopped");
   const auto position = members.Place("position");
-  motion.commanded = members.Place("commanded");
+  const auto commanded = members.Place("commanded");
   if (!members.sound()) return Strange(TextOf(answer));
   motion.position = *position;
+  motion.commanded = *commanded;
   return motion;
 }
 
@@ -178,12 +180,11 @@ Result<LinuxCncState> LinuxCncSession::ParseState(const json& answer, int joints
   return state;
 }
 
-Result<LinuxCncFacts> LinuxCncSession::Facts(int, const std::stop_token& stop) {
+Result<LinuxCncFacts> LinuxCncSession::Facts(const std::stop_token& stop) {
   const auto answer = Ask({{"do", "facts"}}, stop);
   if (!answer) return tl::unexpected(answer.error());
   Members members(*answer);
   LinuxCncFacts facts;
-  facts.complete = true;
   facts.axes = members.Text("axes");
   facts.unit_mm = members.Number("unit_mm");
   facts.joints = static_cast<int>(std::clamp(members.Number("joints"), 0.0, double(kMostJoints)));

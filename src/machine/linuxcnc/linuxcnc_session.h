@@ -2,45 +2,92 @@
 // its Python module.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <stop_token>
 #include <string>
+#include <vector>
 
-#include "machine/linuxcnc/linuxcnc_link.h"
+#include "base/result.h"
+#include "machine/linuxcnc/linuxcnc_limits.h"
 #include "machine/net/dialogue_process.h"
 
 namespace trammel::machine {
 
+struct LinuxCncState {
+  bool estop = true;
+  bool on = false;
+  bool homed = false;
+  bool spindle_stopped = false;
+  bool idle = false;         ///< no program runs or is paused
+  std::string mode;          ///< "MANUAL", "AUTO", "MDI"
+  bool metric = false;       ///< the machine's own unit is the millimetre
+  bool c_axis = true;        ///< it has an axis C
+  double feed_override = 1;  ///< 0: nothing moves
+  double fastest_mm_s = 0;   ///< the limit of the machine's trajectory
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< actual, machine coordinates
+  double c_deg = 0;
+};
+
+/// How a machine is built and set up; read without a command to it.
+struct LinuxCncFacts {
+  LinuxCncState state;         ///< `homed`: of all joints that there are
+  std::string axes;            ///< letters, as in "XYZC"
+  double unit_mm = 1;          ///< the machine's own unit of length
+  LinuxCncTravel travel;       ///< by the limits of the axes
+  int joints = 0;              ///< 1 … 16
+  std::vector<int> not_homed;  ///< joints, from 0
+  int tool = 0;                ///< number of the one in the spindle; 0: none
+  double tool_length_mm = 0;   ///< Z of that one in the tool table
+  int tools = 0;               ///< in the table
+
+  [[nodiscard]] bool HasAxis(char letter) const { return axes.find(letter) != std::string::npos; }
+};
+
+/// What changes while a machine moves.
+struct LinuxCncMotion {
+  Eigen::Vector4d position = Eigen::Vector4d::Zero();   ///< X, Y, Z in mm and C in degrees
+  Eigen::Vector4d commanded = Eigen::Vector4d::Zero();  ///< likewise, where it is to be
+  std::string mode;
+  bool idle = false;  ///< the last block was taken up and has ended
+  bool spindle_stopped = false;
+};
+
 struct LinuxCncSessionOptions {
-  /// For which LinuxCNC's module is made.
-  std::string python = "/usr/bin/python3";
+  /// A helper that speaks session.py's protocol: its path and arguments. Empty: session.py itself,
+  /// in the Python that LinuxCNC's module is made for.
+  std::vector<std::string> helper;
   double time_limit_s = 5;  ///< > 0; of each answer
 };
 
-/// Speaks to a helper in Python (session.py) over its standard input and output: no port, no
-/// password, the user's own rights. A move ends with this process, however it ends. Once somebody
-/// else has sent LinuxCNC a command (but an override), each request is an error (kSafety) and
-/// nothing is sent: the machine is theirs. Messages to the operator are left to the screens.
-class LinuxCncSession : public LinuxCncLink {
+/// Speaks to a helper (session.py) over its standard input and output: no port, no password, the
+/// user's own rights. A move ends with this process, however it ends. Once somebody else has sent
+/// LinuxCNC a command (but an override), each request is an error (kSafety) and nothing is sent:
+/// the machine is theirs. Messages to the operator are left to the screens.
+///
+/// Errors: kMachine (the helper, a refusal, a time limit, an answer that is none), kSafety,
+/// kInterrupted (stop). Numbers in answers are finite.
+class LinuxCncSession {
  public:
   /// Errors (kMachine): no Python, no module, no LinuxCNC of this user.
   [[nodiscard]] static Result<std::unique_ptr<LinuxCncSession>> Join(
       const LinuxCncSessionOptions& options, const std::stop_token& stop);
 
-  [[nodiscard]] Result<LinuxCncState> State(int joints, const std::stop_token& stop) override;
-  [[nodiscard]] Result<LinuxCncFacts> Facts(int joints, const std::stop_token& stop) override;
-  [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop) override;
-  [[nodiscard]] Result<void> TakeMdi(const std::stop_token& stop) override;
-  [[nodiscard]] Result<void> Mdi(const std::string& block, const std::stop_token& stop) override;
-  [[nodiscard]] Result<void> Move(const std::string& block, const std::stop_token& stop) override;
+  /// @param joints  0 … joints - 1 must be homed for `homed`
+  [[nodiscard]] Result<LinuxCncState> State(int joints, const std::stop_token& stop);
+  [[nodiscard]] Result<LinuxCncFacts> Facts(const std::stop_token& stop);
+  [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop);
+  [[nodiscard]] Result<void> TakeMdi(const std::stop_token& stop);
+  /// A block that does not move the machine.
+  [[nodiscard]] Result<void> Mdi(const std::string& block, const std::stop_token& stop);
+  /// Begins a move, and does not wait for its end.
+  [[nodiscard]] Result<void> Move(const std::string& block, const std::stop_token& stop);
+  /// What the interpreter makes of a text with parameters.
   [[nodiscard]] Result<std::string> Interpreted(const std::string& text,
-                                                const std::stop_token& stop) override;
-  /// Complaints stand on the controller's own screen: whoever reads one takes it away from there.
-  [[nodiscard]] Result<void> ForgetComplaints(const std::stop_token&) override { return {}; }
-  [[nodiscard]] Result<std::optional<std::string>> Complaint(const std::stop_token&) override {
-    return std::optional<std::string>();
-  }
-  [[nodiscard]] Result<void> Abort() override;
+                                                const std::stop_token& stop);
+  /// Ends all motion, by another helper where this one is lost.
+  [[nodiscard]] Result<void> Abort();
 
  private:
   LinuxCncSession(std::unique_ptr<DialogueProcess> helper, LinuxCncSessionOptions options);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "machine/linuxcnc/linuxcnc.h"
+#include "machine/linuxcnc/session_script.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
@@ -30,7 +31,7 @@ class LinuxCncSessionAnswers : public testing::Test {
                                          "<<'E'\n{}\nE\ndone\n",
                                          hello, answer));
     std::filesystem::permissions(python, std::filesystem::perms::owner_all);
-    return LinuxCncSession::Join({.python = python, .time_limit_s = 5}, {});
+    return LinuxCncSession::Join({.helper = {python}, .time_limit_s = 5}, {});
   }
 
  private:
@@ -50,7 +51,8 @@ TEST(LinuxCncSessionPython, RunsNothingOfTheCurrentFolder) {
                    fmt::format("#!/bin/sh\ncd {}\nPYTHONPATH=.: exec /usr/bin/python3 \"$@\"\n",
                                folder.path().string()));
   std::filesystem::permissions(python, std::filesystem::perms::owner_all);
-  const auto joined = LinuxCncSession::Join({.python = python, .time_limit_s = 20}, {});
+  const auto joined = LinuxCncSession::Join(
+      {.helper = {python, "-I", "-c", kSessionScript}, .time_limit_s = 20}, {});
   EXPECT_FALSE(std::filesystem::exists(ran));
   EXPECT_FALSE(joined);  // no LinuxCNC runs here
 }
@@ -93,9 +95,8 @@ constexpr const char* kInches =
 TEST_F(LinuxCncSessionAnswers, FactsAreInMillimetresWhateverTheMachinesOwnUnit) {
   const auto session = Join(R"({"id": 0})", kInches);
   ASSERT_TRUE(session) << session.error().message;
-  const auto facts = (*session)->Facts(3, {});
+  const auto facts = (*session)->Facts({});
   ASSERT_TRUE(facts) << facts.error().message;
-  EXPECT_TRUE(facts->complete);
   EXPECT_FALSE(facts->state.metric);
   EXPECT_FALSE(facts->state.homed);
   EXPECT_EQ(facts->not_homed, std::vector<int>{1});
@@ -119,7 +120,7 @@ TEST_F(LinuxCncSessionAnswers, FactsThatCannotBeAreNamed) {
     answer.replace(answer.find(was), was.size(), is);
     const auto session = Join(R"({"id": 0})", answer);
     ASSERT_TRUE(session);
-    const auto facts = (*session)->Facts(3, {});
+    const auto facts = (*session)->Facts({});
     ASSERT_FALSE(facts) << is;
     EXPECT_THAT(facts.error().message, HasSubstr("no answer")) << is;
   }

@@ -25,8 +25,8 @@ using Fault = ScriptedLinuxCnc::Fault;
 
 LinuxCncOptions Options(const ScriptedLinuxCnc& server) {
   LinuxCncOptions options;
-  options.address.port = server.port();
-  options.address.time_limit_s = 1;
+  options.session.helper = {server.helper()};
+  options.session.time_limit_s = 1;
   options.spindle_locked_by_hand = true;
   return options;
 }
@@ -65,12 +65,12 @@ TEST(LinuxCnc, AnOffsetThatWasRefusedOrNotKeptIsAnErrorThatSaysSo) {
   ScriptedLinuxCnc deaf(FaultAt("G10", Fault::kRefuse));
   const auto refused = Connected(Options(deaf))->WriteOffset(1, {{1, 2, 3}, 4}, {});
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, AllOf(HasSubstr("G10 L2 P1"), HasSubstr("by the script")));
+  EXPECT_THAT(refused.error().message, HasSubstr("by the script"));
   EXPECT_EQ(refused.error().kind, ErrorKind::kMachine);
 
   ScriptedLinuxCnc* shop = nullptr;
-  ScriptedLinuxCnc forgetful([&shop](const std::string& request) {
-    if (request.find("trammel 2") != std::string::npos) shop->SetParameter(5221, 99);
+  ScriptedLinuxCnc forgetful([&shop, shown = 0](const std::string& request) mutable {
+    if (request.find("#5221") != std::string::npos && ++shown == 2) shop->SetParameter(5221, 99);
     return Fault::kNone;
   });
   shop = &forgetful;
@@ -124,7 +124,7 @@ TEST(LinuxCnc, TurnsTheSpindleByItsAxisInPiecesAndNothingElse) {
   }
   EXPECT_EQ(moves.size(), 3);
   EXPECT_THAT(moves, Each(AllOf(HasSubstr(" C"), Not(HasSubstr("X")), Not(HasSubstr("Z")))));
-  server.Answer("spindle 0", "0 FORWARD");
+  server.Answer("spindle_stopped", false);
   const auto turning = machine->TurnTo(0, 7200, {});
   ASSERT_FALSE(turning);
   EXPECT_EQ(turning.error().kind, ErrorKind::kSafety);
@@ -144,25 +144,22 @@ TEST(LinuxCnc, TellsTheTravelOfItsAxes) {
 TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
   struct Case {
     const char* name;
-    const char* value;
+    nlohmann::json value;
     const char* said;
   };
   for (const Case& c :
-       {Case{"estop", "ON", "emergency stop"}, Case{"machine", "OFF", "power"},
-        Case{"joint_homed", "YES NO YES YES NO NO", "homed"}, Case{"joint_homed", "", "homed"},
-        Case{"spindle 0", "0 FORWARD", "spindle turns"},
-        Case{"program_status", "PAUSED", "runs a program"},
-        Case{"user_linear_units", "INCH", "millimetre"}}) {
+       {Case{"estop", true, "emergency stop"}, Case{"on", false, "power"},
+        Case{"homed", {1, 0, 1, 1}, "homed"}, Case{"homed", nlohmann::json::array(), "homed"},
+        Case{"spindle_stopped", false, "spindle turns"}, Case{"idle", false, "runs a program"},
+        Case{"metric", false, "millimetre"}, Case{"feed_override", 0, "feed override"}}) {
     ScriptedLinuxCnc server;
     server.Answer(c.name, c.value);
     const auto machine = Connected(Options(server));
     ASSERT_TRUE(machine);
-    for (const auto& done :
-         {machine->MoveTo({1, 2, 3}, 600, {}), machine->WriteOffset(1, {{1, 2, 3}, 4}, {})}) {
-      ASSERT_FALSE(done) << c.name;
-      EXPECT_EQ(done.error().kind, ErrorKind::kSafety) << c.name;
-      EXPECT_THAT(done.error().message, HasSubstr(c.said));
-    }
+    const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
+    ASSERT_FALSE(moved) << c.name;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kSafety) << c.name;
+    EXPECT_THAT(moved.error().message, HasSubstr(c.said));
     EXPECT_THAT(server.requests(), Each(Not(HasSubstr("mdi"))));
   }
   ScriptedLinuxCnc server;
@@ -195,7 +192,7 @@ TEST(LinuxCnc, ATakeOverEndsTheMoveAndIsNotFought) {
   const auto requests = served.requests();
   const std::vector<std::string> later(requests.begin() + static_cast<std::ptrdiff_t>(sent),
                                        requests.end());
-  EXPECT_THAT(later, Each(Not(HasSubstr("set "))));
+  EXPECT_THAT(later, Each(Not(HasSubstr("mdi"))));
   EXPECT_THAT(requests, Each(Not(HasSubstr("abort"))));
 }
 
@@ -217,15 +214,15 @@ TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {
   EXPECT_LT(server.position()[0], 100);
 }
 
-TEST(LinuxCnc, ALostLineIsTakenUpAgainToAbort) {
-  ScriptedLinuxCnc server(FaultAt("get abs_act_pos", Fault::kDrop, 5));
+TEST(LinuxCnc, ALostHelperIsReplacedToAbort) {
+  ScriptedLinuxCnc server(FaultAt("look", Fault::kDrop, 5));
   const auto machine = Connected(Options(server));
   ASSERT_TRUE(machine);
   const auto moved = machine->MoveTo({1000, 0, 0}, 600, {});
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().kind, ErrorKind::kMachine);
   EXPECT_THAT(moved.error().message,
-              AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at X")));
+              AllOf(HasSubstr("it has ended"), HasSubstr("the machine stands at X")));
   EXPECT_FALSE(server.moving());
 }
 
@@ -251,19 +248,22 @@ TEST(LinuxCnc, AMoveThatNobodyEndsIsOverWithinASecond) {
   EXPECT_LT(server.position()[0], 6);
 }
 
-TEST(LinuxCnc, AMoveBeyondTheTravelIsRefusedWithTheControllersWords) {
+TEST(LinuxCnc, AMoveThatTheControllerRefusesEndsThere) {
   ScriptedLinuxCnc server;
   server.SetTravel(100);
   const auto moved = Connected(Options(server))->MoveTo({0, 0, 900}, 100'000, {});
   ASSERT_FALSE(moved);
-  EXPECT_THAT(moved.error().message, HasSubstr("would exceed X's positive limit"));
+  EXPECT_THAT(moved.error().message, HasSubstr("or LinuxCNC refuses it; its own screen says why"));
   EXPECT_FALSE(server.moving());
 }
 
 TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
   ScriptedLinuxCnc* shop = nullptr;
-  ScriptedLinuxCnc server([&shop](const std::string& request) {
-    if (request.find("G53 G1") != std::string::npos) shop->Answer("machine", "OFF");
+  ScriptedLinuxCnc server([&shop, moves = false](const std::string& request) mutable {
+    moves = moves || request.find("G53 G1") != std::string::npos;
+    if (!moves) return Fault::kNone;
+    shop->Answer("error", "somebody took LinuxCNC over (its emergency stop was pressed)");
+    shop->Answer("kind", "taken");
     return Fault::kNone;
   });
   shop = &server;
@@ -273,13 +273,12 @@ TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
   EXPECT_LT(HostNow() - begin_s, 2);
   EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
   EXPECT_THAT(moved.error().message, HasSubstr("emergency stop"));
-  EXPECT_FALSE(server.moving());
 }
 
 TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
   ScriptedLinuxCnc* shop = nullptr;
   ScriptedLinuxCnc server([&shop](const std::string& request) {
-    if (request.find("G53 G1") != std::string::npos) shop->Answer("spindle 0", "0 FORWARD");
+    if (request.find("G53 G1") != std::string::npos) shop->Answer("spindle_stopped", false);
     return Fault::kNone;
   });
   shop = &server;
@@ -290,7 +289,7 @@ TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
   EXPECT_FALSE(server.moving());
 
   ScriptedLinuxCnc turning([&shop](const std::string& request) {
-    if (request.find("G53 G1") != std::string::npos) shop->Answer("C", "0.5");
+    if (request.find("G53 G1") != std::string::npos) shop->Answer("c", 0.5);
     return Fault::kNone;
   });
   shop = &turning;
@@ -298,48 +297,24 @@ TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
               HasSubstr("axis C went from 0.0000 to 0.5000"));
 }
 
-TEST(LinuxCnc, EveryFaultOfTheLineIsANamedError) {
-  struct Case {
-    const char* where;
-    Fault fault;
-    const char* said;
-  };
-  for (const Case& c :
-       {Case{"hello", Fault::kRefuse, "--connectpw"},
-        Case{"hello", Fault::kDrop, "closed the connection"},
-        Case{"hello", Fault::kSilent, "no answer within 1 s"},
-        Case{"hello", Fault::kNoise, "no answer"}, Case{"enable", Fault::kRefuse, "--enablepw"},
-        Case{"enable", Fault::kDrop, "closed"}}) {
-    ScriptedLinuxCnc server(FaultAt(c.where, c.fault));
-    const auto machine = LinuxCnc::Connect(Options(server), {});
-    ASSERT_FALSE(machine) << c.where;
-    EXPECT_EQ(machine.error().kind, ErrorKind::kMachine);
-    EXPECT_THAT(machine.error().message, AllOf(HasSubstr(c.said), Not(HasSubstr("EMCTOO"))));
-  }
-  for (const char* where : {"get estop", "get abs_act_pos", "get joint_homed", "set mode", "G10",
-                            "get operator_display"}) {
-    for (const Fault fault : {Fault::kDrop, Fault::kSilent, Fault::kNoise}) {
+TEST(LinuxCnc, EveryFaultOfTheHelperIsANamedError) {
+  for (const char* where : {"\"state\"", "\"take\"", "G10", "\"show\""}) {
+    for (const Fault fault : {Fault::kDrop, Fault::kNoise, Fault::kRefuse}) {
       ScriptedLinuxCnc server(FaultAt(where, fault));
-      LinuxCncOptions options = Options(server);
-      options.address.time_limit_s = 0.4;  // waited for in full twelve times
-      const auto machine = Connected(options);
+      const auto machine = Connected(Options(server));
       ASSERT_TRUE(machine);
       const auto done = machine->WriteOffset(1, {{1, 2, 3}, 4}, {});
       ASSERT_FALSE(done) << where;
       EXPECT_EQ(done.error().kind, ErrorKind::kMachine) << where;
     }
   }
-  LinuxCncOptions nobody;
-  nobody.address.port = 9;
-  nobody.address.time_limit_s = 1;
-  EXPECT_THAT(LinuxCnc::Connect(nobody, {}).error().message, HasSubstr("is linuxcncrsh running?"));
 }
 
 TEST(LinuxCnc, APlaceWhereNoMachineCanBeIsAFaultOfTheControllerAndNothingMoves) {
-  for (const char* told : {"1e300 0 0 0 0 0", "0 0 1e300 0 0 0", "0 -2e5 0 0 0 0", "0 0 inf 0 0 0",
-                           "0 0 1e7 0 0 0", "0 0", "home", ""}) {
+  for (const nlohmann::json& told : std::vector<nlohmann::json>{
+           {1e300, 0, 0, 0}, {0, 0, 1e300, 0}, {0, -2e5, 0, 0}, {0, 0, 1e7, 0}, {0, 0}, "home"}) {
     ScriptedLinuxCnc server;
-    server.Answer("abs_act_pos", told);
+    server.Answer("position", told);
     const auto machine = Connected(Options(server));
     ASSERT_TRUE(machine);
     const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
@@ -364,7 +339,7 @@ TEST(LinuxCnc, TheLimitsOfTheAxesHoldForWhatIsToldAndForWhatIsDriven) {
   EXPECT_FALSE(machine->MoveTo({1e300, 0, 0}, 6000, {}));
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
   EXPECT_TRUE(machine->MoveTo({0, 0, 1.5}, 6000, {}));
-  server.Answer("abs_act_pos", "0 0 7.5 0 0 0");
+  server.Answer("position", {0, 0, 7.5, 0});
   const auto lost = machine->MoveTo({0, 0, 1}, 6000, {});
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, ErrorKind::kMachine);
@@ -386,7 +361,7 @@ TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
   ScriptedLinuxCnc server;
   server.SetHurry(1e-6);
   LinuxCncOptions options = Options(server);
-  options.address.time_limit_s = 0.5;
+  options.session.time_limit_s = 0.5;
   const auto moved = Connected(options)->MoveTo({100, 0, 0}, 600, {});
   ASSERT_FALSE(moved);
   EXPECT_THAT(moved.error().message,
@@ -418,32 +393,6 @@ TEST(LinuxCnc, OffsetsThatCannotBeAreNeitherBelievedNorWritten) {
   ASSERT_FALSE(written);
   EXPECT_THAT(written.error().message, HasSubstr("work offset 1"));
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
-}
-
-TEST(LinuxCnc, AnswersWithoutEndAreCutShort) {
-  std::string many = "OFF";
-  for (int i = 0; i < 1000; ++i) many += "\r\nline";
-  struct Case {
-    const char* name;
-    std::string told;
-    const char* said;
-  };
-  for (const Case& c : {Case{"abs_act_pos", std::string(1'000'000, 'x'), "more than 10000 bytes"},
-                        Case{"abs_act_pos", std::string(9'000, 'x'), "numbers were expected"},
-                        Case{"estop", many, "is this linuxcncrsh?"}}) {
-    ScriptedLinuxCnc server;
-    server.Answer(c.name, c.told);
-    const auto state = Connected(Options(server))->State({});
-    ASSERT_FALSE(state) << c.said;
-    EXPECT_THAT(state.error().message, HasSubstr(c.said));
-    EXPECT_LT(state.error().message.size(), 500u) << c.said;
-  }
-}
-
-TEST(LinuxCnc, NumbersThatAreNoneAreRefused) {
-  ScriptedLinuxCnc server;
-  server.Answer("C", "nan");
-  EXPECT_THAT(Connected(Options(server))->State({}).error().message, HasSubstr("abs_act_pos"));
 }
 
 }  // namespace

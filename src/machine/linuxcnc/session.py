@@ -120,7 +120,7 @@ class Session:
         if self.mode() != "MDI":
             self.lose(f"it is in {self.mode()} mode")
         if self.stat.task_state != self.cnc.STATE_ON:
-            self.lose("it was switched off")
+            self.lose("its emergency stop was pressed" if self.stat.estop else "it was switched off")
         if self.stat.echo_serial_number > self.seen:
             time.sleep(OVERRIDES_S)
             self.stat.poll()

@@ -45,7 +45,7 @@ int Spawn(std::vector<std::string> words, int end, pid_t& process) {
   posix_spawnattr_setflags(&attributes,
                            POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   const int failed =
-      posix_spawn(&process, arguments.front(), &files, &attributes, arguments.data(), environ);
+      posix_spawnp(&process, arguments.front(), &files, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return failed;

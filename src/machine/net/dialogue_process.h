@@ -20,7 +20,7 @@ class DialogueProcess {
  public:
   /// Starts a program with no other file of this process open; what it writes to standard error is
   /// shown.
-  /// @param words  its path and its arguments, one word each, without a shell
+  /// @param words  its path, or its name on PATH, and its arguments, one word each, without a shell
   /// Errors (kMachine): it cannot be started.
   [[nodiscard]] static Result<std::unique_ptr<DialogueProcess>> Start(
       const std::vector<std::string>& words);

@@ -271,8 +271,7 @@ void AddAlignBoardCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::IsMember(std::set<std::string>{kMoveQuestion}));
   AddBoardOptions(*command, *arguments);
   AddLinuxCncOptions(*command, "--machine",
-                     "what moves: session, the LinuxCNC that runs on this computer, or HOST[:PORT] "
-                     "of linuxcncrsh",
+                     "what moves: session, the LinuxCNC that runs on this computer",
                      arguments->linuxcnc);
   command->get_option("--machine")->required();
   command->callback([arguments, &exit_code] { exit_code = RunBoard(*arguments); });

@@ -168,8 +168,7 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--json", arguments->json, "one JSON object");
   AddLinuxCncOptions(
       *command, "--write",
-      "set the work offset and read it back: session, the LinuxCNC that runs on this "
-      "computer, or HOST[:PORT] of linuxcncrsh",
+      "set the work offset and read it back: session, the LinuxCNC that runs on this computer",
       arguments->linuxcnc);
   command->callback([arguments, &exit_code] { exit_code = RunCorrect(*arguments); });
 }

@@ -79,10 +79,11 @@ std::vector<std::string> CommandsOf(const std::string& said) {
 TEST_F(AlignInit, LeadsFromNothingToTheOffsetByTheFiveCommandsThatItPrints) {
   ScriptedLinuxCnc server;
   server.SetHurry(50);
-  const std::string address = fmt::format("127.0.0.1:{}", server.port());
+  const std::string address = "session:" + server.helper();
   const CommandResult begun = Init(address, "--spindle locked");
   ASSERT_EQ(begun.exit_code, 0) << begun.output;
-  EXPECT_THAT(server.requests(), Each(AllOf(Not(HasSubstr("mdi")), Not(HasSubstr("set mode")))));
+  EXPECT_THAT(server.requests(),
+              Each(AllOf(Not(HasSubstr("\"mdi\"")), Not(HasSubstr("\"take\"")))));
   const auto commands = CommandsOf(begun.standard_output);
   ASSERT_EQ(commands.size(), 5U) << begun.standard_output;
   // The shop takes its pictures where the plan says.
@@ -173,14 +174,14 @@ TEST_F(AlignInit, SaysThatNoViewFitsAndWhatToChange) {
 
 TEST_F(AlignInit, NamesWhatTheMachineIsNotReadyForAndWritesAllTheSame) {
   for (const auto& [name, value, words] :
-       {std::tuple{"spindle 0", "0 FORWARD", "the spindle turns"},
-        std::tuple{"estop", "ON", "emergency stop"},
-        std::tuple{"joint_homed", "YES NO YES NO NO NO", "not all joints are homed"},
-        std::tuple{"program_status", "RUNNING", "runs a program"}}) {
+       {std::tuple{"spindle_stopped", json(false), "the spindle turns"},
+        std::tuple{"estop", json(true), "emergency stop"},
+        std::tuple{"homed", json({1, 0, 1, 1}), "not all joints are homed"},
+        std::tuple{"idle", json(false), "runs a program"}}) {
     fs::remove_all(At("job"));
     ScriptedLinuxCnc server;
     server.Answer(name, value);
-    const CommandResult run = Init(fmt::format("127.0.0.1:{}", server.port()), "--spindle locked");
+    const CommandResult run = Init("session:" + server.helper(), "--spindle locked");
     EXPECT_EQ(run.exit_code, 0) << run.output;
     EXPECT_THAT(run.standard_error, AllOf(HasSubstr("before measuring: "), HasSubstr(words)));
     EXPECT_TRUE(fs::exists(At("job/views.json")));
@@ -189,8 +190,8 @@ TEST_F(AlignInit, NamesWhatTheMachineIsNotReadyForAndWritesAllTheSame) {
 
 TEST_F(AlignInit, WritesNothingForAMachineInInches) {
   ScriptedLinuxCnc server;
-  server.Answer("user_linear_units", "INCH");
-  const CommandResult run = Init(fmt::format("127.0.0.1:{}", server.port()));
+  server.Answer("metric", false);
+  const CommandResult run = Init("session:" + server.helper());
   EXPECT_EQ(run.exit_code, 4) << run.output;
   EXPECT_THAT(run.standard_error,
               AllOf(HasSubstr("contradiction: "), HasSubstr("LINEAR_UNITS = mm")));

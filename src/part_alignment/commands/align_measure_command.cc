@@ -247,8 +247,7 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
   AddReading(*command, *arguments);
   AddLinuxCncOptions(
       *command, "--machine",
-      "what moves: session, the LinuxCNC that runs on this computer, or HOST[:PORT] of "
-      "linuxcncrsh; without it nothing does",
+      "what moves: session, the LinuxCNC that runs on this computer; without it nothing does",
       arguments->linuxcnc);
   AddRoute(*command, *arguments);
   command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });

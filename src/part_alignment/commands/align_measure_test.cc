@@ -71,9 +71,9 @@ class AlignMeasure : public testing::Test {
   }
   [[nodiscard]] std::string Machine(const ScriptedLinuxCnc& server) const {
     return fmt::format(
-        "--machine 127.0.0.1:{} --spindle-locked --safe-z {} "
+        "--machine session:{} --spindle-locked --safe-z {} "
         "--feed 100000 --settle 0",
-        server.port(), SafeZ());
+        server.helper(), SafeZ());
   }
   // Everything else as in the plan.
   [[nodiscard]] CommandResult MeasureBy(const json& plan, const fs::path& pictures,
@@ -194,11 +194,11 @@ TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
 TEST_F(AlignMeasure, RefusesASpindleThatTurnsIsNotHeldOrNotOriented) {
   const std::string held = "--spindle-locked";
   for (const auto& [name, value, holds, words] :
-       {std::tuple{"spindle 0", "0 FORWARD", held, "the spindle turns"},
-        std::tuple{"C", "37.000000", std::string("--c-axis --joints 4"), "axis C stands at 37.0"},
-        std::tuple{"C", "0.000000", std::string(), "nothing says that the spindle is held"},
-        std::tuple{"estop", "ON", held, "emergency stop"},
-        std::tuple{"joint_homed", "YES NO YES NO NO NO", held, "homed"}}) {
+       {std::tuple{"spindle_stopped", json(false), held, "the spindle turns"},
+        std::tuple{"c", json(37), std::string("--c-axis --joints 4"), "axis C stands at 37.0"},
+        std::tuple{"c", json(0), std::string(), "nothing says that the spindle is held"},
+        std::tuple{"estop", json(true), held, "emergency stop"},
+        std::tuple{"homed", json({1, 0, 1, 0}), held, "homed"}}) {
     ScriptedLinuxCnc server;
     server.Answer(name, value);
     std::string machine = Machine(server);
@@ -253,10 +253,10 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   const CommandResult measured = Measure(Machine(server));
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
   EXPECT_EQ(step.load(), Step::kDropped);
-  EXPECT_THAT(measured.standard_error,
-              AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at"),
-                    HasSubstr("taken (2)")));
-  EXPECT_THAT(server.requests(), testing::Contains("set abort"));  // over a second connection
+  EXPECT_THAT(
+      measured.standard_error,
+      AllOf(HasSubstr("it has ended"), HasSubstr("the machine stands at"), HasSubstr("taken (2)")));
+  EXPECT_THAT(server.requests(), testing::Contains(HasSubstr("orphaned")));  // by another helper
   EXPECT_FALSE(server.moving());
   EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
@@ -277,12 +277,12 @@ TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
   EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
 
-TEST_F(AlignMeasure, ASoftLimitIsSaidInTheControllersWords) {
+TEST_F(AlignMeasure, AMoveThatTheControllerRefusesIsNamed) {
   ScriptedLinuxCnc server;
   server.SetTravel(1);
   const CommandResult measured = Measure(Machine(server));
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
-  EXPECT_THAT(measured.standard_error, HasSubstr("would exceed X's positive limit"));
+  EXPECT_THAT(measured.standard_error, HasSubstr("LinuxCNC refuses it; its own screen says why"));
   EXPECT_FALSE(server.moving());
 }
 

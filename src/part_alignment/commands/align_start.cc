@@ -116,17 +116,14 @@ std::string MeasureCommand(const StartFiles& names, const StartValues& values) {
 }  // namespace
 
 std::vector<StartQuestion> MachineQuestions() {
-  return {{"machine",
-           "the machine: session (the LinuxCNC that runs on this computer), HOST[:PORT] of "
-           "linuxcncrsh, or none",
+  return {{"machine", "the machine: session, the LinuxCNC that runs on this computer, or none",
            "session", IsMachine}};
 }
 
 std::vector<StartQuestion> JobQuestions(const std::optional<machine::LinuxCncFacts>& facts,
                                         const StartAnswers& answers) {
-  const bool told = facts && facts->complete;
-  const bool has_c = told && facts->HasAxis('C');
-  const std::string travel = told ? TravelText(*facts) : "";
+  const bool has_c = facts && facts->HasAxis('C');
+  const std::string travel = facts ? TravelText(*facts) : "";
   const auto given = answers.find("travel");
   const auto numbers = ParseNumbers(given == answers.end() ? travel : given->second, 6);
   const std::string highest = numbers ? fmt::format("{}", numbers->back()) : "";
@@ -170,8 +167,7 @@ StartValues ValuesOf(const StartAnswers& answers,
   values.targets = answers.at("targets");
   values.source = answers.at("source");
   values.c_holds_spindle = answers.at("spindle") == "c-axis";
-  const bool told = facts && facts->complete;
-  values.joints = joints > 0 ? joints : told ? facts->joints : values.c_holds_spindle ? 4 : 3;
+  values.joints = joints > 0 ? joints : facts ? facts->joints : values.c_holds_spindle ? 4 : 3;
   const auto rough = numbers("rough", 3);
   values.rough_mm = {rough[0], rough[1], rough[2]};
   const auto turn = numbers("rough-angles", 3);

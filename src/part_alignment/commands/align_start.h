@@ -21,7 +21,7 @@ namespace trammel::app {
     const std::optional<machine::LinuxCncFacts>& facts, const procedure::StartAnswers& answers);
 
 struct StartValues {
-  std::string machine;  ///< "session", HOST[:PORT], "none"
+  std::string machine;  ///< "session", "session:" and a helper's words, "none"
   std::string camera;   ///< files
   std::string targets;
   std::string source;  ///< of pictures

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
-#include <utility>
-
-#include "app/secrets.h"
+#include <sstream>
+#include <string_view>
 
 namespace trammel::app {
 
@@ -29,33 +27,18 @@ void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std:
 }
 
 Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& arguments) {
+  constexpr std::string_view kSession = "session";
   machine::LinuxCncOptions options = arguments.options;
-  // Not among the words of the command, which everybody on the computer can read.
-  for (const auto& [name, password] :
-       {std::pair{"TRAMMEL_LINUXCNC_CONNECT_PASSWORD", &options.address.connect_password},
-        std::pair{"TRAMMEL_LINUXCNC_ENABLE_PASSWORD", &options.address.enable_password}}) {
-    if (std::string given = FromEnvironment(name); !given.empty()) *password = std::move(given);
-  }
-  const std::string& text = arguments.address;
-  if (text == "session") {
-    options.session.emplace();
-    return options;
-  }
-  const std::size_t colon = text.rfind(':');
-  options.address.host = text.substr(0, colon);
-  bool sound = !options.address.host.empty() && options.address.host.find(':') == std::string::npos;
-  if (colon != std::string::npos) {
-    const char* end = text.data() + text.size();
-    const auto read = std::from_chars(text.data() + colon + 1, end, options.address.port);
-    sound = sound && read.ec == std::errc() && read.ptr == end && options.address.port != 0;
-  }
-  if (!sound) {
-    return Fail(fmt::format(
-        "{}: LinuxCNC is \"session\", the one that runs on this computer, or linuxcncrsh's "
-        "HOST or HOST:PORT, such as 127.0.0.1:5007",
-        text));
-  }
-  return options;
+  std::string_view text = arguments.address;
+  if (text == kSession) return options;
+  const bool helper = text.starts_with(kSession) && text.substr(kSession.size()).starts_with(':');
+  std::istringstream words(helper ? std::string(text.substr(kSession.size() + 1)) : std::string());
+  for (std::string word; words >> word;) options.session.helper.push_back(word);
+  if (!options.session.helper.empty()) return options;
+  return Fail(
+      fmt::format("{}: LinuxCNC is \"session\", the one that runs on this computer, or "
+                  "session:PROGRAM of a helper that speaks for another",
+                  text));
 }
 
 Result<std::unique_ptr<machine::LinuxCnc>> ConnectLinuxCnc(const LinuxCncArguments& arguments,

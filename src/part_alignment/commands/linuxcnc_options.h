@@ -17,7 +17,7 @@ class App;
 namespace trammel::app {
 
 struct LinuxCncArguments {
-  std::string address;  ///< "session", HOST or HOST:PORT; empty: no machine
+  std::string address;  ///< "session", or "session:" and a helper's words; empty: no machine
   machine::LinuxCncOptions options;
 };
 

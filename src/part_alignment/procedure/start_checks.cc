@@ -78,35 +78,31 @@ std::vector<StartContradiction> CheckMachine(const LinuxCncFacts& facts,
                                              const StartRequest& request) {
   std::vector<StartContradiction> found;
   if (!facts.state.metric) {
-    found.push_back({facts.complete && facts.unit_mm != 1
+    found.push_back({facts.unit_mm != 1
                          ? fmt::format("LinuxCNC's own unit is {:g} mm", facts.unit_mm)
                          : std::string("LinuxCNC's own units are not millimetre and degree"),
                      "only metric machines are driven: [TRAJ] LINEAR_UNITS = mm and "
                      "ANGULAR_UNITS = degree in its INI file",
                      kForbids});
   }
-  const bool no_c = !facts.state.c_axis || (facts.complete && !facts.HasAxis('C'));
-  if (request.c_holds_spindle && no_c) {
-    found.push_back({fmt::format("LinuxCNC has no axis C{} that could hold the spindle",
-                                 facts.complete ? " among " + facts.axes : ""),
-                     "orient and lock the spindle by hand, and say --spindle locked", kForbids});
+  if (request.c_holds_spindle && !(facts.state.c_axis && facts.HasAxis('C'))) {
+    found.push_back(
+        {fmt::format("LinuxCNC has no axis C among {} that could hold the spindle", facts.axes),
+         "orient and lock the spindle by hand, and say --spindle locked", kForbids});
   }
-  if (facts.complete) {
-    for (const char axis : {'X', 'Y', 'Z'}) {
-      if (facts.HasAxis(axis)) continue;
-      found.push_back({fmt::format("LinuxCNC has no axis {} among {}", axis, facts.axes),
-                       "the camera is moved along X, Y and Z: another machine is needed",
-                       kForbids});
-    }
-    const MachineBox told = TravelOf(facts);
-    if (!IsBox(told)) {
-      found.push_back({"LinuxCNC tells the travel " + Text(told) + ", which is none",
-                       "look at MIN_LIMIT and MAX_LIMIT of its axes in its INI file", kForbids});
-    } else if (!Holds(told, request.travel)) {
-      found.push_back({fmt::format("--travel {} reaches beyond LinuxCNC's limits, {}",
-                                   Text(request.travel), Text(told)),
-                       "stay within them, or leave --travel out", kForbids});
-    }
+  for (const char axis : {'X', 'Y', 'Z'}) {
+    if (facts.HasAxis(axis)) continue;
+    found.push_back({fmt::format("LinuxCNC has no axis {} among {}", axis, facts.axes),
+                     "the camera is moved along X, Y and Z: another machine is needed", kForbids});
+  }
+  const MachineBox told = TravelOf(facts);
+  if (!IsBox(told)) {
+    found.push_back({"LinuxCNC tells the travel " + Text(told) + ", which is none",
+                     "look at MIN_LIMIT and MAX_LIMIT of its axes in its INI file", kForbids});
+  } else if (!Holds(told, request.travel)) {
+    found.push_back({fmt::format("--travel {} reaches beyond LinuxCNC's limits, {}",
+                                 Text(request.travel), Text(told)),
+                     "stay within them, or leave --travel out", kForbids});
   }
   AddState(facts, request, found);
   return found;
@@ -150,9 +146,6 @@ TargetIds CheckIds(const std::vector<part_alignment::PartTarget>& targets,
 }
 
 std::string FactsText(const LinuxCncFacts& facts) {
-  if (!facts.complete) {
-    return "tells its state; axes, limits and tools are not told over this line";
-  }
   const std::string tool =
       facts.tool > 0 ? fmt::format("tool {} in the spindle", facts.tool) : "no tool in the spindle";
   return fmt::format("axes {}, unit {:g} mm, {}, {}, {} in the table", facts.axes, facts.unit_mm,

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/linuxcnc/linuxcnc_link.h"
+#include "machine/linuxcnc/linuxcnc_session.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/views/machine_box.h"

@@ -128,7 +128,6 @@ machine::LinuxCncFacts Ready() {
   facts.state.estop = false;
   facts.state.on = facts.state.homed = facts.state.spindle_stopped = true;
   facts.state.idle = facts.state.metric = true;
-  facts.complete = true;
   facts.axes = "XYZC";
   facts.travel = {{0, 0, -500}, {2000, 1000, 0}};
   facts.joints = 4;

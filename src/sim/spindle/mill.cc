@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -12,13 +13,11 @@
 namespace trammel::sim {
 namespace {
 
+using nlohmann::json;
+
 constexpr const char* kLetters = "XYZC";
 
-std::string Upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
+json Failed(const std::string& why, const char* kind) { return {{"error", why}, {"kind", kind}}; }
 
 // The number behind a letter that begins a word of a block.
 std::optional<double> Word(std::string_view block, char letter) {
@@ -40,13 +39,6 @@ bool Has(std::string_view block, std::string_view word) {
 VirtualMill::VirtualMill(const MillOptions& options) : options_(options) {
   std::copy(options.start_mm.begin(), options.start_mm.end(), from_.begin());
   to_ = from_;
-  answers_ = {
-      {"ESTOP", "OFF"},
-      {"MACHINE", "ON"},
-      {"MODE", "MANUAL"},
-      {"SPINDLE 0", options.faults.spindle_turns ? "0 FORWARD" : "0 OFF"},
-      {"USER_LINEAR_UNITS", "MM"},
-      {"JOINT_HOMED", options.faults.not_homed ? "NO NO NO NO NO NO" : "YES YES YES YES NO NO"}};
 }
 
 double VirtualMill::Progress(double now_s) const {
@@ -68,6 +60,12 @@ MillPlace VirtualMill::At(double now_s) const {
   return {{at[0], at[1], at[2]}, at[3], moving, approach_, turn_};
 }
 
+void VirtualMill::Leave(double now_s) {
+  const std::lock_guard lock(mutex_);
+  Stop(now_s);
+  mode_ = "MANUAL";
+}
+
 bool VirtualMill::serves() const {
   const std::lock_guard lock(mutex_);
   return serves_;
@@ -82,50 +80,85 @@ std::string VirtualMill::Answer(const std::string& line, double now_s) {
   const std::lock_guard lock(mutex_);
   if (now_s >= estop_s_) {
     Stop(now_s);
-    answers_["ESTOP"] = "ON";
-    answers_["MACHINE"] = "OFF";
+    on_ = false;
   }
-  if (line.starts_with("hello ")) return "HELLO ACK EMCNETSVR 1.1\r\n";
-  if (line == "set echo off") return "set echo off\r\n";
-  if (line.starts_with("set ")) return Set(line.substr(4), now_s);
-  if (line.starts_with("get ")) return Get(Upper(line.substr(4)), now_s);
-  return {};
+  const json request = json::parse(line, nullptr, /*allow_exceptions=*/false);
+  json answer = {{"error", "a request is an object with an id and what to do"},
+                 {"kind", "machine"}};
+  if (request.is_object() && request.value("id", json()).is_number_integer() &&
+      request.value("do", json()).is_string()) {
+    answer = Do(request, now_s);
+    answer["id"] = request["id"];
+  }
+  return answer.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-std::string VirtualMill::Get(const std::string& name, double now_s) {
-  const std::string word = name.substr(0, name.find(' '));
-  std::string value;
-  if (name == "ERROR") {
-    value = std::exchange(error_, "OK");
-  } else if (name == "OPERATOR_DISPLAY") {
-    value = std::exchange(display_, "OK");
-  } else if (name == "PROGRAM_STATUS") {
-    value = Progress(now_s) < 1 && now_s < estop_s_ ? "RUNNING" : "IDLE";
-  } else if (name == "ABS_ACT_POS") {
-    const auto at = Now(now_s);
-    value = fmt::format("{:f} {:f} {:f} 0.000000 0.000000 {:f}", at[0], at[1], at[2], at[3]);
-  } else if (const auto known = answers_.find(name); known != answers_.end()) {
-    value = known->second;
-  } else {
-    return "GET " + word + " NAK\r\n";
+json VirtualMill::Do(const json& request, double now_s) {
+  const std::string what = request["do"];
+  const auto text_of = [&request](const char* name) {
+    const json text = request.value(name, json());
+    return text.is_string() ? text.get<std::string>() : std::string();
+  };
+  if (mode_ == "MDI" && !on_ && what != "abort") {
+    return Failed("somebody took LinuxCNC over (its emergency stop was pressed)", "taken");
   }
-  return word + " " + value + "\r\n";
+  if (what == "look") return Look(now_s);
+  if (what == "state") return State(now_s);
+  if (what == "facts") return Facts(now_s);
+  if (what == "mdi") return Mdi(text_of("block"), now_s);
+  if (what == "show") return {{"shown", Shown(text_of("text"))}};
+  if (what == "take") mode_ = "MDI";
+  if (what == "abort") Stop(now_s);
+  if (what == "take" || what == "abort") return json::object();
+  return Failed("nothing is known of it", "machine");
 }
 
-std::string VirtualMill::Set(const std::string& what, double now_s) {
-  const std::string name = Upper(what.substr(0, what.find(' ')));
-  if (name == "MODE") answers_["MODE"] = Upper(what.substr(std::min<std::size_t>(5, what.size())));
-  if (name == "ABORT") Stop(now_s);
-  if (name == "MDI") {
-    if (answers_["MODE"] != "MDI") {
-      error_ = "Must be in MDI mode to issue MDI command";
-    } else if (answers_["MACHINE"] != "ON") {
-      error_ = "Can't do that (EMC_TASK_PLAN_EXECUTE) when machine is off";
-    } else {
-      Mdi(what.substr(std::min<std::size_t>(4, what.size())), now_s);
-    }
+json VirtualMill::Look(double now_s) const {
+  const bool moving = Progress(now_s) < 1 && now_s < estop_s_;
+  return {{"position", Now(now_s)},
+          {"commanded", moving ? to_ : Now(now_s)},
+          {"mode", mode_},
+          {"idle", !moving},
+          {"spindle_stopped", !options_.faults.spindle_turns}};
+}
+
+json VirtualMill::State(double now_s) const {
+  constexpr double kFastest_mm_s = 1e4;
+  json answer = Look(now_s);
+  const int homed = options_.faults.not_homed ? 0 : 1;
+  answer.update(json{{"estop", !on_},
+                     {"on", on_},
+                     {"homed", std::array<int, 4>{homed, homed, homed, homed}},
+                     {"metric", true},
+                     {"c_axis", true},
+                     {"feed_override", 1},
+                     {"fastest_mm_s", kFastest_mm_s}});
+  return answer;
+}
+
+json VirtualMill::Facts(double now_s) const {
+  constexpr double kMostTurned_deg = 36'000;
+  const Triple& low = options_.travel_low_mm;
+  const Triple& high = options_.travel_high_mm;
+  json answer = State(now_s);
+  answer.update(json{{"axes", kLetters},
+                     {"unit_mm", 1},
+                     {"joints", 4},
+                     {"tool", 0},
+                     {"tool_length", 0},
+                     {"tools", 0},
+                     {"low", {low[0], low[1], low[2], -kMostTurned_deg}},
+                     {"high", {high[0], high[1], high[2], kMostTurned_deg}}});
+  return answer;
+}
+
+json VirtualMill::Mdi(const std::string& block, double now_s) {
+  if (mode_ != "MDI") return Failed("MDI mode was not taken", "machine");
+  if (Progress(now_s) < 1) {
+    return Failed("LinuxCNC still executes something; nothing was added to it", "machine");
   }
-  return "SET " + name + " ACK\n\r";
+  if (Has(block, "G53 G1 ")) Move(block, now_s);
+  return json::object();
 }
 
 // Values of the INI file in a message; other parameters are not kept.
@@ -150,36 +183,18 @@ std::string VirtualMill::Shown(const std::string& text) const {
   return shown;
 }
 
-void VirtualMill::Mdi(const std::string& block, double now_s) {
-  constexpr std::string_view kMessage = "(debug,";
-  if (block.starts_with(kMessage)) {
-    display_ = Shown(block.substr(kMessage.size(), block.size() - kMessage.size() - 1));
-  } else if (Has(block, "G53 G1 ")) {
-    Move(block, now_s);
-  }
-}
-
 void VirtualMill::Move(const std::string& block, double now_s) {
   ++moves_;
   const MillFaults& faults = options_.faults;
-  if (moves_ == faults.refused_at_move) {
-    error_ = "Linear move on line 0 would exceed joint 0's positive limit";
-    return;
-  }
+  if (moves_ == faults.refused_at_move) return;  // as LinuxCNC does, which tells it its screen
   const std::array<double, 4> from = Now(now_s);
   std::array<double, 4> to = from;
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = Word(block, kLetters[i]).value_or(to[i]);
   for (std::size_t i = 0; i < 3; ++i) {
-    if (to[i] >= options_.travel_low_mm[i] && to[i] <= options_.travel_high_mm[i]) continue;
-    error_ = fmt::format("Linear move on line 0 would exceed {}'s {} limit", kLetters[i],
-                         to[i] < options_.travel_low_mm[i] ? "negative" : "positive");
-    return;
+    if (to[i] < options_.travel_low_mm[i] || to[i] > options_.travel_high_mm[i]) return;
   }
   constexpr double kMostTurned_deg = 36'000;
-  if (std::abs(to[3]) > kMostTurned_deg) {
-    error_ = "Linear move on line 0 would exceed C's positive limit";
-    return;
-  }
+  if (std::abs(to[3]) > kMostTurned_deg) return;
   const double way_mm = std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
   const double turn_deg = std::abs(to[3] - from[3]);
   // Without X, Y and Z the speed is in degrees/min.

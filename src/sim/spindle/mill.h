@@ -1,12 +1,12 @@
-// A virtual milling machine in the host's time, as its controller's shell server tells of it.
+// A virtual milling machine in the host's time, as a helper that joins LinuxCNC sees it.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "base/result.h"
@@ -40,23 +40,27 @@ struct MillPlace {
   std::uint64_t turn = 0;      ///< counts moves of C that changed it
 };
 
-/// Three axes and C that go at the speed that is asked for and stop at once, behind LinuxCNC's
-/// shell (linuxcncrsh) as its manual has it, as far as a client needs it to move the machine. No
-/// control is held: whoever asks is served. Safe to use from several threads.
+/// Three axes and C that go at the speed that is asked for and stop at once. It answers what
+/// trammel asks of its helper beside LinuxCNC: lines of JSON with an "id" and what to "do" (look,
+/// state, facts, take, mdi, show, abort). Whoever asks is served. Safe to use from several threads.
 class VirtualMill {
  public:
   explicit VirtualMill(const MillOptions& options);
 
-  /// The answer to a line of a client, with its line end; empty: there is none.
+  /// The answer to a line of a client, without its line end.
   [[nodiscard]] std::string Answer(const std::string& line, double now_s);
+  /// Ends what is under way and gives the mode back, as LinuxCNC's helper does when it is left.
+  void Leave(double now_s);
   [[nodiscard]] MillPlace At(double now_s) const;
   /// False from a fault on: its server is gone.
   [[nodiscard]] bool serves() const;
 
  private:
-  [[nodiscard]] std::string Get(const std::string& name, double now_s);
-  [[nodiscard]] std::string Set(const std::string& what, double now_s);
-  void Mdi(const std::string& block, double now_s);
+  [[nodiscard]] nlohmann::json Do(const nlohmann::json& request, double now_s);
+  [[nodiscard]] nlohmann::json Look(double now_s) const;
+  [[nodiscard]] nlohmann::json State(double now_s) const;
+  [[nodiscard]] nlohmann::json Facts(double now_s) const;
+  [[nodiscard]] nlohmann::json Mdi(const std::string& block, double now_s);
   void Move(const std::string& block, double now_s);
   void Stop(double now_s);
   [[nodiscard]] double Progress(double now_s) const;
@@ -65,9 +69,8 @@ class VirtualMill {
 
   MillOptions options_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::string> answers_;
-  std::string error_ = "OK";
-  std::string display_ = "OK";
+  std::string mode_ = "MANUAL";
+  bool on_ = true;
   std::array<double, 4> from_ = {};  ///< X, Y, Z, C
   std::array<double, 4> to_ = {};
   double begin_s_ = 0;
@@ -79,7 +82,7 @@ class VirtualMill {
   bool serves_ = true;
 };
 
-/// Serves the machine's shell on a port of 127.0.0.1 from a thread of its own.
+/// Serves the machine on a port of 127.0.0.1 from a thread of its own.
 class MillServer {
  public:
   /// @param port  0 takes a free one
@@ -89,5 +92,9 @@ class MillServer {
   virtual ~MillServer() = default;
   [[nodiscard]] virtual int port() const = 0;
 };
+
+/// Hands standard input on to a virtual mill on a port of 127.0.0.1, and its answers to standard
+/// output, until either ends. Error (kMachine): nobody listens there.
+[[nodiscard]] Result<void> JoinMill(int port);
 
 }  // namespace trammel::sim

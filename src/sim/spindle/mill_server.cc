@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -78,6 +79,7 @@ class Server final : public MillServer {
       if (wanted[1].revents != 0) Accept();
       std::erase_if(clients_, [this](const Client& client) {
         if (!client.gone && mill_->serves()) return false;
+        if (client.gone && mill_->serves()) mill_->Leave(MonotonicNow());
         close(client.fd);
         return true;
       });
@@ -88,6 +90,8 @@ class Server final : public MillServer {
     const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd < 0) return;
     if (clients_.size() < kMostClients && mill_->serves()) {
+      constexpr std::string_view kHello = "{\"id\": 0}\n";
+      (void)send(fd, kHello.data(), kHello.size(), MSG_NOSIGNAL);
       clients_.push_back({fd, {}, false});
     } else {
       close(fd);
@@ -106,9 +110,9 @@ class Server final : public MillServer {
       std::string line = client.pending.substr(0, end);
       client.pending.erase(0, end + 1);
       while (!line.empty() && line.back() == '\r') line.pop_back();
-      const std::string answer = mill_->Answer(line, MonotonicNow());
+      const std::string answer = mill_->Answer(line, MonotonicNow()) + '\n';
       if (!mill_->serves()) return;
-      if (!answer.empty()) (void)send(client.fd, answer.data(), answer.size(), MSG_NOSIGNAL);
+      (void)send(client.fd, answer.data(), answer.size(), MSG_NOSIGNAL);
     }
   }
 
@@ -121,6 +125,34 @@ class Server final : public MillServer {
 };
 
 }  // namespace
+
+Result<void> JoinMill(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (fd < 0 || connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+    const int error = errno;
+    if (fd >= 0) close(fd);
+    return Fail(fmt::format("no virtual mill listens on 127.0.0.1:{}: {}; start trammel sim mill",
+                            port, std::strerror(error)),
+                ErrorKind::kMachine);
+  }
+  std::array<pollfd, 2> wanted = {pollfd{STDIN_FILENO, POLLIN, 0}, pollfd{fd, POLLIN, 0}};
+  for (bool open = true; open;) {
+    if (poll(wanted.data(), wanted.size(), -1) < 0) continue;
+    for (const pollfd& from : wanted) {
+      if (from.revents == 0) continue;
+      std::array<char, 4096> bytes{};
+      const ssize_t count = read(from.fd, bytes.data(), bytes.size());
+      const int to = from.fd == fd ? STDOUT_FILENO : fd;
+      open = open && count > 0 && write(to, bytes.data(), static_cast<std::size_t>(count)) == count;
+    }
+  }
+  close(fd);
+  return {};
+}
 
 Result<std::unique_ptr<MillServer>> MillServer::Start(int port, std::shared_ptr<VirtualMill> mill) {
   auto server = std::make_unique<Server>(std::move(mill));
