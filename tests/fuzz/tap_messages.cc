@@ -1,4 +1,4 @@
-// Whatever a Moonraker, or Klipper itself (inputs that begin with K), sends to who waits for taps.
+// Whatever a Moonraker sends to who waits for taps, behind the first byte.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,7 +12,6 @@ TRAMMEL_FUZZ_TARGET(tap_messages)(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   fuzz::SetMessages(fuzz::Text(data + 1, size - 1));
   machine::TapStreamOptions options;
-  if (data[0] == 'K') options.moonraker.address = "klipper:/run/klipper.sock";
   options.remote_method = "trammel_tap";
   const machine::TapStreamEvents events{
       .on_tap = [](const nlohmann::json& tap,

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "machine/moonraker/klipper_taps.h"
 #include "machine/moonraker/klippy_streams.h"
 #include "machine/moonraker/moonraker.h"
 #include "machine/moonraker/moonraker_address.h"
@@ -330,11 +329,6 @@ std::optional<ConsoleResult> ProbeResult(const std::string& line) {
 
 Result<std::unique_ptr<TapStream>> OpenTapStream(const TapStreamOptions& options,
                                                  TapStreamEvents events, const WaitLimit& limit) {
-  constexpr std::string_view kKlipper = "klipper:";
-  if (options.moonraker.address.starts_with(kKlipper)) {
-    return OpenKlipperTaps(options.moonraker.address.substr(kKlipper.size()), options.remote_method,
-                           std::move(events), limit);
-  }
   const auto address = ParseMoonrakerAddress(options.moonraker.address);
   if (!address) return tl::unexpected(address.error());
   auto stream = std::make_unique<MoonrakerTaps>(*address, options, std::move(events));

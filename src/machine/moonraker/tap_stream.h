@@ -28,7 +28,6 @@ struct TapStreamEvents {
 };
 
 struct TapStreamOptions {
-  /// The address may also be "klipper:PATH", Klipper's own socket (klippy's option -a).
   MoonrakerOptions moonraker;
   std::string remote_method;  ///< Registered where not empty.
   /// Until a stream that was refused is asked for again, > 0.

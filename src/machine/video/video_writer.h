@@ -49,21 +49,7 @@ class VideoWriter {
   std::unique_ptr<State> state_;
 };
 
-/// One line of the times beside a video.
-struct FrameTimes {
-  std::optional<std::size_t> frame;  ///< its number in the video, from 0; absent where not stored
-  double arrival_s = 0;              ///< CLOCK_MONOTONIC of the machine that recorded
-  std::optional<CameraTime> captured;
-  std::optional<CameraTime> sent;
-  std::optional<std::uint64_t> sequence;
-  FrameFault fault = FrameFault::kNone;
-};
-
 /// `<video>.times`.
 [[nodiscard]] std::filesystem::path FrameTimesPath(const std::filesystem::path& video);
-
-/// Reads the times beside a video; a last line without its end (a killed recorder) is left out.
-/// Errors (kMeasurement) name the file, the line and what is wrong with it.
-[[nodiscard]] Result<std::vector<FrameTimes>> ReadFrameTimes(const std::filesystem::path& path);
 
 }  // namespace trammel::machine

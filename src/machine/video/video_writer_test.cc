@@ -8,7 +8,9 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "machine/video/video_file.h"
 #include "support/sanitized.h"
@@ -19,6 +21,7 @@ namespace trammel::machine {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 CapturedFrame FrameOf(int phase, int width = 64, int height = 48) {
@@ -41,6 +44,16 @@ std::pair<std::size_t, std::string> Decodable(const std::filesystem::path& path)
     if (!next) return {frames, next.error().message};
     if (*next == nullptr) return {frames, ""};
   }
+}
+
+/// The lines of the times beside a video, without their two of head.
+std::vector<std::string> TimesOf(const std::filesystem::path& video) {
+  std::istringstream text(test::ReadWhole(FrameTimesPath(video)));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) {
+    if (!line.starts_with('#')) lines.push_back(line);
+  }
+  return lines;
 }
 
 class VideoWriterTest : public testing::Test {
@@ -73,18 +86,13 @@ TEST_F(VideoWriterTest, GivesBackPicturesByteForByteAndTimes) {
   }
   EXPECT_FALSE(*(*source)->Next(1, {}));
 
-  const auto times = ReadFrameTimes(FrameTimesPath(At("a.avi")));
-  ASSERT_TRUE(times) << times.error().message;
-  ASSERT_EQ(times->size(), 7);
-  EXPECT_EQ((*times)[2].frame, 2);
-  EXPECT_EQ((*times)[3].frame, std::nullopt);
-  EXPECT_EQ((*times)[3].fault, FrameFault::kCutOff);
-  EXPECT_EQ((*times)[4].frame, 3);
-  EXPECT_EQ((*times)[4].sequence, 17);
-  EXPECT_EQ((*times)[4].captured->clock, CameraClock::kCameraMonotonic);
-  constexpr double kWritten_s = 1e-6;  // six decimals
-  EXPECT_NEAR((*times)[4].captured->time_s, 50 + 4 / 30.0, kWritten_s);
-  EXPECT_NEAR((*times)[4].arrival_s, 100 + 4 / 30.0, kWritten_s);
+  EXPECT_THAT(TimesOf(At("a.avi")), ElementsAre("0 100.000000 50.000000 camera - - - none",
+                                                "1 100.033333 50.033333 camera - - - none",
+                                                "2 100.066667 50.066667 camera - - - none",
+                                                "- 100.100000 50.100000 camera - - - cut_off",
+                                                "3 100.133333 50.133333 camera - - 17 none",
+                                                "4 100.166667 50.166667 camera - - - none",
+                                                "5 100.200000 50.200000 camera - - - none"));
 }
 
 TEST_F(VideoWriterTest, KeepsEveryFrameAddedBeforeAKill) {
@@ -115,9 +123,7 @@ TEST_F(VideoWriterTest, KeepsEveryFrameAddedBeforeAKill) {
     const auto [frames, message] = Decodable(path);
     EXPECT_EQ(message, "");
     EXPECT_GE(frames, reported);
-    const auto times = ReadFrameTimes(FrameTimesPath(path));
-    ASSERT_TRUE(times) << times.error().message;
-    EXPECT_GE(times->size(), reported);
+    EXPECT_GE(TimesOf(path).size(), reported);
   }
 }
 
@@ -173,9 +179,7 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
   const auto [frames, message] = Decodable(At("full.avi"));
   EXPECT_EQ(message, "");
   EXPECT_GT(frames, 3);
-  const auto times = ReadFrameTimes(FrameTimesPath(At("full.avi")));
-  ASSERT_TRUE(times) << times.error().message;
-  EXPECT_EQ(times->size(), frames);
+  EXPECT_EQ(TimesOf(At("full.avi")).size(), frames);
 }
 
 TEST_F(VideoWriterTest, ALimitOnOpenFilesIsNamedWithItsRemedyAndLeavesNothingBehind) {
@@ -228,24 +232,6 @@ TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {
   ASSERT_TRUE(writer->Add(FrameOf(1)));
   ASSERT_TRUE(writer->Finish());
   EXPECT_EQ(Decodable(At("a.avi")).first, 2);
-}
-
-TEST_F(VideoWriterTest, TimesThatAreNoneAreNamed) {
-  const std::string head = "# trammel frame times, format 1\n";
-  const auto message = [&](const std::string& text) {
-    test::WriteWhole(At("t.times"), text);
-    const auto times = ReadFrameTimes(At("t.times"));
-    return times ? std::to_string(times->size()) : times.error().message;
-  };
-  EXPECT_EQ(message(head + "0 1.5 - - - - - none\n1 1.6 2.5 ours - - 7 none\n2 1."), "2");
-  EXPECT_THAT(message(""), HasSubstr("line 1"));
-  EXPECT_THAT(message("hello\n"), HasSubstr("line 1"));
-  for (const char* line : {"0 nan - - - - - none", "0 1.5 - - - - - what", "x 1.5 - - - - - none",
-                           "0 1.5 2.5 mine - - - none", "0 1.5 - - - - -", "0  1.5 - - - - none",
-                           "0 1.5 - - - - - none more", "0 1e999 - - - - - none"}) {
-    EXPECT_THAT(message(head + line + "\n"), AllOf(HasSubstr("line 2"), HasSubstr("t.times")))
-        << line;
-  }
 }
 
 }  // namespace

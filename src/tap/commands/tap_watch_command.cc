@@ -91,10 +91,6 @@ void AddTapWatchCommand(CLI::App& parent, int& exit_code) {
       "watch", "show each tap of a printer as it comes, beside the printer's own result");
   const auto arguments = std::make_shared<WatchArguments>();
   AddPrinterOptions(*command, arguments->printer);
-  command->get_option("--printer")
-      ->description(
-          "Moonraker's address: host, host:port, URL or unix:PATH; or klipper:PATH, Klipper's own "
-          "socket (klippy's option -a)");
   AddTapOptions(*command, arguments->tap);
   command->add_option("-o,--out", arguments->out,
                       "JSON lines that every tap is added to (default recordings/tap-<UTC>.jsonl)");

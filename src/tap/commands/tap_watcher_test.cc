@@ -88,45 +88,6 @@ TEST_F(TapWatch, HandsTheContactBackToTheMacroThatAsks) {
   EXPECT_EQ(process_->Wait(30).exit_code, 0);
 }
 
-TEST(TapWatchOfKlipper, AnswersOverItsOwnSocketToo) {
-  const TemporaryFolder folder;
-  ServerOptions options;
-  options.unix_path = (folder.path() / "klippy.sock").string();
-  ScriptedMoonraker server(options);
-  server.Answer("info", {{"state", "ready"}});
-  server.Answer("objects/list", {{"objects", {"toolhead", "load_cell_probe", "extruder"}}});
-  server.Answer("objects/subscribe", {{"status", {{"extruder", {{"temperature", 140.0}}}}}});
-  for (const char* method :
-       {"load_cell_probe/dump_taps", "load_cell/dump_force", "motion_report/dump_trapq",
-        "gcode/subscribe_output", "register_remote_method", "gcode/script"}) {
-    server.Answer(method, json::object());
-  }
-  TrammelProcess process({"tap", "watch", "--printer", "klipper:" + options.unix_path, "--out",
-                          "taps.jsonl", "--answer", "--count", "1"},
-                         folder.path());
-  const auto push = [&server](const json& request, const json& params) {
-    ASSERT_FALSE(request.is_null());
-    json message = request["params"]["response_template"];
-    message["params"] = params;
-    server.Push(message);
-  };
-  push(server.WaitForRequest("load_cell_probe/dump_taps"), {{"tap", DrawnTap(-0.01)}});
-  push(server.WaitForRequest("gcode/subscribe_output"),
-       {{"response", "// probe at 10.000,20.000 is z=-0.008000\n"}});
-  const json call = server.WaitForRequest("register_remote_method");
-  EXPECT_EQ(call["params"]["remote_method"], "trammel_tap");
-  push(call, {{"id", "bed"}});
-  const json answer = server.WaitForRequest("gcode/script");
-  ASSERT_FALSE(answer.is_null()) << process.StandardErrorSoFar();
-  EXPECT_THAT(answer["params"]["script"].get<std::string>(),
-              AllOf(HasSubstr("TRAMMEL_TAP_RESULT VERDICT=good Z=-0.0"), HasSubstr(" ID=bed")));
-  const ProcessEnd end = process.Wait(30);
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output,
-              AllOf(HasSubstr("printer's own z -0.0080 mm"), HasSubstr("over 1 tap\n"),
-                    Not(HasSubstr("95 %: +0.0000"))));
-}
-
 TEST_F(TapWatch, HandsARefusalBackAndNoSubstitute) {
   Start({"--answer", "--count", "2"});
   PushTap(DrawnTap(-0.01));
