@@ -385,7 +385,7 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
       "sheet", "print a comb pattern with several virtual tools and scan the paper");
   sheet->add_option("gcode", arguments->gcode, "the file that the virtual printer prints");
   AddOriginalOptions(*sheet, *arguments);
-  sheet->add_option("-o,--out", arguments->out, "new .png, .jpg or .tif file")->required();
+  sheet->add_option("-o,--out", arguments->out, "new .png or .jpg file")->required();
   sheet->add_option("--truth", arguments->truth, "new JSON file for what is true");
   // Without the checks CLI11 takes -1 for the largest number there is.
   sheet->add_option("--seed", arguments->name.seed, "names the machine")

@@ -63,7 +63,7 @@ TEST_F(SimSheetCommand, WritesTheScanAndItsTruth) {
 TEST_F(SimSheetCommand, WhatIsAppliedBeforeTakesTheOffsetAway) {
   WriteWhole(At("apply.gcode"), "M218 T1 X0.45 Y-0.35\n");
   const CommandResult run = Run(
-      "--out a.tif --truth a.json --offset 1:0.2,-0.1 --stored 1:0.25,-0.25 --before apply.gcode");
+      "--out a.png --truth a.json --offset 1:0.2,-0.1 --stored 1:0.25,-0.25 --before apply.gcode");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   EXPECT_NEAR(Truth("a.json")["tools"][0]["dx_mm"], 0, 1e-12);
   EXPECT_NEAR(Truth("a.json")["tools"][0]["dy_mm"], 0, 1e-12);

@@ -15,10 +15,9 @@ struct PageFileOptions {
   int jpeg_quality = 90;      ///< 1 … 100
 };
 
-/// Scans into a file; its name says what kind: .png, .jpg or .jpeg (8 bit only), .tif or .tiff
-/// (uncompressed). All but JPEG are written row by row. Overwrites. What could not be finished is
-/// removed. Errors (kInput): another name, 16 bit JPEG, a TIFF of 4 GB or more, a file that cannot
-/// be written.
+/// Scans into a new file; its name says what kind: .png (written row by row), .jpg or .jpeg (8 bit
+/// only). What could not be finished is removed. Errors (kInput): another name, 16 bit JPEG, a file
+/// that cannot be written.
 [[nodiscard]] Result<void> WriteScan(const SheetScan& scan, const Random& random,
                                      const PageFileOptions& options,
                                      const std::filesystem::path& path);
