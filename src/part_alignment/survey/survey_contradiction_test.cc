@@ -1,11 +1,8 @@
 // Surveys of which a part contradicts the rest: never good and wrong.
-//
-// TRAMMEL_NETWORKS: worlds of each fault; 1 without it, and then a part of the faults.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <string>
 #include <vector>
@@ -20,13 +17,6 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 constexpr std::uint64_t kSeed = 700;
-
-std::uint64_t Worlds() {
-  const char* text = std::getenv("TRAMMEL_NETWORKS");
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : 1;
-}
-
-bool IsThorough() { return std::getenv("TRAMMEL_NETWORKS") != nullptr; }
 
 std::string Words(const Survey& survey) {
   std::string words = survey.reason + "\n";
@@ -50,81 +40,69 @@ test::SurveyWorld WorldOf(std::uint64_t seed, std::size_t bars) {
 // Each bar in turn: by mm and by a factor; its ends taken for others.
 std::vector<std::function<void(ScaleBar&)>> WrongBars() {
   std::vector<std::function<void(ScaleBar&)>> wrong;
-  const std::vector<double> all_mm = {-100, -3, -0.5, 0.5, 1, 10, 100};
-  const std::vector<double> some_mm = {-0.5, 0.5, 100};
-  for (const double by_mm : IsThorough() ? all_mm : some_mm) {
+  for (const double by_mm : {-0.5, 0.5, 100.0}) {
     wrong.emplace_back([by_mm](ScaleBar& bar) { bar.length_mm += by_mm; });
   }
-  const std::vector<double> all_factors = {0.999, 1.02, 1 / 25.4, 2};
-  for (const double factor : IsThorough() ? all_factors : std::vector<double>{1.02}) {
-    wrong.emplace_back([factor](ScaleBar& bar) {
-      bar.length_mm *= factor;
-      bar.sigma_mm = 1e-5 * bar.length_mm;
-    });
-  }
+  wrong.emplace_back([](ScaleBar& bar) {
+    bar.length_mm *= 1.02;
+    bar.sigma_mm = 1e-5 * bar.length_mm;
+  });
   wrong.emplace_back([](ScaleBar& bar) { bar.to = "7"; });
   return wrong;
 }
 
 TEST(SurveyContradiction, AWrongBarIsNamedOrTheAnswerIsNotGoodOrItsHeadNamesTheBarAsUnchecked) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    for (const std::size_t bars : {1U, 2U, 3U}) {
-      const test::SurveyWorld world = WorldOf(seed, bars);
-      const SurveyInput sound = test::Photograph(world, seed);
-      std::size_t turn = 0;
-      for (const auto& wrong : WrongBars()) {
-        SurveyInput input = sound;
-        const std::size_t of = turn++ % bars;
-        wrong(input.bars[of]);
-        SCOPED_TRACE(testing::Message()
-                     << "seed " << seed << ", bar " << of << " of " << bars << ", fault " << turn);
-        const Survey survey = Solved(input);
-        const std::string name = input.bars[of].from + "-" + input.bars[of].to;
-        EXPECT_THAT(Words(survey), HasSubstr(name));
-        if (bars == 1) {
-          ASSERT_EQ(survey.unchecked.size(), 1U);
-          EXPECT_THAT(survey.unchecked[0], HasSubstr(name));
-          continue;
-        }
-        if (bars == 2) {
-          EXPECT_EQ(survey.verdict, Verdict::kRefused);
-          continue;
-        }
-        EXPECT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
-        EXPECT_FALSE(survey.bars[of].test.used);
-        EXPECT_EQ(survey.check.rejected, static_cast<int>(survey.outliers.size()));
-        EXPECT_FALSE(IsWrong(world, survey));
+  for (const std::size_t bars : {1U, 2U, 3U}) {
+    const test::SurveyWorld world = WorldOf(kSeed, bars);
+    const SurveyInput sound = test::Photograph(world, kSeed);
+    std::size_t turn = 0;
+    for (const auto& wrong : WrongBars()) {
+      SurveyInput input = sound;
+      const std::size_t of = turn++ % bars;
+      wrong(input.bars[of]);
+      SCOPED_TRACE(testing::Message() << "bar " << of << " of " << bars << ", fault " << turn);
+      const Survey survey = Solved(input);
+      const std::string name = input.bars[of].from + "-" + input.bars[of].to;
+      EXPECT_THAT(Words(survey), HasSubstr(name));
+      if (bars == 1) {
+        ASSERT_EQ(survey.unchecked.size(), 1U);
+        EXPECT_THAT(survey.unchecked[0], HasSubstr(name));
+        continue;
       }
+      if (bars == 2) {
+        EXPECT_EQ(survey.verdict, Verdict::kRefused);
+        continue;
+      }
+      EXPECT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
+      EXPECT_FALSE(survey.bars[of].test.used);
+      EXPECT_EQ(survey.check.rejected, static_cast<int>(survey.outliers.size()));
+      EXPECT_FALSE(IsWrong(world, survey));
     }
   }
 }
 
 TEST(SurveyContradiction, EndsExchangedBetweenBarsRefuseAllOfThem) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    for (const std::size_t bars : {2U, 3U}) {
-      SurveyInput input = test::Photograph(WorldOf(seed, bars), seed);
-      std::swap(input.bars[0].to, input.bars[1].to);
-      EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
-      std::swap(input.bars[0].to, input.bars[1].from);
-      EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
-    }
+  for (const std::size_t bars : {2U, 3U}) {
+    SurveyInput input = test::Photograph(WorldOf(kSeed, bars), kSeed);
+    std::swap(input.bars[0].to, input.bars[1].to);
+    EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
+    std::swap(input.bars[0].to, input.bars[1].from);
+    EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
   }
 }
 
 // What the test of two bars cannot detect it states.
 TEST(SurveyContradiction, ABarWrongByTwiceWhatIsStatedAsDetectableIsDetected) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    const SurveyInput sound = test::Photograph(WorldOf(seed, 2), seed);
-    const Survey before = Solved(sound);
-    ASSERT_EQ(before.verdict, Verdict::kGood) << before.reason;
-    for (std::size_t of = 0; of < 2; ++of) {
-      const double detectable_mm = before.bars[of].test.detectable_mm;
-      EXPECT_GT(detectable_mm, 0.05);
-      EXPECT_LT(detectable_mm, 0.3);
-      SurveyInput input = sound;
-      input.bars[of].length_mm += 2 * detectable_mm;
-      EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
-    }
+  const SurveyInput sound = test::Photograph(WorldOf(kSeed, 2), kSeed);
+  const Survey before = Solved(sound);
+  ASSERT_EQ(before.verdict, Verdict::kGood) << before.reason;
+  for (std::size_t of = 0; of < 2; ++of) {
+    const double detectable_mm = before.bars[of].test.detectable_mm;
+    EXPECT_GT(detectable_mm, 0.05);
+    EXPECT_LT(detectable_mm, 0.3);
+    SurveyInput input = sound;
+    input.bars[of].length_mm += 2 * detectable_mm;
+    EXPECT_EQ(Solved(input).verdict, Verdict::kRefused);
   }
 }
 
@@ -140,72 +118,63 @@ TEST(SurveyContradiction, AWrongFocalLengthChangesNoCoordinate) {
 }
 
 TEST(SurveyContradiction, APartOfWhichHalfMovedIsNotMeasured) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    const std::vector<double> shares = {0.2, 0.35, 0.5};
-    const std::vector<double> motions_mm = {0.3, 5, 0.15, 0.9, 100};
-    for (const double share : IsThorough() ? shares : std::vector<double>{0.35, 0.5}) {
-      for (const double by_mm : IsThorough() ? motions_mm : std::vector<double>{0.3, 5}) {
-        for (const std::size_t first_after :
-             IsThorough() ? std::vector<std::size_t>{12, 20} : std::vector<std::size_t>{20}) {
-          SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << share << " of it by "
-                                          << by_mm << " mm before " << first_after + 1);
-          test::SurveyWorld world = SmallWorld(seed);
-          for (std::size_t s = first_after; s < world.shots.size(); ++s) {
-            for (const auto& [id, target] : world.targets) {
-              if (target.at_mm.x() > 2000 * (0.5 - share)) {
-                world.shots[s].displaced_mm[id] = {0.6 * by_mm, 0, 0.8 * by_mm};
-              }
-            }
+  constexpr std::size_t kFirstAfter = 20;
+  for (const double share : {0.35, 0.5}) {
+    for (const double by_mm : {0.3, 5.0}) {
+      SCOPED_TRACE(testing::Message()
+                   << share << " of it by " << by_mm << " mm before " << kFirstAfter + 1);
+      test::SurveyWorld world = SmallWorld(kSeed);
+      for (std::size_t s = kFirstAfter; s < world.shots.size(); ++s) {
+        for (const auto& [id, target] : world.targets) {
+          if (target.at_mm.x() > 2000 * (0.5 - share)) {
+            world.shots[s].displaced_mm[id] = {0.6 * by_mm, 0, 0.8 * by_mm};
           }
-          const Survey survey = Solved(test::Photograph(world, seed));
-          EXPECT_NE(survey.verdict, Verdict::kGood) << Words(survey);
-          EXPECT_THAT(survey.reason, AnyOf(HasSubstr("contradict"), HasSubstr("changed its shape"),
-                                           HasSubstr("focal length"), HasSubstr("hang together"),
-                                           HasSubstr("a part that bends")));
         }
       }
+      const Survey survey = Solved(test::Photograph(world, kSeed));
+      EXPECT_NE(survey.verdict, Verdict::kGood) << Words(survey);
+      EXPECT_THAT(survey.reason, AnyOf(HasSubstr("contradict"), HasSubstr("changed its shape"),
+                                       HasSubstr("focal length"), HasSubstr("hang together"),
+                                       HasSubstr("a part that bends")));
     }
   }
 }
 
 TEST(SurveyContradiction, ACodeMisreadInAThirdOfThePicturesIsNamed) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + Worlds(); ++seed) {
-    for (const char* read_as : {"99", "8", "13"}) {
-      for (const std::size_t every : {1U, 2U, 3U}) {
-        SCOPED_TRACE(testing::Message()
-                     << "seed " << seed << ", 7 as " << read_as << " in 1 of " << every);
-        const test::SurveyWorld world = SmallWorld(seed);
-        SurveyInput input = test::Photograph(world, seed);
-        std::size_t shown = 0;
-        for (SurveyPicture& picture : input.pictures) {
-          for (Observation& observation : picture.observations) {
-            if (observation.target != "7" || shown++ % every != 0) continue;
-            std::erase_if(picture.observations,
-                          [&](const Observation& other) { return other.target == read_as; });
-            for (Observation& misread : picture.observations) {
-              if (misread.target == "7") misread.target = read_as;
-            }
-            break;
+  for (const char* read_as : {"99", "8", "13"}) {
+    for (const std::size_t every : {1U, 2U, 3U}) {
+      SCOPED_TRACE(testing::Message() << "7 as " << read_as << " in 1 of " << every);
+      const test::SurveyWorld world = SmallWorld(kSeed);
+      SurveyInput input = test::Photograph(world, kSeed);
+      std::size_t shown = 0;
+      for (SurveyPicture& picture : input.pictures) {
+        for (Observation& observation : picture.observations) {
+          if (observation.target != "7" || shown++ % every != 0) continue;
+          std::erase_if(picture.observations,
+                        [&](const Observation& other) { return other.target == read_as; });
+          for (Observation& misread : picture.observations) {
+            if (misread.target == "7") misread.target = read_as;
           }
+          break;
         }
-        Survey survey = Solved(input);
-        if (survey.verdict != Verdict::kGood) {
-          EXPECT_THAT(survey.reason, HasSubstr("contradict"));
-          continue;
-        }
-        // A code that is read so in all pictures is that target's.
-        if (every == 1 && std::string(read_as) == "99") continue;
-        std::string named = Words(survey);
-        for (const SurveyOutlier& outlier : survey.outliers) named += outlier.seen_there + "\n";
-        EXPECT_THAT(named, HasSubstr("7"));
-        EXPECT_FALSE(IsWrong(world, survey));
       }
+      Survey survey = Solved(input);
+      if (survey.verdict != Verdict::kGood) {
+        EXPECT_THAT(survey.reason, HasSubstr("contradict"));
+        continue;
+      }
+      // A code that is read so in all pictures is that target's.
+      if (every == 1 && std::string(read_as) == "99") continue;
+      std::string named = Words(survey);
+      for (const SurveyOutlier& outlier : survey.outliers) named += outlier.seen_there + "\n";
+      EXPECT_THAT(named, HasSubstr("7"));
+      EXPECT_FALSE(IsWrong(world, survey));
     }
   }
 }
 
 TEST(SurveyContradiction, SoundSurveysRejectFewObservations) {
-  for (std::uint64_t seed = kSeed; seed < kSeed + 4 * Worlds(); ++seed) {
+  for (std::uint64_t seed = kSeed; seed < kSeed + 4; ++seed) {
     const test::SurveyWorld world = SmallWorld(seed);
     const Survey survey = Solved(test::Photograph(world, seed));
     EXPECT_EQ(survey.verdict, Verdict::kGood) << seed << ": " << survey.reason;
