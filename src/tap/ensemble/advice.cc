@@ -159,11 +159,10 @@ Settings SettingsFor(const TapTraits& traits, double depth_mm, double by_noise_m
   const double by_noise = std::pow(by_noise_mm / at_one, 2);
   const double slowest = std::max(kSlowest_mm_s, settings.pull_back_mm / kLongest_s);
   const double speed = Rounded(std::max(std::min(by_noise, fastest), slowest));
-  // Slower where taps get more certain by it, faster where two fifths of the time are saved.
+  // Slower where taps get more certain by it; faster only where a pull-back takes too long.
   constexpr double kSlower = 1.1;
-  constexpr double kFaster = 0.6;
   const double present = traits.pull_back_speed_mm_s;
-  if (present > kSlower * speed || present < kFaster * speed) settings.speed_mm_s = speed;
+  if (present > kSlower * speed || present < slowest) settings.speed_mm_s = speed;
   return settings;
 }
 

@@ -105,7 +105,7 @@ TEST(Comparison, UsesOnlyTapsThatAllSeriesHaveAndEnoughOfThem) {
   EXPECT_EQ(found[0].used, 9U);
   EXPECT_TRUE(found[1].ratio.good());
   series[1].taps.front().z_mm = {};
-  const Measured& few = Compare(series, true)[1].ratio;
+  const Measured few = Compare(series, true)[1].ratio;
   EXPECT_EQ(few.verdict(), Verdict::kCannotTell);
   EXPECT_THAT(few.reason(), HasSubstr("7 degrees of freedom"));
   const std::vector<TapSeries> again = {{"", std::vector<TapResult>(12, Tap(1))}};
