@@ -90,7 +90,6 @@ Result<void> CheckFaults(const SampleFaults& f) {
                       {"faults.held_share", f.held_share, 0, 1},
                       {"faults.jitter", f.jitter, 0, 2},
                       {"faults.clock_step_s", f.clock_step_s, -1, 1},
-                      {"faults.clock_drift", f.clock_drift, -0.01, 0.01},
                       {"faults.minus_one_share", f.minus_one_share, 0, 1},
                       {"faults.stuck_s", f.stuck_s, 0, 1e6},
                       {"faults.gap_s", f.gap_s, 0, 1e6},

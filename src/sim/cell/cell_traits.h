@@ -114,7 +114,6 @@ struct SampleFaults {
   double jitter = 0;                ///< of time stamps, their spread over the interval, 0 … 2
   double clock_step_at_s = __builtin_nan("");  ///< the samples' clock jumps …
   double clock_step_s = 0;                     ///< … by so much, -1 … 1
-  double clock_drift = 0;                      ///< and gains so much of the time, -0.01 … 0.01
   double minus_one_share = 0;               ///< counts are -1: read before the converter was ready
   double stuck_at_s = __builtin_nan("");    ///< the last value is repeated …
   double stuck_s = 0.1;                     ///< … for so long

@@ -305,7 +305,6 @@ void SampleCorruptor::Stamp(CellSample& sample) {
     sample.time_s += faults.jitter * stamps_.Uniform(-0.5, 0.5) / traits_.converter.rate_hz;
   }
   if (since_s >= faults.clock_step_at_s) sample.time_s += faults.clock_step_s;
-  sample.time_s += faults.clock_drift * since_s;
 }
 
 bool SampleCorruptor::Pass(CellSample& sample) {
