@@ -1,11 +1,10 @@
-// How long the newest of 10,000 kept results take to be read, with and without the index.
+// How long the newest of 2,000 kept results take to be read, and all of them from the folders.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 
-#include "measurement/history_index.h"
+#include "measurement/history.h"
 #include "measurement/outcome_file.h"
 
 namespace trammel::files {
@@ -13,26 +12,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kResults = 10'000;
-
-/// A folder with a history.jsonl of kResults results of 100 filaments.
+/// A folder with the results of 100 filaments.
 const fs::path& Recordings() {
   static const fs::path folder = [] {
+    constexpr int kResults = 2'000;
     fs::path made = fs::temp_directory_path() / "trammel-history-bench";
     fs::remove_all(made);
-    fs::create_directories(made);
-    std::ofstream file(made / kHistoryFile);
     for (int n = 0; n < kResults; ++n) {
       measurement::Outcome outcome;
-      outcome.provenance = {
-          measurement::Instrument::kPressureAdvance,
-          "trammel 0.1.0",
-          fmt::format("2026-01-01T{:02}:{:02}:{:02}Z", n / 3600, n / 60 % 60, n % 60),
-          {"recordings/r"}};
+      outcome.provenance = {measurement::Instrument::kPressureAdvance,
+                            "trammel 0.1.0",
+                            fmt::format("2026-01-01T00:{:02}:{:02}Z", n / 60 % 60, n % 60),
+                            {"recordings/r"}};
       outcome.answers = {
           {"pressure_advance", "s", Measured::Good({0.036, 0.0006, {0.0348, 0.0372}})}};
       outcome.subject = {"printer.local", "0.40", fmt::format("filament {}", n % 100)};
-      file << HistoryLine(outcome, fmt::format("recordings/r{}", n)) << '\n';
+      const fs::path recording = made / fmt::format("r{}", n);
+      fs::create_directories(recording);
+      (void)KeepOutcome(recording, outcome);
     }
     return made;
   }();
@@ -40,29 +37,18 @@ const fs::path& Recordings() {
 }
 
 void ListNewest20(benchmark::State& state) {
-  (void)ReadIndexed(Recordings(), {});  // builds the index
-  for (auto _ : state) benchmark::DoNotOptimize(ReadIndexed(Recordings(), {}));
+  (void)ReadHistory(Recordings(), {});
+  for (auto _ : state) benchmark::DoNotOptimize(ReadHistory(Recordings(), {}));
 }
 BENCHMARK(ListNewest20)->Unit(benchmark::kMillisecond);
 
-void ListNewest20OfAFilamentAndNozzle(benchmark::State& state) {
-  const HistoryQuery query{.subject = {.printer = {}, .nozzle = "0.40", .filament = "filament 7"}};
-  (void)ReadIndexed(Recordings(), {});
-  for (auto _ : state) benchmark::DoNotOptimize(ReadIndexed(Recordings(), query));
-}
-BENCHMARK(ListNewest20OfAFilamentAndNozzle)->Unit(benchmark::kMillisecond);
-
-void ListNewest20WithoutTheIndex(benchmark::State& state) {
+void BuildAnew(benchmark::State& state) {
   for (auto _ : state) {
-    benchmark::DoNotOptimize(ReadHistory(Recordings() / kHistoryFile, {}));
+    fs::remove(Recordings() / kHistoryFile);
+    benchmark::DoNotOptimize(ReadHistory(Recordings(), {}));
   }
 }
-BENCHMARK(ListNewest20WithoutTheIndex)->Unit(benchmark::kMillisecond);
-
-void Rebuild(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(RebuildIndex(Recordings()));
-}
-BENCHMARK(Rebuild)->Unit(benchmark::kMillisecond);
+BENCHMARK(BuildAnew)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace trammel::files

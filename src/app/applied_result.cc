@@ -9,7 +9,7 @@
 
 #include "app/provenance.h"
 #include "base/url_secrets.h"
-#include "measurement/history.h"
+#include "measurement/applied.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
 

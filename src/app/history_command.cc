@@ -6,29 +6,26 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
-#include "app/history_csv.h"
-#include "app/history_due_command.h"
-#include "app/history_options.h"
 #include "app/kept_history.h"
 #include "app/number_range.h"
+#include "app/provenance.h"
 #include "base/json_text.h"
 #include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "measurement/change.h"
+#include "measurement/due.h"
 #include "measurement/history.h"
-#include "measurement/history_index.h"
 #include "measurement/outcome_file.h"
-#include "measurement/retention.h"
-#include "session/run_journal.h"
 
 namespace trammel::app {
 namespace {
@@ -36,17 +33,30 @@ namespace {
 using files::HistoryEntry;
 using measurement::Answer;
 using measurement::Instrument;
+using measurement::Subject;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMost = 10'000;
+constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
-struct HistoryArguments : HistoryOptions {
-  std::string out;
+struct HistoryArguments {
+  std::string path = "recordings";
+  std::string instrument = {};  // empty: any
+  Subject subject = {};
   std::size_t last = 20;
   std::size_t number = 1;
   std::size_t before = 2;
+  double age_days = 90;
   bool json = false;
+
+  [[nodiscard]] bool chooses() const { return !instrument.empty() || subject != Subject{}; }
 };
+
+/// The newest of the results that are chosen, with what was applied of them.
+Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
+  return ReadKept(arguments.path,
+                  {last, measurement::InstrumentNamed(arguments.instrument), arguments.subject});
+}
 
 std::string AnswerText(const Answer& answer) {
   if (!answer.value.good()) {
@@ -114,20 +124,6 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
-void SaySkipped(const files::SkippedLines& skipped) {
-  for (const std::string& why : skipped.named) fmt::print(stderr, "passed over: {}\n", why);
-  if (skipped.count > skipped.named.size()) {
-    fmt::print(stderr, "passed over: {} more lines\n", skipped.count - skipped.named.size());
-  }
-}
-
-/// The newest, with what was applied of them; says on standard error which lines are no results.
-Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
-  auto history = ReadKeptAndApplied(arguments.path, QueryOf(arguments, last));
-  if (history) SaySkipped({history->skipped, history->skipped_lines});
-  return history;
-}
-
 /// A filter that leaves nothing may be a slip of the pen.
 void SayNothingMatches(const HistoryArguments& arguments) {
   fmt::print(stderr, "{}\n",
@@ -155,40 +151,35 @@ int RunList(const HistoryArguments& arguments) {
   return kExitGood;
 }
 
+Error NoResult(std::size_t number, std::size_t kept) {
+  return {ErrorKind::kInput,
+          fmt::format("there is no result {}: {} of them are kept", number, kept)};
+}
+
 int RunShow(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, arguments.number);
+  const auto history = Read(arguments, kAll);
   if (!history) return PrintError(history.error());
   if (history->entries.size() < arguments.number) {
-    return PrintError({ErrorKind::kInput, fmt::format("there is no result {}: {} of them are kept",
-                                                      arguments.number, history->entries.size())});
+    return PrintError(NoResult(arguments.number, history->entries.size()));
   }
-  const HistoryEntry& entry = history->entries.back();
+  const HistoryEntry& entry = history->entries[arguments.number - 1];
   if (arguments.json) {
     std::fputs(JsonText(EntryJson(arguments.number, entry)).c_str(), stdout);
     return kExitGood;
   }
   fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
-  const auto earlier = CompareWithEarlier(arguments.path, entry.outcome);
-  if (!earlier) return PrintError(earlier.error());
-  for (const measurement::Change& change : earlier->drift) {
+  const Subject& subject = entry.outcome.subject;
+  for (const measurement::Change& change : CompareWithEarlier(*history, entry)) {
     fmt::print("     {}: {}\n", change.name, DriftText(change));
   }
-  for (const measurement::Creep& creep : earlier->creep) {
-    fmt::print("     {}: {}\n", creep.name, CreepText(creep, earlier->applied_utc));
-  }
-  if (!earlier->nozzle_utc.empty()) {
-    fmt::print("     the nozzle was changed {}: compared with no older result\n",
-               earlier->nozzle_utc);
-  }
-  if (earlier->other_analyses > 0) {
-    fmt::print("     {} more of this recording in the history, by other analyses\n",
-               earlier->other_analyses);
+  if (const std::string utc = NozzleChangedBefore(*history, subject.printer, entry.order);
+      !utc.empty()) {
+    fmt::print("     the nozzle was changed {}: compared with no older result\n", utc);
   }
   for (const std::string& source : entry.outcome.provenance.sources) {
     fmt::print("     from {}\n", source);
   }
   fmt::print("     by {}\n", entry.outcome.provenance.program);
-  const measurement::Subject& subject = entry.outcome.subject;
   for (const auto& [key, words, text] : measurement::SubjectTexts()) {
     if (!(subject.*text).empty()) fmt::print("     {} {}\n", words, subject.*text);
   }
@@ -217,7 +208,7 @@ ordered_json ComparisonJson(const HistoryArguments& arguments,
 }
 
 /// What is known to differ in what was measured.
-std::string OtherThings(const measurement::Subject& before, const measurement::Subject& after) {
+std::string OtherThings(const Subject& before, const Subject& after) {
   std::string text;
   for (const auto& [key, words, member] : measurement::SubjectTexts()) {
     const std::string& a = before.*member;
@@ -234,9 +225,7 @@ int RunCompare(const HistoryArguments& arguments) {
   if (!history) return PrintError(history.error());
   for (const std::size_t number : {arguments.before, arguments.number}) {
     if (history->entries.size() < number) {
-      return PrintError(
-          {ErrorKind::kInput, fmt::format("there is no result {}: {} of them are kept", number,
-                                          history->entries.size())});
+      return PrintError(NoResult(number, history->entries.size()));
     }
   }
   const measurement::Outcome& before = history->entries[arguments.before - 1].outcome;
@@ -270,137 +259,209 @@ int RunCompare(const HistoryArguments& arguments) {
   return code;
 }
 
+/// A text of a table; one that a spreadsheet would take for a formula gets an apostrophe before it.
+std::string Cell(std::string_view text) {
+  const bool formula =
+      !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
+  std::string cell = formula ? "\"'" : "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+
+/// A result as rows of CSV, one for each answer; numbers are empty unless the verdict is good.
+std::string HistoryRows(const files::HistoryEntry& entry) {
+  const auto& [provenance, answers, notices, subject] = entry.outcome;
+  const auto applied = std::find_if(
+      entry.applied.rbegin(), entry.applied.rend(),
+      [](const auto& each) { return each.step == files::Application::Step::kApplied; });
+  const files::Application last = applied == entry.applied.rend() ? files::Application{} : *applied;
+  std::string rows;
+  for (const measurement::Answer& answer : answers) {
+    std::string numbers = ",,,";
+    if (answer.value.good()) {
+      const Quantity& quantity = answer.value.quantity();
+      numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
+                            quantity.interval95.lo, quantity.interval95.hi);
+    }
+    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                        Cell(provenance.utc), ToString(provenance.instrument),
+                        Cell(subject.printer), Cell(subject.nozzle), Cell(subject.filament),
+                        Cell(answer.name), Cell(answer.unit), ToString(answer.value.verdict()),
+                        numbers, Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
+                        Cell(provenance.program), Cell(entry.folder), Cell(subject.toolhead),
+                        Cell(subject.spool), Cell(subject.nozzle_c), Cell(subject.bed_c));
+  }
+  return rows;
+}
+
 int RunExport(const HistoryArguments& arguments) {
-  const auto state = files::StateFolder();
-  if (!state) return PrintError(state.error());
-  const auto applied = files::AllApplications(*state / files::kAppliedFile);
-  if (!applied) return PrintError(applied.error());
-  std::fputs(kHistoryColumns, stdout);
-  const auto skipped =
-      ForEachKept(arguments.path, QueryOf(arguments, std::numeric_limits<std::size_t>::max()),
-                  [&applied](files::HistoryEntry entry, std::size_t /*bytes*/) {
-                    const auto found = applied->find(files::Fingerprint(entry.outcome));
-                    if (found != applied->end()) entry.applied = found->second;
-                    std::fputs(HistoryRows(entry).c_str(), stdout);
-                  });
-  if (!skipped) return PrintError(skipped.error());
-  SaySkipped(*skipped);
+  const auto history = Read(arguments, kAll);
+  if (!history) return PrintError(history.error());
+  std::fputs(
+      "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
+      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder,toolhead,spool,"
+      "nozzle_c,bed_c\n",
+      stdout);
+  for (const HistoryEntry& entry : history->entries) std::fputs(HistoryRows(entry).c_str(), stdout);
   return kExitGood;
 }
 
-int RunRebuild(const HistoryArguments& arguments) {
-  const auto rebuilt = files::RebuildIndex(arguments.path, arguments.out);
-  if (!rebuilt) return PrintError(rebuilt.error());
-  fmt::print("{} results, {} of them from folders alone\n", rebuilt->results,
-             rebuilt->from_folders);
-  return kExitGood;
-}
-
-struct PruneArguments {
-  std::string path = "recordings";
-  double budget_mb = 0;
-  std::size_t keep_last = 3;
-  bool yes = false;
+/// One thing that is measured again and again.
+struct Measurand {
+  Instrument instrument = Instrument::kPressureAdvance;
+  Subject subject = {};  // without its spool and temperatures
+  std::vector<std::string> reasons = {};
+  std::string last_good_utc = {};
 };
 
-int RunPrune(const PruneArguments& arguments) {
-  constexpr double kMb = 1e6;
-  const auto plan = files::PlanPruning(
-      arguments.path, static_cast<std::uintmax_t>(arguments.budget_mb * kMb), arguments.keep_last);
-  if (!plan) return PrintError(plan.error());
-  const auto mb = [](std::uintmax_t bytes) { return static_cast<double>(bytes) / kMb; };
-  for (const files::RawData& raw : plan->gone) {
-    fmt::print("{}  {:8.1f} MB  {}\n", raw.utc, mb(raw.bytes), raw.folder.string());
-    for (const auto& file : raw.files) {
-      fmt::print("     {}\n", file.lexically_relative(raw.folder).string());
+/// @param entries  of one thing, the newest first
+Measurand Judge(const files::History& history, const std::vector<const HistoryEntry*>& entries,
+                double age_days) {
+  measurement::Series series;
+  const measurement::Outcome& newest = entries.front()->outcome;
+  if (newest.verdict() != Verdict::kGood) series.last_reason = newest.reason();
+  const auto good = std::ranges::find(
+      entries, Verdict::kGood, [](const HistoryEntry* entry) { return entry->outcome.verdict(); });
+  if (good != entries.end()) {
+    const HistoryEntry& last = **good;
+    series.last_good_utc = last.outcome.provenance.utc;
+    series.applied = WasApplied(last);
+    series.changed =
+        std::ranges::any_of(CompareWithEarlier(history, last), &measurement::Change::differs);
+    series.nozzle_utc = NozzleChangedAfter(history, last.outcome.subject.printer, last.order);
+  }
+  Measurand measurand{newest.provenance.instrument, newest.subject,
+                      ReasonsToMeasure(series, UtcNow(), age_days), series.last_good_utc};
+  measurand.subject.spool = {};
+  measurand.subject.nozzle_c = {};
+  measurand.subject.bed_c = {};
+  return measurand;
+}
+
+/// All that the results are of, what is due first.
+std::vector<Measurand> FindMeasurands(const HistoryArguments& arguments,
+                                      const files::History& history) {
+  std::map<std::tuple<Instrument, std::string, std::string, std::string, std::string>,
+           std::vector<const HistoryEntry*>>
+      things;
+  for (const HistoryEntry& entry : history.entries) {
+    const Subject& subject = entry.outcome.subject;
+    things[{entry.outcome.provenance.instrument, subject.printer, subject.nozzle, subject.filament,
+            subject.toolhead}]
+        .push_back(&entry);
+  }
+  std::vector<Measurand> measurands;
+  for (const auto& [thing, entries] : things) {
+    measurands.push_back(Judge(history, entries, arguments.age_days));
+  }
+  if (measurands.empty() && arguments.chooses()) {
+    measurands.push_back(
+        {measurement::InstrumentNamed(arguments.instrument).value_or(Instrument::kPressureAdvance),
+         arguments.subject,
+         {"it was never measured"}});
+  }
+  std::ranges::stable_partition(
+      measurands, [](const Measurand& measurand) { return !measurand.reasons.empty(); });
+  return measurands;
+}
+
+std::string DueText(const Measurand& measurand) {
+  std::string text = fmt::format("{:<8} {}", measurand.reasons.empty() ? "fine" : "due",
+                                 WordsOf(measurand.instrument));
+  for (const auto& [key, words, member] : measurement::SubjectTexts()) {
+    const std::string& name = measurand.subject.*member;
+    if (!name.empty()) text += fmt::format(", {} {}", words, name);
+  }
+  text += '\n';
+  for (const std::string& reason : measurand.reasons) {
+    text += fmt::format("         {}\n", reason);
+  }
+  if (measurand.reasons.empty()) {
+    text += fmt::format("         its last answer is of {}\n", measurand.last_good_utc);
+  }
+  return text;
+}
+
+ordered_json DueJson(const Measurand& measurand) {
+  ordered_json subject = ordered_json::object();
+  files::AddSubject(subject, measurand.subject);
+  return {{"due", !measurand.reasons.empty()},
+          {"instrument", ToString(measurand.instrument)},
+          {"subject", subject},
+          {"reasons", measurand.reasons},
+          {"last_good", measurand.last_good_utc}};
+}
+
+int RunDue(const HistoryArguments& arguments) {
+  const auto history = Read(arguments, kAll);
+  if (!history) return PrintError(history.error());
+  ordered_json list = ordered_json::array();
+  for (const Measurand& measurand : FindMeasurands(arguments, *history)) {
+    if (arguments.json) {
+      list.push_back(DueJson(measurand));
+    } else {
+      fmt::print("{}", DueText(measurand));
     }
   }
-  if (arguments.yes) {
-    if (auto done = files::Prune(*plan); !done) return PrintError(done.error());
-  }
-  fmt::print("recordings        {:.1f} MB, {} {:.1f} MB\n", mb(plan->bytes_before),
-             arguments.yes ? "now" : "then", mb(plan->bytes_after));
-  if (plan->without_result > 0) {
-    fmt::print("left alone        {} folders without a result, which are not counted\n",
-               plan->without_result);
-  }
-  if (mb(plan->bytes_after) > arguments.budget_mb) {
-    fmt::print("above the budget  results, reports and the newest {} recordings stay\n",
-               arguments.keep_last);
-  }
-  if (!plan->gone.empty() && !arguments.yes) {
-    fmt::print("nothing removed   --yes removes these files for good; the results stay\n");
-  }
+  if (arguments.json) std::fputs(JsonText(list).c_str(), stdout);
   return kExitGood;
 }
 
-void AddJson(CLI::App& command, HistoryArguments& arguments) {
-  command.add_flag("--json", arguments.json, "as JSON");
+/// --in, and the options that choose by instrument, filament, nozzle and printer.
+void AddChoice(CLI::App& command, HistoryArguments& arguments) {
+  const auto instruments = measurement::InstrumentNames();
+  command.add_option("--in", arguments.path, "the folder of the recordings")->capture_default_str();
+  command.add_option("--instrument", arguments.instrument, "only its results; left out: of all")
+      ->check(CLI::IsMember(std::vector<std::string>{instruments.begin(), instruments.end()}));
+  command.add_option("--filament", arguments.subject.filament, "only of this filament");
+  command.add_option("--nozzle", arguments.subject.nozzle,
+                     "only of the nozzle of this diameter in mm: 0.40");
+  command.add_option("--printer", arguments.subject.printer, "only of the printer of this address");
+}
+
+void AddNumber(CLI::App& command, const char* name, std::size_t& number) {
+  command.add_option(name, number, "as history list counts them: 1 is the newest")
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->capture_default_str();
 }
 
 }  // namespace
 
 void AddHistoryCommands(CLI::App& history, int& exit_code) {
+  constexpr double kMostDays = 36'500;
   history.require_subcommand(1);
-  const auto listed = std::make_shared<HistoryArguments>();
-  CLI::App* list = history.add_subcommand("list", "the kept results, the newest first");
-  AddHistoryOptions(*list, *listed);
-  AddJson(*list, *listed);
+  const auto add = [&](const char* name, const char* text, int (*run)(const HistoryArguments&),
+                       const std::vector<std::pair<const char*, std::size_t HistoryArguments::*>>&
+                           numbers = {}) {
+    const auto arguments = std::make_shared<HistoryArguments>();
+    CLI::App* const command = history.add_subcommand(name, text);
+    for (const auto& [argument, number] : numbers) {
+      AddNumber(*command, argument, (*arguments).*number);
+    }
+    AddChoice(*command, *arguments);
+    command->callback([run, arguments, &exit_code] { exit_code = run(*arguments); });
+    return std::pair(command, arguments);
+  };
+  const auto [list, listed] = add("list", "the kept results, the newest first", RunList);
+  list->add_flag("--json", listed->json, "as JSON");
   list->add_option("--last", listed->last, "at most so many")
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
-  list->callback([listed, &exit_code] { exit_code = RunList(*listed); });
-
-  const auto shown = std::make_shared<HistoryArguments>();
-  CLI::App* show = history.add_subcommand("show", "one of them, with all that is known of it");
-  show->add_option("NUMBER", shown->number, "as history list counts them: 1 is the newest")
-      ->check(CLI::Range(std::size_t{1}, kMost))
+  const auto [show, shown] = add("show", "one of them, with all that is known of it", RunShow,
+                                 {{"NUMBER", &HistoryArguments::number}});
+  show->add_flag("--json", shown->json, "as JSON");
+  const auto [compare, compared] = add(
+      "compare", "how a result differs from another, with an interval: whether anything changed",
+      RunCompare, {{"BEFORE", &HistoryArguments::before}, {"AFTER", &HistoryArguments::number}});
+  compare->add_flag("--json", compared->json, "as JSON");
+  add("export", "print them as a table (CSV), an answer a row; history list --json has JSON",
+      RunExport);
+  const auto [due, asked] =
+      add("due", "what is to be measured anew: old, changed, or never measured", RunDue);
+  due->add_flag("--json", asked->json, "as JSON");
+  due->add_option("--age", asked->age_days, "days from which an answer is too old")
+      ->check(NumberIn(0.01, kMostDays))
       ->capture_default_str();
-  AddHistoryOptions(*show, *shown);
-  AddJson(*show, *shown);
-  show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
-
-  const auto compared = std::make_shared<HistoryArguments>();
-  CLI::App* compare = history.add_subcommand(
-      "compare", "how a result differs from another, with an interval: whether anything changed");
-  compare->add_option("BEFORE", compared->before, "as history list counts them")
-      ->check(CLI::Range(std::size_t{1}, kMost))
-      ->capture_default_str();
-  compare->add_option("AFTER", compared->number, "the same: 1 is the newest")
-      ->check(CLI::Range(std::size_t{1}, kMost))
-      ->capture_default_str();
-  AddHistoryOptions(*compare, *compared);
-  AddJson(*compare, *compared);
-  compare->callback([compared, &exit_code] { exit_code = RunCompare(*compared); });
-
-  const auto exported = std::make_shared<HistoryArguments>();
-  CLI::App* table = history.add_subcommand(
-      "export", "print them as a table (CSV), an answer a row; history list --json has JSON");
-  AddHistoryOptions(*table, *exported);
-  table->callback([exported, &exit_code] { exit_code = RunExport(*exported); });
-
-  AddHistoryDueCommands(history, exit_code);
-
-  const auto pruned = std::make_shared<PruneArguments>();
-  CLI::App* prune = history.add_subcommand(
-      "prune", "the raw data of old recordings that would go for a budget; --yes removes it");
-  prune->add_option("--in", pruned->path, "the folder of the recordings")->capture_default_str();
-  prune->add_option("--budget", pruned->budget_mb, "MB that all recordings may take together")
-      ->required()
-      ->check(NumberIn(0.0, 1e9));
-  prune->add_option("--keep-last", pruned->keep_last, "the newest so many stay whole")
-      ->check(CLI::Range(std::size_t{0}, kMost))
-      ->capture_default_str();
-  prune->add_flag("--yes", pruned->yes, "remove it");
-  prune->callback([pruned, &exit_code] { exit_code = RunPrune(*pruned); });
-
-  const auto built = std::make_shared<HistoryArguments>();
-  CLI::App* rebuild = history.add_subcommand(
-      "rebuild", "build the index anew, from history.jsonl and the recordings' folders");
-  rebuild->add_option("--in", built->path, "the folder of the recordings")->capture_default_str();
-  rebuild->add_option("-o,--out", built->out,
-                      "into a new file, and leave the folder's own as it is");
-  rebuild->callback([built, &exit_code] { exit_code = RunRebuild(*built); });
 }
 
 }  // namespace trammel::app

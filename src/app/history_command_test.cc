@@ -7,9 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "files/new_file.h"
 #include "measurement/history.h"
-#include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
 #include "support/run_trammel.h"
 
@@ -46,8 +44,10 @@ class HistoryCommand : public testing::Test {
     }
     return outcome;
   }
-  void Keep(const std::string& line) const {
-    ASSERT_TRUE(files::AppendLine(folder_.path() / "recordings/history.jsonl", line));
+  void Keep(const Outcome& outcome, const std::string& name) const {
+    const auto recording = folder_.path() / "recordings" / name;
+    std::filesystem::create_directories(recording);
+    ASSERT_TRUE(files::KeepOutcome(recording, outcome));
   }
   [[nodiscard]] CommandResult History(const std::string& words) const {
     return RunTrammel("history " + words, folder_.path());
@@ -57,22 +57,23 @@ class HistoryCommand : public testing::Test {
 };
 
 TEST_F(HistoryCommand, ListsTheNewestFirstWithIntervalUnitAndWhatWasApplied) {
-  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
-  Keep("no line of a history");
-  Keep(files::HistoryLine(Alignment(), "b"));
+  Keep(PressureAdvance(), "a");
+  std::filesystem::create_directory(folder_.path() / "recordings/torn");
+  WriteWhole(folder_.path() / "recordings/torn/result.json", "no result");
+  Keep(Alignment(), "b");
   std::filesystem::create_directories(folder_.path() / "state/trammel");
   ASSERT_TRUE(files::NoteApplication(folder_.path() / "state/trammel/applied.jsonl",
                                      PressureAdvance(), {"2026-02-02T00:00:00Z", "printer.local"}));
   const CommandResult list = History("list");
   EXPECT_EQ(list.exit_code, 0) << list.output;
-  EXPECT_THAT(list.standard_error, HasSubstr("history.jsonl, line 2"));
+  EXPECT_THAT(list.standard_error, HasSubstr("recordings/torn/result.json"));
   EXPECT_EQ(list.standard_output,
             "1    2026-01-03T03:04:05Z  part alignment  good  not applied\n"
             "     part_x  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
             "     part_y  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
             "     part_z  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
             "     and 1 more: trammel history show 1\n"
-            "     b\n"
+            "     recordings/b\n"
             "2    2026-01-02T03:04:05Z  pressure advance  good  applied 2026-02-02T00:00:00Z to "
             "printer.local\n"
             "     pressure_advance  0.0360 s (95 %: 0.0348 to 0.0372 s)\n"
@@ -90,15 +91,15 @@ TEST_F(HistoryCommand, ListsTheNewestFirstWithIntervalUnitAndWhatWasApplied) {
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[1]["applied"][0]["machine"], "printer.local");
   EXPECT_EQ(all[1]["answers"][0]["value"], 0.036);
-  EXPECT_EQ(all[0]["folder"], "b");
+  EXPECT_EQ(all[0]["folder"], "recordings/b");
 }
 
 TEST_F(HistoryCommand, ShowsAllOfOneAndNoControlCharacters) {
-  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
-  Keep(files::HistoryLine(Alignment(), "b"));
+  Keep(PressureAdvance(), "a");
+  Keep(Alignment(), "b");
   EXPECT_THAT(History("show").standard_output,
               HasSubstr("part_alpha  2.0000 mm/m (95 %: 0.0000 to 4.0000 mm/m)"));
-  EXPECT_THAT(History("show 2 --in recordings/history.jsonl").standard_output,
+  EXPECT_THAT(History("show 2 --in recordings").standard_output,
               AllOf(HasSubstr("from scan"), HasSubstr("by trammel 9.8.7"),
                     HasSubstr("one line is torn"), Not(HasSubstr("\x1b"))));
   EXPECT_EQ(json::parse(History("show 2 --json").standard_output)["number"], 2);
@@ -108,10 +109,10 @@ TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {
       "printer.local:7125", "0.40", "=PLA \"100 %\"; x", "extruder1", "17", "215", "60"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
+  Keep(outcome, "a");
   outcome.subject.printer = "printer.local:7126";  // two printers of one name
-  Keep(files::HistoryLine(outcome, "recordings/b"));
-  Keep(files::HistoryLine(Alignment(), "c"));
+  Keep(outcome, "b");
+  Keep(Alignment(), "c");
   EXPECT_THAT(History("list --printer printer.local:7126").standard_output,
               AllOf(HasSubstr("recordings/b"), Not(HasSubstr("recordings/a"))));
   EXPECT_EQ(
@@ -130,11 +131,11 @@ TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
 TEST_F(HistoryCommand, ComparesTwoResultsAndSaysWhetherAnythingChanged) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {"printer.local", "0.40", "PLA"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
+  Keep(outcome, "a");
   outcome.provenance.utc = "2026-01-03T03:04:05Z";
   outcome.subject.nozzle = "0.60";
   outcome.answers[0].value = Measured::Good({0.040, 0.0006, {0.0388, 0.0412}});
-  Keep(files::HistoryLine(outcome, "recordings/b"));
+  Keep(outcome, "b");
   const CommandResult compared = History("compare");
   EXPECT_EQ(compared.exit_code, 0) << compared.output;
   EXPECT_EQ(compared.standard_output,
@@ -146,7 +147,7 @@ TEST_F(HistoryCommand, ComparesTwoResultsAndSaysWhetherAnythingChanged) {
   EXPECT_NEAR(back["changes"][0]["difference"]["value"], -0.004, 1e-9);
   EXPECT_EQ(back["changes"][0]["differs"], true);
   EXPECT_THAT(History("compare 2 2").standard_output, HasSubstr("no change that can be told"));
-  Keep(files::HistoryLine(Alignment(), "c"));
+  Keep(Alignment(), "c");
   EXPECT_THAT(History("compare").standard_error,
               HasSubstr("result 2 is of pressure advance and result 1 of part alignment"));
   EXPECT_THAT(History("compare 9").standard_error, HasSubstr("there is no result 9: 3"));
@@ -158,7 +159,7 @@ TEST_F(HistoryCommand, ShowsHowAResultDiffersFromEarlierOnesOfTheSameThing) {
   for (const double value : {0.036, 0.0365, 0.0355, 0.044}) {
     outcome.provenance.utc[9] += 1;
     outcome.answers[0].value = Measured::Good({value, 0.0006, {value - 0.0012, value + 0.0012}});
-    Keep(files::HistoryLine(outcome, "recordings/" + outcome.provenance.utc));
+    Keep(outcome, outcome.provenance.utc);
   }
   EXPECT_THAT(
       History("show 1").standard_output,
@@ -166,55 +167,24 @@ TEST_F(HistoryCommand, ShowsHowAResultDiffersFromEarlierOnesOfTheSameThing) {
             HasSubstr("): it has changed against 0.0360 s, the mean of 3 earlier results")));
   EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("earlier results")));
 
-  const auto nozzles = folder_.path() / "recordings" / files::kNozzlesFile;
-  ASSERT_TRUE(files::NoteNozzleChange(nozzles, {"2026-01-05T12:00:00Z", "another"}));
+  const auto recordings = folder_.path() / "recordings";
+  ASSERT_TRUE(files::NoteNozzleChange(recordings, "2026-01-05T12:00:00Z", "another"));
   EXPECT_THAT(History("show 1").standard_output, HasSubstr("the mean of 3 earlier results"));
-  // Between the third result and the fourth, whatever the clock was then.
-  ASSERT_TRUE(files::NoteNozzleChange(nozzles, {"1970-01-01T00:00:10Z", "printer.local", 3}));
+  // Between the fourth result and the fifth, whatever the clock was then.
+  ASSERT_TRUE(files::NoteNozzleChange(recordings, "1970-01-01T00:00:10Z", "printer.local"));
+  outcome.provenance.utc[9] += 1;
+  Keep(outcome, "new nozzle");
   EXPECT_THAT(History("show 1").standard_output,
               AllOf(Not(HasSubstr("earlier results")),
                     HasSubstr("nozzle was changed 1970-01-01T00:00:10Z")));
   EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("nozzle was changed")));
 }
 
-// Each step is a third of what one result may be off by.
-TEST_F(HistoryCommand, SaysThatResultsCreepSinceTheOneThatWasApplied) {
-  Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local:7125", "0.40", "PLA"};
-  std::filesystem::create_directories(folder_.path() / "state/trammel");
-  for (int i = 0; i < 16; ++i) {
-    const int steps = std::max(0, i - 4);  // it stayed until the fifth
-    const double value = 0.036 + 0.0004 * steps + (i % 2 == 0 ? 0.0002 : -0.0002);
-    outcome.provenance.utc = fmt::format("2026-01-{:02}T00:00:00Z", i + 1);
-    outcome.answers[0].value = Measured::Good({value, 0.0006, {value - 0.0012, value + 0.0012}});
-    Keep(files::HistoryLine(outcome, fmt::format("recordings/r{}", i)));
-    if (i != 4) continue;
-    ASSERT_TRUE(files::NoteApplication(folder_.path() / "state/trammel/applied.jsonl", outcome,
-                                       {"2026-01-05T01:00:00Z", "http://printer.local:7125"}));
-  }
-  EXPECT_THAT(History("show 1").standard_output,
-              HasSubstr("along 12 results since that of 2026-01-05T00:00:00Z, which was applied: "
-                        "it creeps"));
-  EXPECT_THAT(History("show 12").standard_output, Not(HasSubstr("creeps")));
-}
-
-TEST_F(HistoryCommand, AnotherAnalysisOfARecordingIsNoOtherMeasurement) {
-  Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local", "0.40", "PLA"};
-  for (int i = 0; i < 6; ++i) {
-    outcome.provenance.utc = fmt::format("2026-01-{:02}T00:00:00Z", i + 1);
-    Keep(files::HistoryLine(outcome, i % 2 == 0 ? "recordings/a" : "recordings/a/"));
-  }
-  const std::string shown = History("show 1").standard_output;
-  EXPECT_THAT(shown, Not(HasSubstr("earlier results")));
-  EXPECT_THAT(shown, HasSubstr("5 more of this recording in the history, by other analyses"));
-}
-
 TEST_F(HistoryCommand, SaysWhatARunLeftOpenAndWhatBecameOfIt) {
   using Step = files::Application::Step;
   const auto applied = folder_.path() / "state/trammel/applied.jsonl";
   std::filesystem::create_directories(applied.parent_path());
-  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
+  Keep(PressureAdvance(), "a");
   const auto note = [&](const std::string& utc, Step step) {
     ASSERT_TRUE(files::NoteApplication(applied, PressureAdvance(),
                                        {utc, "printer.local", step, 0.031, 0.036}));
@@ -233,66 +203,29 @@ TEST_F(HistoryCommand, SaysWhatARunLeftOpenAndWhatBecameOfIt) {
   EXPECT_THAT(History("list").standard_output, HasSubstr("good  applied t6"));
 }
 
-TEST_F(HistoryCommand, ExportsAllHoweverMany) {
-  constexpr int kResults = 10'050;
-  Outcome outcome = PressureAdvance();
-  std::string history;
-  for (int i = 0; i < kResults; ++i) {
-    outcome.provenance.utc =
-        fmt::format("2026-01-{:02}T{:02}:{:02}:00Z", 1 + i / 1440, i / 60 % 24, i % 60);
-    history += files::HistoryLine(outcome, "recordings/a") + "\n";
-  }
-  WriteWhole(folder_.path() / "recordings/history.jsonl", history);
-  const CommandResult exported = History("export");
-  EXPECT_EQ(exported.exit_code, 0) << exported.standard_error;
-  EXPECT_EQ(std::ranges::count(exported.standard_output, '\n'), kResults + 1);
-  EXPECT_EQ(exported.standard_error, "");
-}
-
-TEST_F(HistoryCommand, DoesWithoutAnIndexThatItCannotUseAndRebuildsOneWhereAsked) {
-  Keep(files::HistoryLine(Alignment(), "b"));
+TEST_F(HistoryCommand, DoesWithoutAFileThatItCannotUse) {
+  Keep(Alignment(), "b");
   std::filesystem::create_directory(folder_.path() / "recordings/history.db");
   const CommandResult list = History("list");
   EXPECT_EQ(list.exit_code, 0) << list.output;
-  EXPECT_THAT(list.standard_error, HasSubstr("without the index: "));
+  EXPECT_THAT(list.standard_error, HasSubstr("from the folders alone: "));
   EXPECT_THAT(list.standard_output, HasSubstr("part_x"));
-  EXPECT_EQ(History("rebuild").exit_code, 1);
-  EXPECT_EQ(History("rebuild --out own.db").standard_output,
-            "1 results, 0 of them from folders alone\n");
 }
 
 TEST_F(HistoryCommand, WhatIsNotThereIsAnError) {
-  EXPECT_THAT(History("list").standard_error, HasSubstr("history.jsonl: there is no such file"));
-  Keep(files::HistoryLine(Alignment(), "b"));
+  EXPECT_THAT(History("list --in nowhere").standard_error, HasSubstr("there is no such folder"));
+  EXPECT_THAT(History("list").standard_error, HasSubstr("no result is kept here"));
+  Keep(Alignment(), "b");
   EXPECT_EQ(History("show 2").exit_code, 1);
   EXPECT_THAT(History("show 2").standard_error, HasSubstr("there is no result 2"));
   EXPECT_EQ(History("list --last 0").exit_code, 1);
   EXPECT_EQ(History("list --instrument sundial").exit_code, 1);
 }
 
-// Nothing goes unasked.
-TEST_F(HistoryCommand, PruneSaysWhatWouldGoAndRemovesItWhereAskedTo) {
-  const auto folder = folder_.path() / "recordings/pressure_advance-20260102T030405Z";
-  std::filesystem::create_directory(folder);
-  WriteWhole(folder / "line0.avi", std::string(1'000'000, 'v'));
-  ASSERT_TRUE(files::KeepOutcome(folder, PressureAdvance()));
-  const CommandResult kept = History("prune --budget 0.5");
-  EXPECT_EQ(kept.exit_code, 0) << kept.output;
-  EXPECT_THAT(kept.output, HasSubstr("the newest 3 recordings stay"));
-  const CommandResult told = History("prune --budget 0.5 --keep-last 0");
-  EXPECT_THAT(told.output, AllOf(HasSubstr("     line0.avi\n"), HasSubstr("nothing removed")));
-  EXPECT_TRUE(std::filesystem::exists(folder / "line0.avi"));
-  const CommandResult done = History("prune --budget 0.5 --keep-last 0 --yes");
-  EXPECT_EQ(done.exit_code, 0) << done.output;
-  EXPECT_FALSE(std::filesystem::exists(folder / "line0.avi"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "result.json"));
-  EXPECT_EQ(History("prune").exit_code, 1);  // without a budget
-}
-
-TEST_F(HistoryCommand, SaysWhatIsDueUntilItIsSnoozed) {
+TEST_F(HistoryCommand, SaysWhatIsDue) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {"printer.local", "0.40", "PLA"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
+  Keep(outcome, "a");
   const CommandResult due = History("due --age 30");
   EXPECT_EQ(due.exit_code, 0) << due.output;
   EXPECT_THAT(due.standard_output,
@@ -301,22 +234,18 @@ TEST_F(HistoryCommand, SaysWhatIsDueUntilItIsSnoozed) {
                     HasSubstr("days old, of 30")));
   EXPECT_THAT(History("due --age 36500").standard_output,
               AllOf(HasSubstr("fine"), HasSubstr("its last answer is of 2026-01-02T03:04:05Z")));
-  EXPECT_EQ(History("snooze --filament PLA --days 3").exit_code, 0);
-  const json snoozed = json::parse(History("due --age 30 --json").standard_output);
-  ASSERT_EQ(snoozed.size(), 1u);
-  EXPECT_EQ(snoozed[0]["need"], "none");
-  EXPECT_NE(snoozed[0]["snoozed_until"], "");
-  EXPECT_EQ(History("snooze --filament PLA --days 0").exit_code, 0);
-  EXPECT_THAT(History("due --age 30").standard_output, HasSubstr("due      "));
+  ASSERT_TRUE(files::NoteNozzleChange(folder_.path() / "recordings", "2026-01-05T12:00:00Z",
+                                      "printer.local"));
+  EXPECT_THAT(History("due --age 36500").standard_output, HasSubstr("the nozzle was changed"));
 }
 
 TEST_F(HistoryCommand, AFilamentThatWasNeverMeasuredIsDue) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {"printer.local", "0.40", "PLA"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
+  Keep(outcome, "a");
   const json due = json::parse(History("due --filament PETG --nozzle 0.40 --json").standard_output);
   ASSERT_EQ(due.size(), 1u);
-  EXPECT_EQ(due[0]["need"], "due");
+  EXPECT_EQ(due[0]["due"], true);
   EXPECT_EQ(due[0]["reasons"][0], "it was never measured");
   EXPECT_EQ(due[0]["subject"]["filament"], "PETG");
 }
@@ -324,27 +253,15 @@ TEST_F(HistoryCommand, AFilamentThatWasNeverMeasuredIsDue) {
 TEST_F(HistoryCommand, TwoToolheadsOfOneFilamentAreTwoThings) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {"printer.local", "0.40", "PLA", "extruder"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
+  Keep(outcome, "a");
   outcome.subject.toolhead = "extruder1";
   outcome.answers = {{"pressure_advance", "s", Measured::Refused("too dark")}};
-  Keep(files::HistoryLine(outcome, "recordings/b"));
+  Keep(outcome, "b");
   const json due = json::parse(History("due --age 36500 --json").standard_output);
   ASSERT_EQ(due.size(), 2u);
   EXPECT_EQ(due[0]["subject"]["toolhead"], "extruder1");
   EXPECT_EQ(due[0]["reasons"][0], "no answer yet: too dark");
-  EXPECT_EQ(due[1]["need"], "none");
-}
-
-TEST_F(HistoryCommand, ResultsOfAnEarlierProgramAreNotDueBesideThoseOfTheirToolhead) {
-  Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local", "0.40", "PLA"};
-  Keep(files::HistoryLine(outcome, "recordings/a"));
-  outcome.provenance.utc = "2026-02-02T00:00:00Z";
-  outcome.subject.toolhead = "extruder";
-  Keep(files::HistoryLine(outcome, "recordings/b"));
-  const json due = json::parse(History("due --json").standard_output);
-  ASSERT_EQ(due.size(), 1u);
-  EXPECT_EQ(due[0]["last_good"], "2026-02-02T00:00:00Z");
+  EXPECT_EQ(due[1]["due"], false);
 }
 
 }  // namespace

@@ -18,9 +18,6 @@ namespace trammel::app {
 /// The same of a time since 1970; of one that no calendar has, the number.
 [[nodiscard]] std::string UtcOf(double since_1970_s);
 
-/// The same so many days from now, 0 … 36500.
-[[nodiscard]] std::string UtcAfterDays(double days);
-
 /// This program, now, from those sources.
 [[nodiscard]] measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
                                                    std::vector<std::string> sources);

@@ -20,13 +20,7 @@ struct ResultFile {
 /// As a file to write (docs/formats.md, result.json).
 [[nodiscard]] OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result);
 
-/// Adds a line to history.jsonl beside a recording's folder, unless the result has one there.
-/// Errors name the file.
-[[nodiscard]] Result<void> ListInHistory(const std::filesystem::path& folder,
-                                         const measurement::Outcome& outcome);
-
-/// Writes result.json into the recording's folder, and adds a line to history.jsonl beside the
-/// folder. Errors name the file.
+/// Writes result.json into the recording's folder. Errors name the file.
 [[nodiscard]] Result<void> KeepInRecording(const std::filesystem::path& folder,
                                            const ResultFile& result);
 

@@ -7,13 +7,6 @@
 
 namespace trammel {
 
-double StudentTail(double value, double freedom) {
-  TRAMMEL_CHECK(freedom > 0, "freedom = {}", freedom);
-  if (std::isnan(value)) return 1;
-  if (std::isinf(value)) return 0;
-  return boost::math::ibeta(0.5 * freedom, 0.5, freedom / (freedom + value * value));
-}
-
 double StudentPoint(double probability, double freedom) {
   TRAMMEL_CHECK(probability > 0 && probability < 1 && freedom > 0, "probability = {}, freedom = {}",
                 probability, freedom);

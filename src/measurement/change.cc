@@ -60,56 +60,61 @@ std::vector<Change> Compare(const Outcome& before, const Outcome& after) {
   return changes;
 }
 
-std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now) {
-  std::vector<Change> changes;
-  for (const Answer& answer : now.answers) {
-    if (!answer.value.good()) continue;
-    const std::vector<Quantity> values = GoodOnes(earlier, answer);
-    if (values.size() < kFewestForDrift) continue;
-    const auto count = static_cast<double>(values.size());
-    std::vector<double> centres;
-    double stated = 0;  // variance of the mean, as stated
-    for (const Quantity& quantity : values) {
-      centres.push_back(quantity.value);
-      stated += quantity.standard_uncertainty * quantity.standard_uncertainty / (count * count);
-    }
-    const double mean = trammel::Mean(centres);
-    const double scatter = StandardDeviation(centres);
-    const double student = StudentT95(count - 1);
-    const double mean_u = std::sqrt(std::max(stated, scatter * scatter / count));
-    const double mean_half =
-        std::max(kNormal95 * std::sqrt(stated), student * scatter / std::sqrt(count));
+namespace {
 
-    const Quantity& present = answer.value.quantity();
-    const double difference = present.value - mean;
-    const double predicted = student * scatter * std::sqrt(1 + 1 / count);
-    const double below =
-        std::max(predicted, std::hypot(present.value - present.interval95.lo, mean_half));
-    const double above =
-        std::max(predicted, std::hypot(present.interval95.hi - present.value, mean_half));
-    const double u = std::max(std::hypot(present.standard_uncertainty, mean_u),
-                              scatter * std::sqrt(1 + 1 / count));
-    changes.push_back(
-        {answer.name, answer.unit,
-         Measured::Good({mean, mean_u, {mean - mean_half, mean + mean_half}}), answer.value,
-         Measured::Good({difference, u, {difference - below, difference + above}}), values.size()});
+/// A quantity of a result against its earlier values.
+/// @param alpha  how often the interval may miss
+Change AgainstMean(const Answer& now, const std::vector<Quantity>& earlier, double alpha) {
+  constexpr double kNormalFreedom = 1e6;  // Student's t is normal from there on
+  const auto count = static_cast<double>(earlier.size());
+  std::vector<double> values;
+  double stated = 0;  // variance of the mean, as stated
+  for (const Quantity& quantity : earlier) {
+    values.push_back(quantity.value);
+    stated += quantity.standard_uncertainty * quantity.standard_uncertainty / (count * count);
   }
-  return changes;
+  const double mean = trammel::Mean(values);
+  const double scatter = StandardDeviation(values);
+  const double student = StudentPoint(alpha, count - 1);
+  const double normal = StudentPoint(alpha, kNormalFreedom);
+  const double mean_u = std::sqrt(std::max(stated, scatter * scatter / count));
+  const double mean_half =
+      std::max(normal * std::sqrt(stated), student * scatter / std::sqrt(count));
+
+  const Quantity& present = now.value.quantity();
+  const double widened = normal / kNormal95;
+  const double predicted_u = scatter * std::sqrt(1 + 1 / count);
+  const auto half = [&](double of_present) {
+    return std::max(student * predicted_u, std::hypot(widened * of_present, mean_half));
+  };
+  const double difference = present.value - mean;
+  const double u = std::max(std::hypot(present.standard_uncertainty, mean_u), predicted_u);
+  const Interval interval{difference - half(present.value - present.interval95.lo),
+                          difference + half(present.interval95.hi - present.value)};
+  return {now.name,
+          now.unit,
+          Measured::Good({mean, mean_u, {mean - mean_half, mean + mean_half}}),
+          now.value,
+          Measured::Good({difference, u, interval}),
+          earlier.size()};
 }
 
-bool AnyDiffers(std::span<const Change> changes) {
+}  // namespace
+
+std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now) {
   constexpr double kConfidence = 0.95;
-  const double each = 1 - std::pow(kConfidence, 1 / static_cast<double>(changes.size()));
-  return std::ranges::any_of(changes, [each](const Change& change) {
-    if (!change.differs()) return false;
-    const double freedom = std::max<double>(1, static_cast<double>(change.results) - 1);
-    const Quantity& difference = change.difference.quantity();
-    const Interval& interval = difference.interval95;
-    const double towards_zero =
-        difference.value > 0 ? difference.value - interval.lo : interval.hi - difference.value;
-    const double t = StudentT95(freedom) * difference.value / towards_zero;
-    return StudentTail(t, freedom) <= each;
-  });
+  std::vector<std::pair<const Answer*, std::vector<Quantity>>> compared;
+  for (const Answer& answer : now.answers) {
+    if (!answer.value.good()) continue;
+    std::vector<Quantity> values = GoodOnes(earlier, answer);
+    if (values.size() >= kFewestForDrift) compared.emplace_back(&answer, std::move(values));
+  }
+  std::vector<Change> changes;
+  const double alpha = 1 - std::pow(kConfidence, 1 / static_cast<double>(compared.size()));
+  for (const auto& [answer, values] : compared) {
+    changes.push_back(AgainstMean(*answer, values, alpha));
+  }
+  return changes;
 }
 
 bool SameSubject(const Outcome& a, const Outcome& b) {

@@ -35,18 +35,15 @@ inline constexpr std::size_t kFewestForDrift = 3;
 /// Compares a result with the mean of what earlier ones found. The interval is the wider of two:
 /// what the stated uncertainties allow, and Student's prediction interval from the scatter of the
 /// earlier values, which holds what no result could state (a spool's other end, another day).
+/// Intervals of several quantities hold together with 95 % (Sidak 1967): of results where nothing
+/// changed, at most one in twenty has any quantity that differs.
 /// @param earlier  results of the same instrument, printer, nozzle and filament.
 /// Leaves out quantities that are not good in `now`, or in fewer than kFewestForDrift earlier ones.
 [[nodiscard]] std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now);
 
-/// Whether any of the quantities of one result changed: at most once in twenty where none did,
-/// however many they are (Sidak 1967). Tails are Student's, of as many results as were compared
-/// with. @param changes  of Drift
-[[nodiscard]] bool AnyDiffers(std::span<const Change> changes);
-
 /// Whether two results are of the same instrument, printer, nozzle and filament, and of no other
-/// toolhead or nozzle temperature as far as both note it (earlier programs did not). Two of which
-/// nothing is noted are not known to be; nor are pressure advances of a filament without a name.
+/// toolhead or nozzle temperature as far as both note it. Two of which nothing is noted are not
+/// known to be; nor are pressure advances of a filament without a name.
 [[nodiscard]] bool SameSubject(const Outcome& a, const Outcome& b);
 
 }  // namespace trammel::measurement

@@ -1,249 +1,311 @@
 #include "measurement/history.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <functional>
+#include <limits>
 #include <map>
+#include <system_error>
 #include <utility>
 
-#include "files/json_object.h"
-#include "files/new_file.h"
-#include "measurement/json_lines.h"
+#include "files/file_lock.h"
 #include "measurement/outcome_file.h"
 
 namespace trammel::files {
 namespace {
 
 namespace fs = std::filesystem;
-using measurement::Instrument;
 using measurement::Outcome;
-using nlohmann::ordered_json;
 
-constexpr std::size_t kMostNamed = 10;
-constexpr std::size_t kMostApplications = 100;
-constexpr std::size_t kMostParts = 100;  // of a machine, that one value is set on
-using Step = Application::Step;
-// As Step has them.
-constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
+constexpr int kApplicationId = 0x54524D4C;  // "TRML"
+constexpr int kVersion = 1;
+
+constexpr const char* kTables =
+    "CREATE TABLE result (id INTEGER PRIMARY KEY, folder TEXT NOT NULL UNIQUE,"
+    " stamp TEXT NOT NULL, fingerprint TEXT NOT NULL, utc TEXT NOT NULL, instrument TEXT NOT NULL,"
+    " printer TEXT NOT NULL, nozzle TEXT NOT NULL, filament TEXT NOT NULL, json TEXT NOT NULL)"
+    " STRICT;"
+    "CREATE INDEX result_by_time ON result (utc, id);"
+    "CREATE INDEX result_by_filament ON result (filament, nozzle, utc, id);"
+    "CREATE TABLE nozzle_change (utc TEXT NOT NULL, printer TEXT NOT NULL,"
+    " after_id INTEGER NOT NULL) STRICT;";
+
+/// A database that does not hold what was written into it.
+struct Damaged {};
+/// One that is not to be touched, and why.
+struct Foreign {
+  std::string why;
+};
+
+int Number(SQLite::Database& database, const std::string& query) {
+  return database.execAndGet(query).getInt();
+}
+
+void CreateTables(SQLite::Database& database) {
+  SQLite::Transaction all(database, SQLite::TransactionBehavior::IMMEDIATE);
+  database.exec(kTables);
+  database.exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
+                            kVersion));
+  all.commit();
+}
+
+/// Throws Damaged, Foreign, SQLite::Exception.
+SQLite::Database OpenFile(const fs::path& recordings) {
+  // SQLite takes no link anywhere in the path. The folders are the user's, and may be linked; a
+  // file of ours that is a link is nobody's.
+  const fs::path file = fs::canonical(recordings) / kHistoryFile;
+  SQLite::Database database(file.string(),
+                            SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOFOLLOW);
+  database.exec("PRAGMA synchronous = NORMAL; PRAGMA trusted_schema = OFF");
+  const int application = Number(database, "PRAGMA application_id");
+  if (application == 0 && Number(database, "SELECT count(*) FROM sqlite_schema") == 0) {
+    database.exec("PRAGMA journal_mode = WAL");
+    CreateTables(database);
+  } else if (application != kApplicationId) {
+    throw Foreign{"another program's file has this name; rename it"};
+  } else if (Number(database, "PRAGMA user_version") != kVersion) {
+    throw Foreign{"another trammel wrote it, in another form; use that one, or rename the file"};
+  }
+  if (database.execAndGet("PRAGMA quick_check(1)").getString() != "ok") throw Damaged();
+  return database;
+}
+
+bool IsDamage(const SQLite::Exception& thrown) {
+  return thrown.getErrorCode() == SQLITE_CORRUPT || thrown.getErrorCode() == SQLITE_NOTADB ||
+         thrown.getErrorCode() == SQLITE_ERROR;  // a table that is not there
+}
+
+void SetAside(const fs::path& file) {
+  std::error_code ignored;
+  fs::rename(file, file.string() + ".damaged", ignored);
+  for (const char* end : {"-wal", "-shm", "-journal"}) fs::remove(file.string() + end, ignored);
+}
+
+/// The result of a folder, as it is on the disk.
+struct Found {
+  std::string folder;  ///< its name
+  std::string stamp;   ///< another one is another file
+  Outcome outcome = {};
+};
+
+/// Calls `visit` for each folder right below that holds a result, until it returns false.
+void ForEachResultFile(const fs::path& recordings,
+                       const std::function<bool(const fs::path& file)>& visit) {
+  std::error_code error;
+  for (fs::directory_iterator folder(recordings, error), end; !error && folder != end;
+       folder.increment(error)) {
+    std::error_code gone;
+    const fs::path file = folder->path() / kResultFile;
+    if (fs::is_regular_file(fs::symlink_status(file, gone)) && !visit(file)) return;
+  }
+}
+
+bool HasResults(const fs::path& recordings) {
+  bool has = false;
+  ForEachResultFile(recordings, [&has](const fs::path&) {
+    has = true;
+    return false;
+  });
+  return has;
+}
+
+/// The results that the database does not hold yet, the oldest first.
+std::vector<Found> FindNew(SQLite::Database& database, const fs::path& recordings,
+                           std::vector<std::string>& skipped) {
+  std::map<std::string, std::string> known;
+  SQLite::Statement rows(database, "SELECT folder, stamp FROM result");
+  while (rows.executeStep()) known[rows.getColumn(0).getString()] = rows.getColumn(1).getString();
+  std::vector<Found> found;
+  ForEachResultFile(recordings, [&](const fs::path& file) {
+    std::error_code gone;
+    const auto written = fs::last_write_time(file, gone).time_since_epoch().count();
+    Found one{file.parent_path().filename().string(),
+              fmt::format("{}-{}", written, fs::file_size(file, gone))};
+    const auto before = known.find(one.folder);
+    if (gone || (before != known.end() && before->second == one.stamp)) return true;
+    auto outcome = ReadOutcome(file);
+    if (outcome) {
+      one.outcome = std::move(*outcome);
+      found.push_back(std::move(one));
+    } else {
+      skipped.push_back(outcome.error().message);
+    }
+    return true;
+  });
+  std::ranges::sort(found, {}, [](const Found& one) {
+    return std::pair(one.outcome.provenance.utc, one.folder);
+  });
+  return found;
+}
+
+/// Another analysis of a recording takes the place of the earlier one.
+void ReadFolders(SQLite::Database& database, const fs::path& recordings,
+                 std::vector<std::string>& skipped) {
+  const std::vector<Found> found = FindNew(database, recordings, skipped);
+  if (found.empty()) return;
+  SQLite::Transaction all(database, SQLite::TransactionBehavior::IMMEDIATE);
+  SQLite::Statement insert(
+      database,
+      "INSERT INTO result (folder, stamp, fingerprint, utc, instrument, printer, nozzle, filament,"
+      " json) VALUES (?,?,?,?,?,?,?,?,?) ON CONFLICT (folder) DO UPDATE SET stamp = excluded.stamp,"
+      " fingerprint = excluded.fingerprint, utc = excluded.utc, instrument = excluded.instrument,"
+      " printer = excluded.printer, nozzle = excluded.nozzle, filament = excluded.filament,"
+      " json = excluded.json");
+  for (const auto& [folder, stamp, outcome] : found) {
+    const measurement::Subject& subject = outcome.subject;
+    int at = 0;
+    for (const std::string& text :
+         {folder, stamp, Fingerprint(outcome), outcome.provenance.utc,
+          std::string(ToString(outcome.provenance.instrument)), subject.printer, subject.nozzle,
+          subject.filament, ToJson(outcome)}) {
+      insert.bind(++at, text);
+    }
+    insert.exec();
+    insert.reset();
+  }
+  all.commit();
+}
+
+/// Throws Damaged.
+std::vector<HistoryEntry> Select(SQLite::Database& database, const fs::path& recordings,
+                                 const HistoryQuery& query) {
+  std::string where = "1";
+  std::vector<std::string> texts;
+  const auto ask = [&](const char* column, const std::string& text) {
+    if (text.empty()) return;
+    where += fmt::format(" AND {} = ?", column);
+    texts.push_back(text);
+  };
+  if (query.instrument) ask("instrument", std::string(ToString(*query.instrument)));
+  ask("printer", query.subject.printer);
+  ask("nozzle", query.subject.nozzle);
+  ask("filament", query.subject.filament);
+  SQLite::Statement rows(database, "SELECT id, folder, fingerprint, json FROM result WHERE " +
+                                       where + " ORDER BY utc DESC, id DESC LIMIT ?");
+  int at = 0;
+  for (const std::string& text : texts) rows.bind(++at, text);
+  constexpr std::size_t kAll = std::numeric_limits<std::int64_t>::max();
+  rows.bind(++at, static_cast<std::int64_t>(std::min(query.last, kAll)));
+  std::vector<HistoryEntry> entries;
+  while (rows.executeStep()) {
+    HistoryEntry entry;
+    entry.order = rows.getColumn(0).getInt64();
+    entry.folder = (recordings / rows.getColumn(1).getString()).string();
+    entry.fingerprint = rows.getColumn(2).getString();
+    auto outcome = ParseOutcome(rows.getColumn(3).getString(), std::string(kHistoryFile));
+    if (!outcome || Fingerprint(*outcome) != entry.fingerprint) throw Damaged();
+    entry.outcome = std::move(*outcome);
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+std::vector<NozzleChange> NozzleChanges(SQLite::Database& database) {
+  std::vector<NozzleChange> changes;
+  SQLite::Statement rows(database,
+                         "SELECT utc, printer, after_id FROM nozzle_change ORDER BY rowid");
+  while (rows.executeStep()) {
+    changes.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getString(),
+                       rows.getColumn(2).getInt64()});
+  }
+  return changes;
+}
+
+/// Uses history.db, made or made anew where need be; `use` may throw as OpenFile does, and is
+/// called again then. @returns why it cannot be used; empty: it was.
+std::string UseFile(const fs::path& recordings, const std::function<void(SQLite::Database&)>& use) {
+  constexpr double kPatience_s = 5;
+  const fs::path file = recordings / kHistoryFile;
+  const auto lock =
+      FileLock::TakeWithin(recordings / fmt::format("{}.lock", kHistoryFile),
+                           fmt::format("trammel history, process {},", ::getpid()), kPatience_s);
+  if (!lock) return lock.error().message;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    try {
+      SQLite::Database database = OpenFile(recordings);
+      use(database);
+      return {};
+    } catch (const Damaged&) {
+    } catch (const Foreign& foreign) {
+      return fmt::format("{}: {}", file.string(), foreign.why);
+    } catch (const SQLite::Exception& thrown) {
+      if (thrown.getErrorCode() == SQLITE_FULL) return file.string() + ": no space on the disk";
+      if (!IsDamage(thrown)) return fmt::format("{}: {}", file.string(), thrown.what());
+    }
+    SetAside(file);
+  }
+  return file.string() + ": does not hold what was just written into it; check the disk";
+}
 
 }  // namespace
 
-std::string Fingerprint(const Outcome& outcome) {
-  const std::string json =
-      JsonOf(outcome).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-  return fmt::format("{:016x}", Fnv1a(json));
-}
-
-bool Matches(const HistoryQuery& query, const Outcome& outcome) {
-  const auto fits = [](const std::string& asked, const std::string& has) {
-    return asked.empty() || asked == has;
-  };
-  return (!query.instrument || *query.instrument == outcome.provenance.instrument) &&
-         fits(query.subject.printer, outcome.subject.printer) &&
-         fits(query.subject.nozzle, outcome.subject.nozzle) &&
-         fits(query.subject.filament, outcome.subject.filament);
-}
-
-Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
-  struct Kept {
-    HistoryEntry entry;
-    std::size_t bytes = 0;
-  };
-  History history;
-  std::map<std::pair<std::string, std::size_t>, Kept> kept;  // by time, then by line, as the index
-  std::size_t bytes = 0;
-  const auto skip = [&](const std::string& why) {
-    if (history.skipped.size() < kMostNamed) history.skipped.push_back(why);
-    ++history.skipped_lines;
-  };
-  const auto take = [&](std::optional<std::string_view> line, std::size_t number) {
-    const std::string where = fmt::format("{}, line {}", path.string(), number);
-    if (!line) return skip(fmt::format("{}: is longer than {} bytes", where, kMostLineBytes));
-    auto read = ParseHistoryLine(*line, where);
-    if (!read) return skip(read.error().message);
-    if (!Matches(query, read->first)) return;
-    const std::string utc = read->first.provenance.utc;
-    kept[{utc, number}] = {{std::move(read->first), std::move(read->second), {}, number},
-                           line->size()};
-    bytes += line->size();
-    while (!kept.empty() && (kept.size() > query.last || bytes > kMostHistoryBytes)) {
-      history.cut = history.cut || kept.size() <= query.last;
-      bytes -= kept.begin()->second.bytes;
-      kept.erase(kept.begin());
-    }
-  };
-  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
-  for (auto it = kept.rbegin(); it != kept.rend(); ++it) {
-    history.entries.push_back(std::move(it->second.entry));
+Result<History> ReadHistory(const fs::path& recordings, const HistoryQuery& query) {
+  std::error_code ignored;
+  if (!fs::is_directory(recordings, ignored)) {
+    return Fail(recordings.string() + ": there is no such folder; check the path");
   }
+  History history;
+  const auto read = [&](SQLite::Database& database) {
+    history = {};
+    ReadFolders(database, recordings, history.skipped);
+    history.entries = Select(database, recordings, query);
+    history.nozzle_changes = NozzleChanges(database);
+  };
+  if (!fs::exists(recordings / kHistoryFile, ignored) && !HasResults(recordings)) return history;
+  const std::string why_not = UseFile(recordings, read);
+  if (why_not.empty()) return history;
+  SQLite::Database in_memory(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  CreateTables(in_memory);
+  read(in_memory);
+  history.without_store = why_not;
   return history;
 }
 
-bool IsUnfinished(const Application& application) {
-  return application.step == Step::kBegun || application.step == Step::kUndoing;
-}
-
-Result<bool> HistoryHolds(const fs::path& path, const Outcome& outcome) {
-  std::error_code ignored;
-  if (!fs::exists(path, ignored)) return false;
-  const std::string own = Fingerprint(outcome);
-  bool holds = false;
-  const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
-    if (holds || !line || line->find(outcome.provenance.utc) == std::string_view::npos) return;
-    const auto read = ParseHistoryLine(*line, path.string());
-    holds = read && Fingerprint(read->first) == own;
-  };
-  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
-  return holds;
-}
-
-ordered_json JsonOf(const Application& application) {
-  ordered_json json = {{"utc", application.utc},
-                       {"machine", application.machine},
-                       {"step", kSteps[static_cast<std::size_t>(application.step)]}};
-  if (application.before) json["before"] = *application.before;
-  if (application.value) json["value"] = *application.value;
-  if (!application.before_each.empty()) json["before_each"] = application.before_each;
-  return json;
-}
-
-Result<void> NoteApplication(const fs::path& path, Instrument instrument,
-                             const std::string& fingerprint, const Application& application) {
-  ordered_json json = {
-      {"format", 1}, {"instrument", ToString(instrument)}, {"result", fingerprint}};
-  json.update(JsonOf(application));
-  return AppendLine(path, json.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
-}
-
-Result<void> NoteApplication(const fs::path& path, const Outcome& outcome,
-                             const Application& application) {
-  return NoteApplication(path, outcome.provenance.instrument, Fingerprint(outcome), application);
-}
-
-namespace {
-
-struct AppliedLine {
-  std::string instrument;
-  std::string fingerprint;
-  Application application;
-};
-
-// At most kMostParts, each a number.
-std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
-  std::map<std::string, double> before;
-  const nlohmann::json* each = object.Find("before_each");
-  if (each == nullptr) return before;
-  if (!each->is_object() || each->size() > kMostParts) {
-    object.Fault("before_each", fmt::format("must be an object of at most {} keys", kMostParts));
-    return before;
-  }
-  JsonObject values = object.Inner(*each, "before_each");
-  for (const auto& [name, value] : each->items()) before[name] = values.Number(name.c_str());
-  if (const auto read = values.Faults(); !read) object.Adopt(read.error());
-  return before;
-}
-
-std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line,
-                                            const fs::path& path) {
-  const auto json = line ? ParseJson(*line, path.string()) : Fail("too long");
-  if (!json || !json->is_object()) return std::nullopt;
-  JsonObject object(*json, path.string());
-  object.Integer("format", {1, 1});
-  AppliedLine read;
-  read.instrument = object.Text("instrument");
-  read.fingerprint = object.Text("result");
-  Application& application = read.application;
-  application.utc = object.Text("utc");
-  application.machine = object.Text("machine");
-  const std::string step =
-      object.OptionalChoice("step", {kSteps[0], kSteps[1], kSteps[2], kSteps[3], kSteps[4]})
-          .value_or(kSteps[0]);
-  application.step = static_cast<Application::Step>(std::find(kSteps.begin(), kSteps.end(), step) -
-                                                    kSteps.begin());
-  application.before = object.OptionalNumber("before");
-  application.value = object.OptionalNumber("value");
-  application.before_each = ReadBeforeEach(object);
-  if (object.failed()) return std::nullopt;
-  return read;
-}
-
-// What was begun and then done, or done and then undone, is one; what was in force before the
-// first of them, and what it set, is what counts.
-bool Continues(const Application& before, const Application& now) {
-  if (now.step == Step::kApplied || now.step == Step::kNotInForce) return IsUnfinished(before);
-  return now.step == Step::kUndone || now.step == Step::kUndoing;
-}
-
-Application Merged(const Application& before, Application now) {
-  now.before = before.before;
-  now.before_each = before.before_each;
-  if (before.value) now.value = before.value;
-  return now;
-}
-
-}  // namespace
-
-Result<std::vector<NotedApplication>> Applications(
-    const fs::path& path, Instrument instrument,
-    const std::function<bool(const std::string& address)>& of_machine) {
-  std::vector<NotedApplication> noted;
-  std::error_code ignored;
-  if (!fs::exists(path, ignored)) return noted;
-  const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
-    auto read = ParseAppliedLine(line, path);
-    if (!read || read->instrument != ToString(instrument) ||
-        !of_machine(read->application.machine)) {
-      return;
-    }
-    if (!noted.empty() && noted.back().fingerprint == read->fingerprint &&
-        Continues(noted.back().application, read->application)) {
-      noted.back().application = Merged(noted.back().application, std::move(read->application));
-      return;
-    }
-    if (noted.size() == kMostApplications) noted.erase(noted.begin());
-    noted.push_back({std::move(read->application), std::move(read->fingerprint)});
-  };
-  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
-  return noted;
-}
-
-Result<std::map<std::string, std::vector<Application>>> AllApplications(
-    const fs::path& path, const std::function<bool(const std::string&)>& wanted) {
-  std::map<std::string, std::vector<Application>> all;
-  std::error_code ignored;
-  if (!fs::exists(path, ignored)) return all;
-  const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
-    auto read = ParseAppliedLine(line, path);
-    if (!read || read->fingerprint.empty() || (wanted && !wanted(read->fingerprint))) return;
-    std::vector<Application>& applied = all[read->fingerprint];
-    Application application = std::move(read->application);
-    if (!applied.empty() && applied.back().machine == application.machine &&
-        Continues(applied.back(), application)) {
-      application = Merged(applied.back(), std::move(application));
-      applied.pop_back();
-    }
-    if (applied.size() == kMostApplications) applied.erase(applied.begin());
-    applied.push_back(std::move(application));
-  };
-  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
-  return all;
-}
-
-Result<void> AddApplications(const fs::path& path, History& history) {
-  std::multimap<std::string, HistoryEntry*> by_fingerprint;
-  for (HistoryEntry& entry : history.entries) {
-    by_fingerprint.emplace(Fingerprint(entry.outcome), &entry);
-  }
-  const auto all = AllApplications(path, [&by_fingerprint](const std::string& fingerprint) {
-    return by_fingerprint.contains(fingerprint);
-  });
+Result<void> AddApplications(const fs::path& applied, History& history) {
+  const auto all = AllApplications(applied);
   if (!all) return tl::unexpected(all.error());
-  for (const auto& [fingerprint, entry] : by_fingerprint) {
-    const auto found = all->find(fingerprint);
-    if (found != all->end()) entry->applied = found->second;
+  for (HistoryEntry& entry : history.entries) {
+    const auto found = all->find(entry.fingerprint);
+    if (found != all->end()) entry.applied = found->second;
   }
   return {};
+}
+
+Result<void> NoteNozzleChange(const fs::path& recordings, const std::string& utc,
+                              const std::string& printer) {
+  constexpr std::size_t kDay = std::string_view("2026-01-02").size();
+  int today = 0;
+  const std::string why_not = UseFile(recordings, [&](SQLite::Database& database) {
+    std::vector<std::string> skipped;
+    ReadFolders(database, recordings, skipped);
+    SQLite::Statement count(
+        database, "SELECT count(*) FROM nozzle_change WHERE printer = ? AND utc LIKE ? || '%'");
+    count.bind(1, printer);
+    count.bind(2, utc.substr(0, kDay));
+    count.executeStep();
+    today = count.getColumn(0).getInt();
+    if (today >= kMostChangesADay) return;
+    SQLite::Statement note(database,
+                           "INSERT INTO nozzle_change (utc, printer, after_id) SELECT ?, ?,"
+                           " coalesce(max(id), 0) FROM result");
+    note.bind(1, utc);
+    note.bind(2, printer);
+    note.exec();
+    database.exec(
+        fmt::format("DELETE FROM nozzle_change WHERE rowid <= (SELECT max(rowid) FROM "
+                    "nozzle_change) - {}",
+                    kMostChanges));
+  });
+  if (!why_not.empty()) return Fail(why_not);
+  if (today < kMostChangesADay) return {};
+  return Fail(fmt::format("{} changes of this printer's nozzle are noted of today already; does a "
+                          "macro or a program note them again and again?",
+                          today),
+              ErrorKind::kMeasurement);
 }
 
 }  // namespace trammel::files

@@ -1,19 +1,21 @@
 #include "measurement/history.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
 #include <string>
 
-#include "files/new_file.h"
+#include "base/random.h"
+#include "files/file_lock.h"
 #include "measurement/outcome_file.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
 namespace {
 
+namespace fs = std::filesystem;
 using measurement::Instrument;
 using measurement::Outcome;
 using ::testing::ElementsAre;
@@ -22,174 +24,169 @@ using ::testing::IsEmpty;
 
 class ResultHistory : public ::testing::Test {
  protected:
-  static Outcome Found(double value_s, Instrument instrument = Instrument::kPressureAdvance) {
+  static Outcome Found(int n, const std::string& filament = "pla") {
     Outcome outcome;
-    outcome.provenance = {instrument, "trammel 9", "2026-01-02T03:04:05Z", {"scan"}};
-    outcome.answers = {
-        {"value", "s", Measured::Good({value_s, 0.001, {value_s - 0.002, value_s + 0.002}})}};
+    outcome.provenance = {Instrument::kPressureAdvance,
+                          "trammel 9",
+                          fmt::format("2026-01-{:02}T{:02}:00:00Z", 1 + n / 24, n % 24),
+                          {"scan"}};
+    outcome.answers = {{"pressure_advance", "s", Measured::Good({n * 1., 1, {n - 2., n + 2.}})}};
+    outcome.subject = {"printer.local", "0.40", filament};
     outcome.notices = {"not UTF-8: \xff"};
     return outcome;
   }
-  void Add(const std::string& line) const { ASSERT_TRUE(AppendLine(path_, line)); }
+  [[nodiscard]] fs::path FolderOf(int n) const { return folder_.path() / fmt::format("r{}", n); }
+  void Keep(const Outcome& outcome, int n) const {
+    fs::create_directory(FolderOf(n));
+    ASSERT_TRUE(KeepOutcome(FolderOf(n), outcome));
+  }
+  void Add(int n, const std::string& filament = "pla") const { Keep(Found(n, filament), n); }
+  [[nodiscard]] History Read(const HistoryQuery& query = {}) const {
+    auto history = ReadHistory(folder_.path(), query);
+    EXPECT_TRUE(history) << history.error().message;
+    return history ? std::move(*history) : History{};
+  }
   [[nodiscard]] std::vector<double> Values(const HistoryQuery& query = {}) const {
     std::vector<double> values;
-    const auto history = ReadHistory(path_, query);
-    if (!history) return values;
-    for (const HistoryEntry& entry : history->entries) {
+    for (const HistoryEntry& entry : Read(query).entries) {
       values.push_back(entry.outcome.answers.front().value.quantity().value);
     }
     return values;
   }
 
   test::TemporaryFolder folder_;
-  std::filesystem::path path_ = folder_.path() / "history.jsonl";
+  fs::path file_ = folder_.path() / kHistoryFile;
 };
 
-TEST_F(ResultHistory, GivesTheNewestFirstAndNoMoreThanIsAskedFor) {
-  for (int i = 1; i <= 5; ++i) Add(HistoryLine(Found(i), fmt::format("recordings/{}", i)));
-  Add(HistoryLine(Found(6, Instrument::kPartAlignment), "align"));
-  EXPECT_THAT(Values(), ElementsAre(6, 5, 4, 3, 2, 1));
-  EXPECT_THAT(Values({.last = 2}), ElementsAre(6, 5));
-  EXPECT_THAT(Values({.last = 2, .instrument = Instrument::kPressureAdvance}), ElementsAre(5, 4));
-  EXPECT_THAT(Values({.last = 0}), IsEmpty());
-  EXPECT_EQ(ReadHistory(path_, {})->entries[1].folder, "recordings/5");
-}
-
-TEST_F(ResultHistory, OrdersByTheTimeThatResultsStateAndThenByLine) {
-  const auto at = [](double value, const char* utc) {
-    Outcome outcome = Found(value);
-    outcome.provenance.utc = utc;
-    return HistoryLine(outcome, "r");
-  };
-  Add(at(1, "2026-03-01T00:00:00Z"));
-  Add(at(2, "2026-01-01T00:00:00Z"));  // a folder that came later
-  Add(at(3, "2026-01-01T00:00:00Z"));
-  EXPECT_THAT(Values(), ElementsAre(1, 3, 2));
-  EXPECT_THAT(Values({.last = 2}), ElementsAre(1, 3));
-}
-
-TEST_F(ResultHistory, NamesAndPassesOverWhatIsNoResult) {
-  Add(HistoryLine(Found(1), "r"));
-  std::string contradicting = HistoryLine(Found(2), "r");
-  contradicting.replace(contradicting.find("good"), 4, "refused");
-  for (const std::string& bad :
-       {std::string("{\"format\": 1"), std::string("[]"), contradicting, ToJson(Found(3)),
-        std::string("\x1b[2J\0\xff", 6), std::string(2 << 20, 'x'), std::string(100'000, '[')}) {
-    std::string line = bad;
-    std::erase(line, '\n');
-    Add(line);
-  }
-  Add(HistoryLine(Found(9), "r"));
-  const auto history = ReadHistory(path_, {});
-  ASSERT_TRUE(history) << history.error().message;
-  EXPECT_THAT(Values(), ElementsAre(9, 1));
-  EXPECT_EQ(history->skipped_lines, 7u);
-  ASSERT_EQ(history->skipped.size(), 7u);
-  EXPECT_THAT(history->skipped[0], HasSubstr("history.jsonl, line 2"));
-  EXPECT_THAT(history->skipped[3], HasSubstr("folder is missing"));
-  EXPECT_THAT(history->skipped[5], HasSubstr("line 7: is longer than"));
-  for (int i = 0; i < 100; ++i) Add("{}");
-  EXPECT_EQ(ReadHistory(path_, {})->skipped.size(), 10u);
-  EXPECT_EQ(ReadHistory(path_, {})->skipped_lines, 107u);
-}
-
-TEST_F(ResultHistory, AFileThatIsNoneIsAnError) {
-  EXPECT_THAT(ReadHistory(path_, {}).error().message, HasSubstr("there is no such file"));
-  EXPECT_THAT(ReadHistory(folder_.path(), {}).error().message, HasSubstr("not an ordinary file"));
-  EXPECT_THAT(ReadHistory("/dev/zero", {}).error().message, HasSubstr("not an ordinary file"));
-  test::WriteWhole(path_, "");
+TEST_F(ResultHistory, HasTheNewestFirstAndFollowsTheFolders) {
   EXPECT_THAT(Values(), IsEmpty());
+  EXPECT_FALSE(fs::exists(file_)) << "nothing is written where nothing was measured";
+  Add(1);
+  Add(3, "petg");
+  EXPECT_THAT(Values(), ElementsAre(3, 1));
+  Add(2);
+  EXPECT_THAT(Values(), ElementsAre(3, 2, 1));
+  EXPECT_THAT(Values({.last = 1}), ElementsAre(3));
+  EXPECT_THAT(Values({.subject = {.filament = "pla"}}), ElementsAre(2, 1));
+  EXPECT_THAT(Values({.instrument = Instrument::kTap}), IsEmpty());
+  EXPECT_EQ(Read().entries[0].folder, FolderOf(3).string());
+  EXPECT_EQ(Read().entries[0].fingerprint, Fingerprint(Found(3, "petg")));
+  fs::remove_all(FolderOf(3));  // its result stays known
+  EXPECT_THAT(Values(), ElementsAre(3, 2, 1));
 }
 
-TEST_F(ResultHistory, KnowsWhichOfTheResultsWereApplied) {
-  const auto applied = folder_.path() / "applied.jsonl";
-  Add(HistoryLine(Found(1), "r"));
-  Add(HistoryLine(Found(2), "r"));
-  auto history = *ReadHistory(path_, {});
-  ASSERT_TRUE(AddApplications(applied, history));  // not there: nothing was applied
-  EXPECT_THAT(history.entries[0].applied, IsEmpty());
-  // What is applied is read from result.json, or was just found.
-  const auto read = ParseOutcome(ToJson(Found(2)), "r");
-  ASSERT_TRUE(NoteApplication(applied, *read, {"2026-01-03T00:00:00Z", "printer.local"}));
-  ASSERT_TRUE(AppendLine(applied, "torn {"));
-  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:00Z", "printer.local"}));
-  ASSERT_TRUE(NoteApplication(applied, Found(3), {"2026-01-04T00:00:00Z", "printer.local"}));
-  history = *ReadHistory(path_, {});
-  ASSERT_TRUE(AddApplications(applied, history));
-  ASSERT_EQ(history.entries[0].applied.size(), 2u);
-  EXPECT_EQ(history.entries[0].applied[1].utc, "2026-01-04T00:00:00Z");
-  EXPECT_EQ(history.entries[0].applied[0].machine, "printer.local");
-  EXPECT_THAT(history.entries[1].applied, IsEmpty());
+TEST_F(ResultHistory, ANewAnalysisTakesThePlaceOfTheOldOneInItsOrder) {
+  Add(1);
+  Add(2);
+  const auto order = Read().entries[1].order;
+  Keep(Found(30), 1);
+  EXPECT_THAT(Values(), ElementsAre(30, 2));
+  EXPECT_EQ(Read().entries[0].order, order);
 }
 
-TEST_F(ResultHistory, WhatWasBegunIsSaidUntilItIsNotedAsDone) {
-  const auto applied = folder_.path() / "applied.jsonl";
-  const auto noted = [&] {
-    History history;
-    history.entries.push_back({Found(2), "a"});
-    EXPECT_TRUE(AddApplications(applied, history));
-    return history.entries[0].applied;
-  };
-  ASSERT_TRUE(
-      NoteApplication(applied, Found(2),
-                      {"2026-01-03T00:00:00Z", "printer", Application::Step::kBegun, 0.04, 0.05}));
-  ASSERT_EQ(noted().size(), 1u);
-  EXPECT_EQ(noted()[0].step, Application::Step::kBegun);
-  EXPECT_EQ(noted()[0].before, 0.04);
-  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-03T00:00:01Z", "printer"}));
-  ASSERT_EQ(noted().size(), 1u);
-  EXPECT_EQ(noted()[0].step, Application::Step::kApplied);
-  EXPECT_EQ(noted()[0].before, 0.04);
-  // Of another machine it says nothing.
-  ASSERT_TRUE(NoteApplication(applied, Found(2),
-                              {"2026-01-04T00:00:00Z", "other", Application::Step::kBegun}));
-  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:01Z", "printer"}));
-  ASSERT_EQ(noted().size(), 3u);
-  EXPECT_EQ(noted()[1].step, Application::Step::kBegun);
+TEST_F(ResultHistory, NamesResultsThatCannotBeRead) {
+  Add(1);
+  fs::create_directory(FolderOf(2));
+  test::WriteWhole(FolderOf(2) / kResultFile, "{\"format\": 1");
+  fs::create_directory(FolderOf(3));
+  fs::create_symlink(FolderOf(1) / kResultFile, FolderOf(3) / kResultFile);
+  EXPECT_THAT(Values(), ElementsAre(1));
+  EXPECT_THAT(Read().skipped, ElementsAre(HasSubstr("r2")));
+  EXPECT_THAT(ReadHistory(folder_.path() / "none", {}).error().message,
+              HasSubstr("there is no such folder"));
 }
 
-TEST_F(ResultHistory, TheLastApplicationSaysWhatToGoBackTo) {
-  const auto applied = folder_.path() / "applied.jsonl";
-  constexpr auto kInstrument = Instrument::kPressureAdvance;
-  const auto all = [&] {
-    return *Applications(applied, kInstrument,
-                         [](const std::string& address) { return address == "printer"; });
-  };
-  const auto last = [&] { return std::optional(all().back()); };
-  EXPECT_TRUE(all().empty());
-  const auto note = [&](const std::string& fingerprint, const Application& application) {
-    ASSERT_TRUE(NoteApplication(applied, kInstrument, fingerprint, application));
-  };
-  note("a", {"t1", "printer", Application::Step::kBegun, 0.03, 0.04});
-  note("a", {"t2", "printer", Application::Step::kApplied, {}, 0.04});
-  note("", {"t3", "printer", Application::Step::kBegun, 0.04, 0.05});
-  ASSERT_TRUE(NoteApplication(applied, Instrument::kTap, "x", {"t4", "printer"}));
-  note("", {"t5", "other", Application::Step::kApplied, 0.1, 0.2});
-  ASSERT_EQ(all().size(), 2u);  // the last was typed, and may not have come into force
-  EXPECT_EQ(all()[0].application.before, 0.03);
-  EXPECT_EQ(last()->application.before, 0.04);
-  EXPECT_EQ(last()->application.step, Application::Step::kBegun);
-  note("", {"t6", "printer", Application::Step::kApplied, {}, 0.05});
-  EXPECT_EQ(last()->application.before, 0.04);
-  EXPECT_EQ(last()->application.utc, "t6");
-  note("", {"t7", "printer", Application::Step::kUndone, 0.04, 0.05});
-  EXPECT_EQ(last()->application.step, Application::Step::kUndone);
-  EXPECT_EQ(last()->application.value, 0.05);
+TEST_F(ResultHistory, HostileNamesAreNamesAndNothingElse) {
+  const std::vector<std::string> names = {"a'; DROP TABLE result; --", "\"quoted\"", "100 %",
+                                          "\xF0\x9F\xA6\x84", "' OR '1'='1"};
+  int n = 0;
+  for (const std::string& name : names) Add(++n, name);
+  n = 0;
+  for (const std::string& name : names) {
+    EXPECT_THAT(Values({.subject = {.filament = name}}), ElementsAre(++n));
+  }
 }
 
-TEST_F(ResultHistory, WhatEachPartHadBeforeIsThatOfTheBeginning) {
-  const auto applied = folder_.path() / "applied.jsonl";
-  constexpr auto kInstrument = Instrument::kPressureAdvance;
-  const auto note = [&](const Application& application) {
-    ASSERT_TRUE(NoteApplication(applied, kInstrument, "a", application));
+TEST_F(ResultHistory, IsBuiltAnewWhereItIsDamagedAnywhere) {
+  constexpr int kResults = 40;
+  for (int n = 1; n <= kResults; ++n) Add(n);
+  const std::vector<double> whole = Values({.last = 100});
+  ASSERT_EQ(whole.size(), std::size_t{kResults});
+  {  // all of it in one file
+    SQLite::Database database(file_.string(), SQLite::OPEN_READWRITE);
+    database.exec("PRAGMA wal_checkpoint(TRUNCATE)");
+  }
+  const std::string sound = test::ReadWhole(file_);
+  Random random(4711);
+  for (int i = 0; i < 40; ++i) {
+    std::string damaged = sound;
+    const auto at = static_cast<std::size_t>(random.Uniform(0, static_cast<double>(sound.size())));
+    if (i % 2 == 0) {
+      damaged.resize(at);
+    } else {
+      damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    }
+    for (const char* end : {"-wal", "-shm"}) fs::remove(file_.string() + end);
+    test::WriteWhole(file_, damaged);
+    ASSERT_EQ(Values({.last = 100}), whole) << (i % 2 == 0 ? "cut at " : "changed at ") << at;
+  }
+}
+
+TEST_F(ResultHistory, DoesWithoutAFileThatItCannotUse) {
+  Add(1);
+  const auto expect_without = [&](const char* why) {
+    EXPECT_THAT(Values(), ElementsAre(1));
+    EXPECT_THAT(Read().without_store, HasSubstr(why));
+    EXPECT_FALSE(NoteNozzleChange(folder_.path(), "2026-01-02T00:00:00Z", "printer.local"));
   };
-  const std::map<std::string, double> before = {{"extruder", 0.03}, {"extruder_stepper b", 0.01}};
-  note({"t1", "printer", Application::Step::kBegun, 0.03, 0.04, before});
-  note({"t2", "printer", Application::Step::kApplied, {}, 0.04});
-  const auto noted = Applications(applied, kInstrument, [](const std::string&) { return true; });
-  ASSERT_TRUE(noted);
-  ASSERT_EQ(noted->size(), 1U);
-  EXPECT_EQ(noted->front().application.before_each, before);
+  {
+    SQLite::Database foreign(file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    foreign.exec("CREATE TABLE own (a)");
+  }
+  expect_without("another program's file");
+  EXPECT_TRUE(SQLite::Database(file_.string()).tableExists("own"));
+  fs::remove(file_);
+  Read();
+  SQLite::Database(file_.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
+  expect_without("another trammel wrote it");
+  fs::rename(file_, folder_.path() / "other.db");
+  fs::create_symlink(folder_.path() / "other.db", file_);
+  expect_without("history.db");
+}
+
+TEST_F(ResultHistory, LiesInAnyLinkedFolder) {
+  Add(1);
+  const test::TemporaryFolder elsewhere;
+  const fs::path recordings = elsewhere.path() / "recordings";
+  fs::create_directory_symlink(folder_.path(), recordings);
+  const auto history = ReadHistory(recordings, {});
+  ASSERT_TRUE(history) << history.error().message;
+  EXPECT_EQ(history->without_store, "");
+  EXPECT_TRUE(fs::is_regular_file(file_));
+}
+
+TEST_F(ResultHistory, KnowsTheOrderOfResultsAndNozzleChangesWhateverTheClock) {
+  Add(1);
+  Add(2);
+  ASSERT_TRUE(NoteNozzleChange(folder_.path(), "1970-01-01T00:00:10Z", "printer.local"));
+  Add(3);
+  const History history = Read();
+  ASSERT_EQ(history.nozzle_changes.size(), 1U);
+  const NozzleChange& change = history.nozzle_changes.front();
+  EXPECT_EQ(change.printer, "printer.local");
+  EXPECT_LT(change.after, history.entries[0].order);
+  EXPECT_GE(change.after, history.entries[1].order);
+}
+
+TEST_F(ResultHistory, NotesNozzleChangesADayWithinABound) {
+  for (int i = 0; i < kMostChangesADay; ++i) {
+    ASSERT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-02T00:00:00Z", "printer.local"));
+  }
+  const auto more = NoteNozzleChange(folder_.path(), "2026-01-02T23:00:00Z", "printer.local");
+  ASSERT_FALSE(more);
+  EXPECT_EQ(more.error().kind, ErrorKind::kMeasurement);
+  EXPECT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-02T23:00:00Z", "another"));
+  EXPECT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-03T00:00:00Z", "printer.local"));
 }
 
 }  // namespace

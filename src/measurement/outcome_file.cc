@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -10,7 +10,6 @@
 #include "base/measured_json.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
-#include "measurement/subject_json.h"
 
 namespace trammel::files {
 namespace {
@@ -79,13 +78,22 @@ std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
   return texts;
 }
 
-/// What was measured; results of programs that did not note it have none.
+/// What was measured, where it is noted; other keys are passed over.
 measurement::Subject ReadSubject(JsonObject& object) {
+  constexpr std::size_t kMostBytes = 1000;
   const nlohmann::json* const json = object.Find("subject");
   if (json == nullptr || object.failed()) return {};
   JsonObject inner = object.Inner(*json, "subject");
-  measurement::Subject subject = ReadSubjectTexts(inner);
-  // What a newer trammel notes beside is passed over.
+  measurement::Subject subject;
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    const std::string name(key);
+    if (!inner.has(name.c_str())) continue;
+    subject.*text = inner.Text(name.c_str());
+    const std::size_t bytes = (subject.*text).size();
+    if (bytes > kMostBytes) {
+      inner.Fault(name, fmt::format("has {} bytes; at most {} are kept", bytes, kMostBytes));
+    }
+  }
   if (const auto read = inner.Faults(); !read) object.Adopt(read.error());
   return subject;
 }
@@ -139,14 +147,7 @@ ordered_json JsonOf(const Outcome& outcome) {
                        {"answers", ordered_json::array()},
                        {"notices", outcome.notices}};
   for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
-  const measurement::Subject& subject = outcome.subject;
-  if (subject != measurement::Subject{}) {
-    // Those that every program has noted are there, be they empty: a result's fingerprint stays.
-    ordered_json& told = json["subject"];
-    told = {
-        {"printer", subject.printer}, {"nozzle", subject.nozzle}, {"filament", subject.filament}};
-    AddSubject(told, subject);
-  }
+  if (outcome.subject != measurement::Subject{}) AddSubject(json["subject"], outcome.subject);
   return json;
 }
 
@@ -154,6 +155,21 @@ std::string ToJson(const Outcome& outcome, const ordered_json& details) {
   ordered_json json = JsonOf(outcome);
   if (!details.is_null()) json["details"] = details;
   return JsonText(json);
+}
+
+void AddSubject(ordered_json& json, const measurement::Subject& subject) {
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    if (!(subject.*text).empty()) json[std::string(key)] = subject.*text;
+  }
+}
+
+std::string Fingerprint(const Outcome& outcome) {
+  std::uint64_t hash = 14695981039346656037U;
+  for (const unsigned char c :
+       JsonOf(outcome).dump(-1, ' ', false, ordered_json::error_handler_t::replace)) {
+    hash = (hash ^ c) * 1099511628211U;
+  }
+  return fmt::format("{:016x}", hash);
 }
 
 Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
@@ -199,23 +215,6 @@ Result<void> KeepOutcome(const std::filesystem::path& folder, const Outcome& out
     }
   }
   return WriteWholeFile(path, ToJson(outcome, details), IfThere::kReplace);
-}
-
-std::string HistoryLine(const Outcome& outcome, const std::filesystem::path& folder) {
-  ordered_json json = JsonOf(outcome);
-  json["folder"] = folder.string();
-  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-}
-
-Result<std::pair<Outcome, std::string>> ParseHistoryLine(std::string_view line,
-                                                         const std::string& where) {
-  const auto json = ParseJson(line, where);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, where);
-  Outcome outcome = ReadKeys(object);
-  std::string folder = object.Text("folder");
-  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
-  return std::pair(std::move(outcome), std::move(folder));
 }
 
 }  // namespace trammel::files

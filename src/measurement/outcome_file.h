@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "base/result.h"
 #include "files/new_file.h"
@@ -15,9 +14,6 @@
 namespace trammel::files {
 
 inline constexpr std::string_view kResultFile = "result.json";
-
-/// Beside the folders of recordings: a line of each result, never cut.
-inline constexpr std::string_view kHistoryFile = "history.jsonl";
 
 /// The largest result that is read.
 inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger of every sheet
@@ -28,6 +24,12 @@ inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger 
 /// The same as a text. `details` are the instrument's own, under that key; null: none.
 [[nodiscard]] std::string ToJson(const measurement::Outcome& outcome,
                                  const nlohmann::ordered_json& details = nullptr);
+
+/// Tells results apart: 64-bit FNV-1a of all that result.json says but the details, in hexadecimal.
+[[nodiscard]] std::string Fingerprint(const measurement::Outcome& outcome);
+
+/// Adds a subject's texts that are not empty, by their keys.
+void AddSubject(nlohmann::ordered_json& json, const measurement::Subject& subject);
 
 /// Reads a result. Errors (kInput) name the file, the key, the value and the bound; a value without
 /// its uncertainty, or beside a verdict that is not good, is one, so are an interval that no such
@@ -49,13 +51,5 @@ inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger 
 [[nodiscard]] Result<void> KeepOutcome(const std::filesystem::path& folder,
                                        const measurement::Outcome& outcome,
                                        const nlohmann::ordered_json& details = nullptr);
-
-/// One line of history.jsonl: ToJson without details, with `folder`, where the recording is.
-[[nodiscard]] std::string HistoryLine(const measurement::Outcome& outcome,
-                                      const std::filesystem::path& folder);
-
-/// Reads such a line: the result, and the folder. Errors: those of ParseOutcome.
-[[nodiscard]] Result<std::pair<measurement::Outcome, std::string>> ParseHistoryLine(
-    std::string_view line, const std::string& where);
 
 }  // namespace trammel::files

@@ -112,13 +112,6 @@ TEST(OutcomeFile, KeepsTheSubjectAndPassesOverWhatANewerProgramNotes) {
   EXPECT_THAT(FaultOf(json), AllOf(HasSubstr("subject.spool"), HasSubstr("1001 bytes")));
 }
 
-TEST(OutcomeFile, TheSubjectOfAnEarlierProgramKeepsItsFingerprint) {
-  Outcome outcome = GoodOutcome();
-  outcome.subject = {"printer.local", "0.40", ""};
-  const auto json = nlohmann::ordered_json::parse(ToJson(outcome));
-  EXPECT_EQ(json["subject"].dump(), R"({"printer":"printer.local","nozzle":"0.40","filament":""})");
-}
-
 TEST(OutcomeFile, AnIntervalThatItsUncertaintyCannotGiveIsRefused) {
   auto json = nlohmann::json::parse(ToJson(GoodOutcome()));
   json["answers"][0]["interval95"] = {-7, 7};
@@ -155,14 +148,6 @@ TEST(OutcomeFile, AnotherInstrumentsResultIsNamedAndNothingForeignIsReplaced) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("nothing was written over it"));
   EXPECT_EQ(test::ReadWhole(folder.path() / kResultFile), "my own notes");
-}
-
-TEST(OutcomeFile, ALineOfHistoryIsOneLineThatIsAResultWithItsFolder) {
-  Outcome outcome = GoodOutcome();
-  outcome.notices = {"two\nlines, and no UTF-8: \xff"};
-  const std::string line = HistoryLine(outcome, "recordings/x");
-  EXPECT_EQ(line.find('\n'), std::string::npos);
-  EXPECT_EQ(nlohmann::json::parse(line)["folder"], "recordings/x");
 }
 
 }  // namespace

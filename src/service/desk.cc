@@ -10,7 +10,7 @@
 #include "document/interval_text.h"
 #include "files/file_lock.h"
 #include "files/whole_file.h"
-#include "measurement/nozzle_change.h"
+#include "measurement/history.h"
 #include "measurement/outcome_file.h"
 #include "service/result_picture.h"
 #include "service/run_budget.h"
@@ -205,9 +205,7 @@ std::vector<files::Application> Desk::NotedOf(const std::string& folder) const {
   const auto outcome = files::ReadOutcome(fs::path(folder) / files::kResultFile);
   if (!outcome) return {};
   const std::string result = files::Fingerprint(*outcome);
-  auto noted =
-      files::AllApplications(options_.state_folder / files::kAppliedFile,
-                             [&result](const std::string& each) { return each == result; });
+  auto noted = files::AllApplications(options_.state_folder / files::kAppliedFile);
   return noted ? std::move((*noted)[result]) : std::vector<files::Application>();
 }
 
@@ -379,7 +377,6 @@ bool Desk::Dismiss() {
 }
 
 Result<std::string> Desk::NoteNewNozzle() {
-  const files::NozzleChange change{options_.utc_now(), procedure::PrinterName(options_.address)};
   {
     const std::lock_guard lock(mutex_);
     if (process_) {
@@ -389,7 +386,8 @@ Result<std::string> Desk::NoteNewNozzle() {
   }
   std::error_code ignored;
   fs::create_directories(options_.recordings, ignored);  // before the first calibration
-  auto noted = files::NoteNozzleChange(options_.recordings / files::kNozzlesFile, change);
+  auto noted = files::NoteNozzleChange(options_.recordings, options_.utc_now(),
+                                       procedure::PrinterName(options_.address));
   if (!noted) return tl::unexpected(noted.error());
   return fmt::format("nozzle change noted{}. Calibrate each filament anew",
                      Dismiss() ? ", and the answer that waited is dropped" : "");

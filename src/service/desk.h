@@ -18,7 +18,7 @@
 #include "base/measured.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
-#include "measurement/history.h"
+#include "measurement/applied.h"
 #include "service/job_kind.h"
 #include "service/job_process.h"
 #include "service/kept_state.h"

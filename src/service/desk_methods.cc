@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/url_secrets.h"
-#include "measurement/history_index.h"
+#include "measurement/history.h"
 #include "measurement/outcome_file.h"
 #include "service/desk.h"
 #include "session/session.h"
@@ -281,12 +281,10 @@ RpcAnswer Desk::HistoryAsked(const json& params) const {
   if (!query) return Invalid(query.error().message);
   json results = json::array();
   std::error_code ignored;
-  if (!fs::exists(options_.recordings / files::kHistoryFile, ignored) &&
-      !fs::exists(options_.recordings / files::kIndexFile, ignored)) {
+  if (!fs::exists(options_.recordings, ignored)) {
     return Ok({{"results", std::move(results)}});  // nothing was measured yet
   }
-  auto history = files::ReadIndexed(options_.recordings, *query);
-  if (!history) history = files::ReadHistory(options_.recordings / files::kHistoryFile, *query);
+  auto history = files::ReadHistory(options_.recordings, *query);
   if (history) {
     const auto added =
         files::AddApplications(options_.state_folder / files::kAppliedFile, *history);

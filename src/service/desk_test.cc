@@ -16,7 +16,7 @@
 
 #include "base/bug_note.h"
 #include "base/check.h"
-#include "measurement/nozzle_change.h"
+#include "measurement/history.h"
 #include "measurement/outcome_file.h"
 #include "session/dead_run.h"
 #include "session/fake_printer.h"
@@ -693,10 +693,10 @@ TEST_F(DeskTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
   ASSERT_NE(Status()["proposal"], nullptr);
   CallMacro("trammel_new_nozzle");
   WaitUntil([this] { return Status()["proposal"] == nullptr; });
-  const auto noted = files::LastNozzleChange(folder_.path() / "recordings" / files::kNozzlesFile,
-                                             procedure::PrinterName("voron"), {kUtc});
-  ASSERT_TRUE(noted && *noted);
-  EXPECT_EQ((*noted)->utc, kUtc);
+  const auto history = files::ReadHistory(folder_.path() / "recordings", {});
+  ASSERT_TRUE(history && history->nozzle_changes.size() == 1U);
+  EXPECT_EQ(history->nozzle_changes[0].utc, kUtc);
+  EXPECT_EQ(history->nozzle_changes[0].printer, procedure::PrinterName("voron"));
   EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
   StopServing();
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("the answer that waited is dropped")));
@@ -728,10 +728,9 @@ TEST_F(DeskTest, ABugInARunIsSaidAndEndsNeitherTheDeskNorTheProcess) {
 }
 
 TEST_F(DeskTest, ResultsOfEarlierRunsAreInTheHistory) {
-  const fs::path recordings = folder_.path() / "recordings";
-  fs::create_directories(recordings);
-  test::WriteWhole(recordings / "history.jsonl",
-                   files::HistoryLine(OutcomeWith(kGoodAnswer), recordings / "a") + "\n");
+  const fs::path recording = folder_.path() / "recordings/a";
+  fs::create_directories(recording);
+  ASSERT_TRUE(files::KeepOutcome(recording, OutcomeWith(kGoodAnswer)));
   const json results = Ask("history", {{"last", 5}, {"instrument", "pressure_advance"}})["results"];
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0]["verdict"], "good");

@@ -66,12 +66,10 @@ class KilledShop {
     EXPECT_TRUE(files::KeepOutcome(shop_.folder() / name, Found(value_s, number)));
     return name;
   }
-  /// Lines of the history that are no results.
+  /// Results that cannot be read.
   [[nodiscard]] std::size_t Torn() const {
-    const auto path = shop_.folder() / files::kHistoryFile;
-    if (!std::filesystem::exists(path)) return 0;
-    const auto history = files::ReadHistory(path, {.last = 10'000});
-    return history ? history->skipped_lines : 1;
+    const auto history = files::ReadHistory(shop_.folder(), {.last = 10'000});
+    return history ? history->skipped.size() : 1;
   }
   void Kill(const std::vector<std::string>& words, double after_s) const {
     TrammelProcess process(Words(words), shop_.folder());

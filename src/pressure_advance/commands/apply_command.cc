@@ -324,21 +324,14 @@ void PrintOtherSubject(const measurement::Subject& subject, const files::Config&
   }
 }
 
-// Lists the result in the history beside its recording, which keeps a new analysis, too.
+// Keeps a new analysis in its recording.
 Result<void> KeepResult(const ChosenValue& value) {
-  if (value.found_now) {
-    auto kept = KeepInRecording(value.folder, *value.found_now);
-    if (kept) return {};
-    return Fail(fmt::format("nothing was set, as the new analysis cannot be kept: {}",
-                            kept.error().message),
-                kept.error().kind);
-  }
-  if (!value.result || value.folder.empty()) return {};
-  if (const auto listed = ListInHistory(value.folder, *value.result); !listed) {
-    fmt::print(stderr, "  not listed in the history beside its recording: {}\n",
-               listed.error().message);
-  }
-  return {};
+  if (!value.found_now) return {};
+  auto kept = KeepInRecording(value.folder, *value.found_now);
+  if (kept) return {};
+  return Fail(
+      fmt::format("nothing was set, as the new analysis cannot be kept: {}", kept.error().message),
+      kept.error().kind);
 }
 
 std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }

@@ -57,8 +57,8 @@ Result<std::map<std::string, PatternPrint>> LastPatternPrints(const std::filesys
   std::map<std::string, PatternPrint> last;
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(path, ignored))) return last;
-  const auto read = ForEachLine(path, [&](std::optional<std::string_view> line, std::size_t) {
-    auto print = line ? ParseLine(*line) : std::nullopt;
+  const auto read = ForEachLine(path, [&](std::string_view line) {
+    auto print = ParseLine(line);
     if (!print || (which == PrintsFor::kPhoto && !print->for_photo)) return;
     last[print->printer] = std::move(*print);
   });

@@ -15,7 +15,7 @@ struct OffsetOutput {
   std::string result;        ///< result.json to write; empty: none
   std::string history;       ///< file to which a line is added; empty: none
   std::string picture = {};  ///< PNG of where the tools land, for small screens; empty: none
-  /// Folder that keeps the answer as result.json, listed in history.jsonl beside it; empty: none.
+  /// Folder that keeps the answer as result.json; empty: none.
   std::string recording = {};
   measurement::Subject subject = {};
   bool force = false;  ///< overwrite report, figures and result

@@ -36,9 +36,9 @@ class SheetReader {
               ReadingOptions reading);
 
   /// Whether the file answers: then its copy, result.json, answer.png, report.html and start.json
-  /// are in the folder, a line is in history.jsonl beside it, and the answer stands on standard
-  /// output. Errors: kInput of a file that is no page, kMeasurement of a page that is refused or
-  /// shows no tool, with why; what cannot be written.
+  /// are in the folder, and the answer stands on standard output. Errors: kInput of a file that is
+  /// no page, kMeasurement of a page that is refused or shows no tool, with why; what cannot be
+  /// written.
   [[nodiscard]] Result<bool> Read(const std::filesystem::path& scan);
 
   /// The same of several files, which answer together. One that does not is told by `left_out`,

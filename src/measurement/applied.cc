@@ -1,0 +1,168 @@
+#include "measurement/applied.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "files/json_object.h"
+#include "files/new_file.h"
+#include "measurement/json_lines.h"
+#include "measurement/outcome_file.h"
+
+namespace trammel::files {
+namespace {
+
+namespace fs = std::filesystem;
+using measurement::Instrument;
+using measurement::Outcome;
+using nlohmann::ordered_json;
+
+constexpr std::size_t kMostApplications = 100;
+constexpr std::size_t kMostParts = 100;  // of a machine, that one value is set on
+using Step = Application::Step;
+// As Step has them.
+constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
+
+}  // namespace
+
+bool IsUnfinished(const Application& application) {
+  return application.step == Step::kBegun || application.step == Step::kUndoing;
+}
+
+ordered_json JsonOf(const Application& application) {
+  ordered_json json = {{"utc", application.utc},
+                       {"machine", application.machine},
+                       {"step", kSteps[static_cast<std::size_t>(application.step)]}};
+  if (application.before) json["before"] = *application.before;
+  if (application.value) json["value"] = *application.value;
+  if (!application.before_each.empty()) json["before_each"] = application.before_each;
+  return json;
+}
+
+Result<void> NoteApplication(const fs::path& path, Instrument instrument,
+                             const std::string& fingerprint, const Application& application) {
+  ordered_json json = {
+      {"format", 1}, {"instrument", ToString(instrument)}, {"result", fingerprint}};
+  json.update(JsonOf(application));
+  return AppendLine(path, json.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+}
+
+Result<void> NoteApplication(const fs::path& path, const Outcome& outcome,
+                             const Application& application) {
+  return NoteApplication(path, outcome.provenance.instrument, Fingerprint(outcome), application);
+}
+
+namespace {
+
+struct AppliedLine {
+  std::string instrument;
+  std::string fingerprint;
+  Application application;
+};
+
+// At most kMostParts, each a number.
+std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
+  std::map<std::string, double> before;
+  const nlohmann::json* each = object.Find("before_each");
+  if (each == nullptr) return before;
+  if (!each->is_object() || each->size() > kMostParts) {
+    object.Fault("before_each", fmt::format("must be an object of at most {} keys", kMostParts));
+    return before;
+  }
+  JsonObject values = object.Inner(*each, "before_each");
+  for (const auto& [name, value] : each->items()) before[name] = values.Number(name.c_str());
+  if (const auto read = values.Faults(); !read) object.Adopt(read.error());
+  return before;
+}
+
+std::optional<AppliedLine> ParseAppliedLine(std::string_view line, const fs::path& path) {
+  const auto json = ParseJson(line, path.string());
+  if (!json || !json->is_object()) return std::nullopt;
+  JsonObject object(*json, path.string());
+  object.Integer("format", {1, 1});
+  AppliedLine read;
+  read.instrument = object.Text("instrument");
+  read.fingerprint = object.Text("result");
+  Application& application = read.application;
+  application.utc = object.Text("utc");
+  application.machine = object.Text("machine");
+  const std::string step =
+      object.OptionalChoice("step", {kSteps[0], kSteps[1], kSteps[2], kSteps[3], kSteps[4]})
+          .value_or(kSteps[0]);
+  application.step = static_cast<Application::Step>(std::find(kSteps.begin(), kSteps.end(), step) -
+                                                    kSteps.begin());
+  application.before = object.OptionalNumber("before");
+  application.value = object.OptionalNumber("value");
+  application.before_each = ReadBeforeEach(object);
+  if (object.failed()) return std::nullopt;
+  return read;
+}
+
+// What was begun and then done, or done and then undone, is one; what was in force before the
+// first of them, and what it set, is what counts.
+bool Continues(const Application& before, const Application& now) {
+  if (now.step == Step::kApplied || now.step == Step::kNotInForce) return IsUnfinished(before);
+  return now.step == Step::kUndone || now.step == Step::kUndoing;
+}
+
+Application Merged(const Application& before, Application now) {
+  now.before = before.before;
+  now.before_each = before.before_each;
+  if (before.value) now.value = before.value;
+  return now;
+}
+
+/// Adds to what is noted: what continues the last one is one with it; of too many the oldest goes.
+void Take(NotedApplication now, std::vector<NotedApplication>& noted) {
+  if (!noted.empty() && noted.back().fingerprint == now.fingerprint &&
+      Continues(noted.back().application, now.application)) {
+    noted.back().application = Merged(noted.back().application, std::move(now.application));
+    return;
+  }
+  if (noted.size() == kMostApplications) noted.erase(noted.begin());
+  noted.push_back(std::move(now));
+}
+
+Result<void> ForEachApplied(const fs::path& path, const std::function<void(AppliedLine)>& visit) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return {};
+  return ForEachLine(path, [&](std::string_view line) {
+    if (auto read = ParseAppliedLine(line, path)) visit(std::move(*read));
+  });
+}
+
+}  // namespace
+
+Result<std::vector<NotedApplication>> Applications(
+    const fs::path& path, Instrument instrument,
+    const std::function<bool(const std::string& address)>& of_machine) {
+  std::vector<NotedApplication> noted;
+  const auto read = ForEachApplied(path, [&](AppliedLine line) {
+    if (line.instrument != ToString(instrument) || !of_machine(line.application.machine)) return;
+    Take({std::move(line.application), std::move(line.fingerprint)}, noted);
+  });
+  if (!read) return tl::unexpected(read.error());
+  return noted;
+}
+
+Result<std::map<std::string, std::vector<Application>>> AllApplications(const fs::path& path) {
+  std::map<std::string, std::vector<Application>> all;
+  const auto read = ForEachApplied(path, [&](AppliedLine line) {
+    if (line.fingerprint.empty()) return;
+    std::vector<Application>& applied = all[line.fingerprint];
+    Application now = std::move(line.application);
+    if (!applied.empty() && applied.back().machine == now.machine &&
+        Continues(applied.back(), now)) {
+      now = Merged(applied.back(), std::move(now));
+      applied.pop_back();
+    }
+    if (applied.size() == kMostApplications) applied.erase(applied.begin());
+    applied.push_back(std::move(now));
+  });
+  if (!read) return tl::unexpected(read.error());
+  return all;
+}
+
+}  // namespace trammel::files
