@@ -172,9 +172,8 @@ int RunShow(const HistoryArguments& arguments) {
   for (const measurement::Change& change : CompareWithEarlier(*history, entry)) {
     fmt::print("     {}: {}\n", change.name, DriftText(change));
   }
-  if (const std::string utc = NozzleChangedBefore(*history, subject.printer, entry.order);
-      !utc.empty()) {
-    fmt::print("     the nozzle was changed {}: compared with no older result\n", utc);
+  if (const auto* nozzle = NozzleChangeBefore(*history, subject.printer, entry.order)) {
+    fmt::print("     the nozzle was changed {}: compared with no older result\n", nozzle->utc);
   }
   for (const std::string& source : entry.outcome.provenance.sources) {
     fmt::print("     from {}\n", source);
@@ -328,7 +327,9 @@ Measurand Judge(const files::History& history, const std::vector<const HistoryEn
     series.applied = WasApplied(last);
     series.changed =
         std::ranges::any_of(CompareWithEarlier(history, last), &measurement::Change::differs);
-    series.nozzle_utc = NozzleChangedAfter(history, last.outcome.subject.printer, last.order);
+    const auto* nozzle = NozzleChangeBefore(history, last.outcome.subject.printer,
+                                            std::numeric_limits<std::int64_t>::max());
+    if (nozzle != nullptr && nozzle->after >= last.order) series.nozzle_utc = nozzle->utc;
   }
   Measurand measurand{newest.provenance.instrument, newest.subject,
                       ReasonsToMeasure(series, UtcNow(), age_days), series.last_good_utc};

@@ -73,32 +73,19 @@ bool WasApplied(const HistoryEntry& entry) {
   });
 }
 
-std::string NozzleChangedBefore(const History& history, const std::string& printer,
-                                std::int64_t order) {
-  std::string utc;
+const files::NozzleChange* NozzleChangeBefore(const History& history, const std::string& printer,
+                                              std::int64_t order) {
+  const files::NozzleChange* last = nullptr;
   for (const files::NozzleChange& change : history.nozzle_changes) {
-    if (change.printer == printer && change.after < order) utc = change.utc;
+    if (change.printer == printer && change.after < order) last = &change;
   }
-  return utc;
-}
-
-std::string NozzleChangedAfter(const History& history, const std::string& printer,
-                               std::int64_t order) {
-  std::string utc;
-  for (const files::NozzleChange& change : history.nozzle_changes) {
-    if (change.printer == printer && change.after >= order) utc = change.utc;
-  }
-  return utc;
+  return last;
 }
 
 std::vector<Change> CompareWithEarlier(const History& history, const HistoryEntry& now) {
   constexpr std::size_t kMostForDrift = 100;
-  std::int64_t newer_than = 0;  // the results of this nozzle
-  for (const files::NozzleChange& change : history.nozzle_changes) {
-    if (change.printer == now.outcome.subject.printer && change.after < now.order) {
-      newer_than = change.after;
-    }
-  }
+  const auto* nozzle = NozzleChangeBefore(history, now.outcome.subject.printer, now.order);
+  const std::int64_t newer_than = nozzle != nullptr ? nozzle->after : 0;
   std::vector<const HistoryEntry*> earlier;
   for (const HistoryEntry& entry : history.entries) {
     if (entry.order < now.order && entry.order > newer_than &&
@@ -137,9 +124,8 @@ void PrintDrift(const std::filesystem::path& recordings, const Outcome& now) {
       ReadKept(recordings, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return;
   const HistoryEntry own = EntryOf(*history, now);
-  const std::string nozzle = NozzleChangedBefore(*history, now.subject.printer, own.order);
-  if (!nozzle.empty()) {
-    fmt::print("nozzle            changed {}: older results are left out\n", nozzle);
+  if (const auto* nozzle = NozzleChangeBefore(*history, now.subject.printer, own.order)) {
+    fmt::print("nozzle            changed {}: older results are left out\n", nozzle->utc);
   }
   const std::vector<Change> drift = CompareWithEarlier(*history, own);
   if (drift.empty()) return;

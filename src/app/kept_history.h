@@ -1,6 +1,7 @@
 // The results of a folder of recordings, and how a new one differs from the earlier ones.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,12 +21,10 @@ namespace trammel::app {
 /// Whether a result was set on the machine that it was measured on.
 [[nodiscard]] bool WasApplied(const files::HistoryEntry& entry);
 
-/// When a printer's nozzle was changed last, before a result or after it.
-/// @returns empty: that is not noted
-[[nodiscard]] std::string NozzleChangedBefore(const files::History& history,
-                                              const std::string& printer, std::int64_t order);
-[[nodiscard]] std::string NozzleChangedAfter(const files::History& history,
-                                             const std::string& printer, std::int64_t order);
+/// The last change of a printer's nozzle before a result; null: none is noted.
+[[nodiscard]] const files::NozzleChange* NozzleChangeBefore(const files::History& history,
+                                                            const std::string& printer,
+                                                            std::int64_t order);
 
 /// Compares a result with the mean of the last 100 earlier ones of the same instrument, printer,
 /// nozzle and filament, none from before the nozzle was changed. Empty where too few of them are
