@@ -18,7 +18,7 @@ COMMON = {
     "document": {"base", "image", "settings"},
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
-    "service": {"base", "document", "files", "machine", "measurement", "session", "settings"},
+    "service": {"base", "files", "machine", "measurement", "session", "settings"},
     "sim": {"base", "files", "geometry", "image"},
 }
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}

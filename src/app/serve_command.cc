@@ -17,9 +17,7 @@
 #include "app/provenance.h"
 #include "base/bounded_json.h"
 #include "base/json_text.h"
-#include "service/local_socket.h"
 #include "service/serve.h"
-#include "session/dead_run.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {
@@ -96,17 +94,20 @@ Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
   return served;
 }
 
-// Prints what a service of this computer answers.
-int AskService(const ServeArguments& arguments, const service::PrinterPlace& place) {
+// Prints what the service answers, asked through Moonraker as front ends ask.
+int AskService(const ServeArguments& arguments, const service::PrinterPlace& place,
+               const std::stop_token& stop) {
+  constexpr double kPatience_s = 10;
   const auto config = LoadSettings(OptionsAt(place));
   if (!config) return PrintError(config.error());
-  const auto state = files::StateFolder();
-  if (!state) return PrintError(state.error());
   const auto with = ParseBoundedJson(arguments.with, "--with");
   if (!with) return PrintError(with.error());
-  const auto answer = service::AskLocally(
-      service::LocalSocketPath(*state, procedure::PlainAddress(config->scan.address)),
-      arguments.ask, *with);
+  const auto printer = Connect(config->scan, stop);
+  if (!printer) return PrintError(printer.error());
+  const auto answer = (*printer)->CallServer(
+      "server.extensions.request",
+      {{"agent", kServiceAgent}, {"method", arguments.ask}, {"arguments", *with}},
+      {kPatience_s, stop});
   if (!answer) return PrintError(answer.error());
   fmt::print("{}", JsonText(*answer));
   return kExitGood;
@@ -116,7 +117,7 @@ int RunServe(const ServeArguments& arguments, const service::Offerings& offered)
   const Interrupt interrupt;
   const auto places = PlacesOf(arguments);
   if (!places) return PrintError(places.error());
-  if (!arguments.ask.empty()) return AskService(arguments, places->front());
+  if (!arguments.ask.empty()) return AskService(arguments, places->front(), interrupt.token());
   std::vector<service::ServedPrinter> printers;
   for (const service::PrinterPlace& place : *places) {
     auto served = ServedAt(place, arguments, offered);
@@ -134,6 +135,14 @@ PrinterOptions OptionsAt(const service::PrinterPlace& place) {
   return {place.config, place.set, place.address, place.camera, place.material};
 }
 
+Result<void> CheckTemperatureArgument(const std::string& text) {
+  constexpr std::size_t kLongest = 6;
+  const bool plain = !text.empty() && text.size() <= kLongest &&
+                     text.find_first_not_of("0123456789.") == std::string::npos;
+  if (plain) return {};
+  return Fail("TEMP must be the nozzle's temperature in degC, such as 240 or 235.5");
+}
+
 void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
   const auto arguments = std::make_shared<ServeArguments>();
   command.add_option("--config", arguments->configs,
@@ -149,7 +158,7 @@ void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
   command.add_flag("--answer-taps", arguments->answer_taps,
                    "run trammel tap watch --answer beside it, for TRAMMEL_TAP: a process more");
   command.add_option("--ask", arguments->ask,
-                     "ask the service that runs here: status, start, stop, result, history or "
+                     "ask the service of the printer: status, start, stop, result, history or "
                      "dismiss; prints its answer as JSON");
   command.add_option("--with", arguments->with, "the arguments of --ask, a JSON object")
       ->needs("--ask")

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/bug_note.h"
-#include "document/interval_text.h"
 #include "files/file_lock.h"
 #include "files/whole_file.h"
 #include "measurement/history.h"
@@ -60,27 +59,6 @@ Arguments Completed(Arguments given, const Offer& offer) {
   return given;
 }
 
-Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind) {
-  if (kind.answer) return kind.answer(folder);
-  const fs::path file = fs::path(folder) / files::kResultFile;
-  const auto outcome = files::ReadOutcome(file);
-  if (!outcome) return tl::unexpected(outcome.error());
-  const measurement::Answer* const answer = outcome->Find(kind.quantity);
-  if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", file.string(), kind.quantity));
-  const Measured& measured = answer->value;
-  if (!measured.good()) {
-    return AnswerInWords{measured.verdict(), fmt::format("{}: {}", VerdictWords(measured.verdict()),
-                                                         measured.reason())};
-  }
-  AnswerInWords good{Verdict::kGood, fmt::format("{} = {}", answer->name,
-                                                 report::WithInterval(measured.quantity(),
-                                                                      {.unit = answer->unit}))};
-  for (const std::string& notice : outcome->notices) {
-    if (!kind.notice.empty() && notice.starts_with(kind.notice)) good.notice = notice;
-  }
-  return good;
-}
-
 Desk::Desk(DeskOptions options)
     : options_(std::move(options)),
       state_path_(KeptStatePath(options_.state_folder, procedure::PlainAddress(options_.address))),
@@ -94,8 +72,8 @@ Desk::Desk(DeskOptions options)
   run_ = std::move(kept->run);
   const JobKind* const kind = kept->proposal ? FindJob(kept->proposal->job) : nullptr;
   // The result itself decides whether there is anything to propose.
-  if (kind == nullptr) return;
-  const auto answer = ReadAnswer(kept->proposal->folder, *kind);
+  if (kind == nullptr || !kind->answer) return;
+  const auto answer = kind->answer(kept->proposal->folder);
   if (answer && answer->verdict == Verdict::kGood) proposal_ = std::move(kept->proposal);
 }
 
@@ -125,11 +103,7 @@ std::string Desk::NewRunId(const std::string& job) const {
 
 Result<RunRecord> Desk::Begin(Plan plan) {
   if (plan.folder.empty()) {
-    std::vector<std::string> copies;
-    for (const JobKind& kind : options_.jobs) {
-      copies.insert(copies.end(), kind.copies.begin(), kind.copies.end());
-    }
-    const auto room = MakeRoomForRun(options_.recordings, options_.utc_now(), copies);
+    const auto room = MakeRoomForRun(options_.recordings, options_.utc_now());
     if (!room) return tl::unexpected(room.error());
   }
   if (const std::string holder = WhoHasThePrinter(); !holder.empty()) {
@@ -177,7 +151,7 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
   Tell({plan.applies ? "applying" : "at work"});
   std::vector<std::string> words = {options_.program, "--progress", "json"};
   const std::vector<std::string> own =
-      plan.applies ? plan.kind->apply(plan.folder, plan.arguments) : plan.kind->words;
+      plan.applies ? plan.kind->apply(plan.folder, plan.arguments) : plan.kind->command;
   words.insert(words.end(), own.begin(), own.end());
   const std::vector<std::string> places = OptionWords(options_.place);
   words.insert(words.end(), places.begin(), places.end());
@@ -187,10 +161,9 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
       AddOption("material", options_.place.material, words);
     }
     for (const auto& [name, value] : plan.arguments) {
-      const auto setting = plan.kind->settings.find(name);
-      const bool is_setting = setting != plan.kind->settings.end();
-      AddOption(is_setting ? "set" : name, is_setting ? setting->second + "=" + value : value,
-                words);
+      const bool is_setting = name == kTemperatureArgument && !value.empty();
+      AddOption(is_setting ? "set" : name,
+                is_setting ? fmt::format("{}={}", kTemperatureSetting, value) : value, words);
     }
     AddOption("out", plan.folder, words);
   }
@@ -245,7 +218,9 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
                     const std::vector<files::Application>& before) {
   constexpr int kGood = 0;
   constexpr int kNotTrusted = 2;  // CONVENTIONS.md
-  for (const std::string& unrestored : end.unrestored) Tell({unrestored});
+  for (const std::string& error : end.errors) {
+    if (&error != &end.errors.back()) Tell({error});  // that ends the run's own message
+  }
   RunRecord run;
   {
     const std::lock_guard lock(mutex_);
@@ -253,8 +228,8 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
   }
   run.message.clear();
   const bool measured = end.exit_code == kGood || end.exit_code == kNotTrusted;
-  if (measured && !plan.applies && plan.kind->has_answer()) {
-    return ConcludeResult(plan, run, end.error);
+  if (measured && !plan.applies && plan.kind->answer) {
+    return ConcludeResult(plan, run, end);
   }
   const bool is_set = plan.applies && WasSet(before, NotedOf(plan.folder));
   Words words;
@@ -262,7 +237,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
   if (end.exit_code == kGood && !plan.applies) {
     run.end = RunEnd::kDone;
     run.message = plan.kind->done;
-    const auto offer = plan.kind->check(options_.place, plan.arguments);
+    const auto offer = plan.kind->check(options_.place, plan.arguments, nullptr);
     words = {run.message, plan.kind->done_buttons, {}, offer ? offer->start : Arguments()};
   } else if (end.exit_code == kGood) {
     run.end = RunEnd::kDone;
@@ -273,8 +248,9 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
     }
   } else {
     run.end = end.stopped ? RunEnd::kStopped : RunEnd::kFailed;
-    run.message = !end.error.empty() ? end.error : fmt::format("exit code {}", end.exit_code);
-    words.text = (is_set         ? plan.kind->set_in_part + ": "
+    run.message =
+        end.errors.empty() ? fmt::format("exit code {}", end.exit_code) : end.errors.back();
+    words.text = (is_set         ? "applied in part: "
                   : plan.applies ? "not applied: "
                                  : "no calibration: ") +
                  run.message;
@@ -285,8 +261,8 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
                                  now.empty() ? "" : ", in force is ", now);
       words.text = run.message;
     }
-    for (const std::string& unrestored : end.unrestored) {
-      if (unrestored != end.error) run.message += "; " + unrestored;
+    for (const std::string& error : end.errors) {
+      if (&error != &end.errors.back()) run.message += "; " + error;
     }
   }
   if (!plan.applies && !words.buttons) words.buttons = procedure::Buttons::kClose;
@@ -298,12 +274,14 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end,
   EndRun(std::move(run), std::move(proposal), std::move(words));
 }
 
-void Desk::ConcludeResult(const Plan& plan, RunRecord run, const std::string& error) {
-  const auto answer = ReadAnswer(plan.folder, *plan.kind);
+void Desk::ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& end) {
+  const auto answer = plan.kind->answer(plan.folder);
   run.end = answer ? RunEnd::kDone : RunEnd::kFailed;
-  run.message = answer ? answer->words : !error.empty() ? error : answer.error().message;
+  run.message = answer               ? answer->words
+                : end.errors.empty() ? answer.error().message
+                                     : end.errors.back();
   if (answer) run.verdict = ToString(answer->verdict);
-  ShowPicture(run, *plan.kind);
+  ShowPicture(run);
   if (answer) {
     for (const std::string& line : answer->lines) Tell({line});
   }
@@ -325,17 +303,15 @@ std::string Desk::InForce(const JobKind& kind) const {
 Desk::Words Desk::ProposalWords(const Proposal& proposal, const JobKind& kind,
                                 const AnswerInWords& answer) const {
   const std::string now = InForce(kind);
-  const std::string also = kind.use_also ? kind.use_also(options_.place) : "";
   const std::string notice = answer.notice.empty() ? "" : ". " + answer.notice;
   // The console is told of the macro, the dialog has buttons. What is cut there stands last.
-  return {
-      fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it{}", answer.words,
-                  now.empty() ? "" : ", now ", now, notice),
-      procedure::Buttons::kUse,
-      fmt::format("{}.{} {}{}{}?{}", answer.words,
-                  now.empty() ? "" : fmt::format(" In force now: {}.", now),
-                  kind.use ? kind.use(proposal.arguments) : "Use it", also.empty() ? "" : ", and ",
-                  also, answer.notice.empty() ? "" : " " + answer.notice)};
+  return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it{}", answer.words,
+                      now.empty() ? "" : ", now ", now, notice),
+          procedure::Buttons::kUse,
+          fmt::format("{}.{} {}?{}", answer.words,
+                      now.empty() ? "" : fmt::format(" In force now: {}.", now),
+                      kind.use ? kind.use(options_.place, proposal.arguments) : "Use it",
+                      answer.notice.empty() ? "" : " " + answer.notice)};
 }
 
 void Desk::EndRun(RunRecord run, std::optional<Proposal> proposal, Words words) {
@@ -403,10 +379,9 @@ void Desk::Keep() const {
   }
 }
 
-void Desk::ShowPicture(const RunRecord& run, const JobKind& kind) {
+void Desk::ShowPicture(const RunRecord& run) {
   constexpr double kPatience_s = 30;
-  if (kind.picture.empty()) return;
-  const fs::path file = fs::path(run.folder) / kind.picture;
+  const fs::path file = fs::path(run.folder) / kAnswerPicture;
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return;  // an answer may have nothing to show
   machine::Printer* printer = nullptr;

@@ -84,8 +84,8 @@ class Desk {
   };
   /// A macro's call.
   struct Call {
-    enum class What { kOffer, kConfirm, kStart, kApply, kDismiss, kNewNozzle };
-    What what = What::kStart;
+    enum class What { kAsk, kConfirm, kApply, kDismiss, kNewNozzle };
+    What what = What::kAsk;
     const JobKind* job = nullptr;
     Arguments arguments = {};  ///< of kConfirm the token
   };
@@ -130,8 +130,7 @@ class Desk {
   void Conclude(const Plan& plan, const JobEnd& end, const std::vector<files::Application>& before);
   /// What the history notes of setting the result in a folder; empty: nothing, or no result.
   [[nodiscard]] std::vector<files::Application> NotedOf(const std::string& folder) const;
-  /// @param error  the last that the job said; empty: none
-  void ConcludeResult(const Plan& plan, RunRecord run, const std::string& error);
+  void ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& end);
   /// What the printer says is in force now, in words; empty where it is not told.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
   [[nodiscard]] Words ProposalWords(const Proposal& proposal, const JobKind& kind,
@@ -143,14 +142,16 @@ class Desk {
   [[nodiscard]] Result<std::string> NoteNewNozzle();
   void Keep() const;  // REQUIRES the lock
   void SendRunEvent(const RunRecord& run);
-  void ShowPicture(const RunRecord& run, const JobKind& kind);
+  void ShowPicture(const RunRecord& run);
 
   // desk_dialogs.cc
   [[nodiscard]] Result<void> Register(const std::stop_token& stop);
   void Answer(const Call& call);
-  void AnswerStart(const Call& call);
+  void ApplyAsked();
   void AnswerConfirmed(const Call& call);
-  void ShowOffer(const Call& call);
+  /// Opens a dialog, or begins what needs none.
+  void AnswerAsked(const Call& call);
+  void BeginAsked(const JobKind& job, Arguments arguments);
   /// Whether the printer's macros are of this trammel; says what to do where they are not.
   [[nodiscard]] bool HasOurMacros();
   /// Of the answer that waits, as things are now; absent: none does.
@@ -182,8 +183,5 @@ class Desk {
 
 /// What was given, and of what it leads to the rest.
 [[nodiscard]] Arguments Completed(Arguments given, const Offer& offer);
-
-/// The answer of a kind in a folder's result.json. Errors: kInput: not there, none of the kind.
-[[nodiscard]] Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind);
 
 }  // namespace trammel::service

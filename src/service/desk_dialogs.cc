@@ -40,7 +40,6 @@ Arguments ArgumentsOf(const json& called, const std::vector<std::string>& names)
 Result<void> Desk::Register(const std::stop_token& stop) {
   const auto add = [&](const std::string& method, Call::What what, const JobKind* job,
                        std::vector<std::string> names = {}) -> Result<void> {
-    if (method.empty()) return {};
     if (job != nullptr) names = job->arguments;
     return printer_->RegisterRemoteMethod(
         method,
@@ -54,8 +53,7 @@ Result<void> Desk::Register(const std::stop_token& stop) {
         {kCommand_s, stop});
   };
   for (const JobKind& job : options_.jobs) {
-    if (auto done = add(job.offer_method, Call::What::kOffer, &job); !done) return done;
-    if (auto done = add(job.start_method, Call::What::kStart, &job); !done) return done;
+    if (auto done = add(job.method, Call::What::kAsk, &job); !done) return done;
   }
   if (auto done = add("trammel_start", Call::What::kConfirm, nullptr, {kToken}); !done) return done;
   if (auto done = add("trammel_apply", Call::What::kApply, nullptr); !done) return done;
@@ -124,13 +122,12 @@ void Desk::Answer(const Call& call) {
                 false);
   }
   switch (call.what) {
-    case Call::What::kOffer:
-      return ShowOffer(call);
+    case Call::What::kAsk:
+      return AnswerAsked(call);
     case Call::What::kConfirm:
       return AnswerConfirmed(call);
-    case Call::What::kStart:
     case Call::What::kApply:
-      return AnswerStart(call);
+      return ApplyAsked();
     case Call::What::kNewNozzle:
       return;
     case Call::What::kDismiss:
@@ -138,17 +135,17 @@ void Desk::Answer(const Call& call) {
   }
 }
 
-void Desk::AnswerStart(const Call& call) {
-  if (call.what == Call::What::kApply) {
-    auto plan = PlanApply();
-    if (!plan) return Show({plan.error().message}, false);
-    const auto begun = Begin(std::move(*plan));
-    return begun ? void() : Show({"not applied: " + begun.error().message}, false);
-  }
-  const auto offer = call.job->check(options_.place, call.arguments);
-  const auto begun = offer
-                         ? Begin({call.job->name, Completed(call.arguments, *offer), {}, call.job})
-                         : tl::unexpected(offer.error());
+void Desk::ApplyAsked() {
+  auto plan = PlanApply();
+  if (!plan) return Show({plan.error().message}, false);
+  const auto begun = Begin(std::move(*plan));
+  if (!begun) Show({"not applied: " + begun.error().message}, false);
+}
+
+void Desk::BeginAsked(const JobKind& job, Arguments arguments) {
+  const auto offer = job.check(options_.place, arguments, nullptr);
+  const auto begun = offer ? Begin({job.name, Completed(std::move(arguments), *offer), {}, &job})
+                           : tl::unexpected(offer.error());
   if (begun) return;
   options_.log("trammel: " + begun.error().message);
   Show({"no calibration: " + begun.error().message, procedure::Buttons::kClose}, false);
@@ -165,7 +162,7 @@ void Desk::AnswerConfirmed(const Call& call) {
   }
   Offered offered = std::move(*offered_);
   offered_.reset();
-  AnswerStart({Call::What::kStart, offered.job, std::move(offered.arguments)});
+  BeginAsked(*offered.job, std::move(offered.arguments));
 }
 
 bool Desk::HasOurMacros() {
@@ -180,11 +177,11 @@ bool Desk::HasOurMacros() {
   return false;
 }
 
-void Desk::ShowOffer(const Call& call) {
-  if (!HasOurMacros()) return;
+void Desk::AnswerAsked(const Call& call) {
   const JobKind& job = *call.job;
-  auto offer = job.offer ? job.offer(*printer_, options_.place, call.arguments)
-                         : job.check(options_.place, call.arguments);
+  auto offer = job.check(options_.place, call.arguments, printer_);
+  if (offer && offer->question.empty()) return BeginAsked(job, call.arguments);
+  if (!HasOurMacros()) return;
   if (!offer) {
     options_.log("trammel: " + offer.error().message);
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
@@ -203,8 +200,8 @@ std::optional<Desk::Words> Desk::WaitingWords() const {
     proposal = proposal_;
   }
   const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
-  if (kind == nullptr) return std::nullopt;
-  const auto answer = ReadAnswer(proposal->folder, *kind);
+  if (kind == nullptr || !kind->answer) return std::nullopt;
+  const auto answer = kind->answer(proposal->folder);
   if (!answer || answer->verdict != Verdict::kGood) return std::nullopt;
   return ProposalWords(*proposal, *kind, *answer);
 }

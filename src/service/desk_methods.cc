@@ -145,8 +145,8 @@ json Desk::ProposalNow() const {
     proposal = proposal_;
   }
   const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
-  if (kind == nullptr) return nullptr;
-  const auto answer = ReadAnswer(proposal->folder, *kind);
+  if (kind == nullptr || !kind->answer) return nullptr;
+  const auto answer = kind->answer(proposal->folder);
   return {{"run", proposal->run},
           {"job", proposal->job},
           {"folder", proposal->folder},
@@ -165,7 +165,7 @@ std::string Desk::BlockerOf(const JobKind& kind) const {
     }
     if (std::string job = procedure::OthersJob(state, {}); !job.empty()) return job;
   }
-  const auto offer = kind.check(options_.place, {});
+  const auto offer = kind.check(options_.place, {}, nullptr);
   return offer ? "" : offer.error().message;
 }
 
@@ -211,7 +211,7 @@ RpcAnswer Desk::StartAsked(const json& params) {
     auto arguments = ArgumentsOf(params, *plan.kind);
     if (!arguments) return Invalid(arguments.error().message);
     plan.arguments = std::move(*arguments);
-    const auto offer = plan.kind->check(options_.place, plan.arguments);
+    const auto offer = plan.kind->check(options_.place, plan.arguments, nullptr);
     if (!offer) return RpcAnswer::Refused(kRefused, offer.error().message);
     plan.arguments = Completed(std::move(plan.arguments), *offer);
   }

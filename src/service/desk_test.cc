@@ -72,16 +72,19 @@ class DeskTest : public ::testing::Test {
   void MakeDesk() {
     JobKind kind;
     kind.name = "measure";
+    kind.method = "ask_it";
     kind.arguments = {"filament", "temp"};
-    kind.settings = {{"temp", "filament.nozzle_temperature"}};
-    kind.picture = "answer.png";
-    kind.check = [this](const PrinterPlace&, const Arguments& arguments) -> Result<Offer> {
+    kind.check = [this](const PrinterPlace&, const Arguments& arguments,
+                        machine::Printer* printer) -> Result<Offer> {
       if (!blocker_.empty()) return Fail(blocker_);
+      if (looks_ && printer != nullptr) {
+        return Offer{"Is it " + printer->LastState().active_extruder + "?", {{"tools", "0,1"}}};
+      }
       const auto filament = arguments.find("filament");
-      return Offer{"Is the bed empty?",
+      return Offer{starts_unasked_ ? "" : "Is the bed empty?",
                    filament == arguments.end() ? Arguments{} : Arguments{{"filament", "key"}}};
     };
-    kind.words = {"pa", "calibrate"};
+    kind.command = {"pa", "calibrate"};
     kind.apply = [](const std::string& folder, const Arguments&) {
       return std::vector<std::string>{"pa", "apply", folder};
     };
@@ -90,20 +93,18 @@ class DeskTest : public ::testing::Test {
       const bool ready = state.readiness == machine::PrinterReadiness::kReady;
       return std::string(ready ? "0.0450 s" : "0.0999 s");
     };
-    kind.use_also = [this](const PrinterPlace& place) {
+    kind.use = [](const PrinterPlace& place, const Arguments&) {
       EXPECT_EQ(place.address, "voron");
-      return also_;
+      return std::string("Use it");
     };
-    kind.notice = "Nobody knows";
-    kind.quantity = "pressure_advance";
-    if (several_) {
-      kind.quantity.clear();
-      kind.answer = [this](const std::string&) -> Result<AnswerInWords> { return *several_; };
-      kind.set_in_part = "set in part";
-    }
-    if (offer_) kind.offer = offer_;
-    kind.offer_method = "offer_it";
-    if (starts_unasked_) kind.start_method = "start_it";
+    kind.answer = [this](const std::string& folder) -> Result<AnswerInWords> {
+      if (several_) return *several_;
+      const auto outcome = files::ReadOutcome(folder);
+      if (!outcome) return tl::unexpected(outcome.error());
+      const Measured& value = outcome->answers.front().value;
+      if (!value.good()) return AnswerInWords{value.verdict(), value.reason()};
+      return AnswerInWords{Verdict::kGood, "0.01720 s", {}, "", notice_};
+    };
     const PrinterPlace place{
         .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
     desk_ = std::make_unique<Desk>(DeskOptions{place,
@@ -202,9 +203,9 @@ class DeskTest : public ::testing::Test {
   procedure::testing::FakePrinter printer_;
   std::function<void()> in_force_ = [] {};
   std::optional<AnswerInWords> several_;
-  std::function<Result<Offer>(machine::Printer&, const PrinterPlace&, const Arguments&)> offer_;
   std::string blocker_;
-  std::string also_;
+  std::string notice_;
+  bool looks_ = false;
   std::string message_;
   bool starts_unasked_ = false;
   double offer_lasts_s_ = 600;
@@ -238,7 +239,7 @@ TEST_F(DeskTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   EXPECT_EQ(run["run"], kRun);
   EXPECT_EQ(run["end"], "done");
   EXPECT_EQ(run["verdict"], "good");
-  EXPECT_THAT(run["message"], HasSubstr("pressure_advance = 0.01720 s (95 %: "));
+  EXPECT_THAT(run["message"], HasSubstr("0.01720 s"));
   EXPECT_EQ(status["proposal"]["run"], kRun);
   const json result = Ask("result", {{"run", kRun}});
   EXPECT_EQ(result["result"]["verdict"], "good");
@@ -258,10 +259,9 @@ TEST_F(DeskTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   EXPECT_THAT(phases, ElementsAre("starting", "printing", "ended"));
   EXPECT_EQ(printer_.events[1].second["progress"], 0.5);
   EXPECT_EQ(printer_.events.back().second["complete"], true);
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance "
-                                                   "= 0.01720 s")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use MSG=\"0.01720 s")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("now 0.0450 s. Nothing applied")));
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("s). In force now: 0.0450 s. Use it?\"")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("s. In force now: 0.0450 s. Use it?\"")));
 }
 
 TEST_F(DeskTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
@@ -275,7 +275,7 @@ TEST_F(DeskTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
   Program(Notes() + "echo 'trammel: T2 did not answer' >&2\n", 3);
   (void)Ask("start", {{"job", "apply"}});
   WaitForEnd();
-  EXPECT_EQ(Status()["run"]["message"], "set in part: T2 did not answer");
+  EXPECT_EQ(Status()["run"]["message"], "applied in part: T2 did not answer");
   StopServing();
   for (const char* said : {"MSG=\"tool_offset T1 x = 1\"", "MSG=\"tool_offset T2\"",
                            "TRAMMEL_ASK BUTTONS=use MSG=\"T1 and T2."}) {
@@ -296,12 +296,10 @@ TEST_F(DeskTest, AGoodAnswerThatNothingCanSetIsNoProposal) {
 }
 
 TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
-  offer_ = [](machine::Printer& printer, const PrinterPlace&, const Arguments&) -> Result<Offer> {
-    return Offer{"Is it " + printer.LastState().active_extruder + "?", {{"tools", "0,1"}}};
-  };
+  looks_ = true;
   MakeDesk();
   Serve();
-  CallMacro("offer_it");
+  CallMacro("ask_it");
   CallMacro("trammel_dismiss");  // behind it
   WaitUntil([this] { return printer_.ScriptsRun() >= 2; });
   StopServing();
@@ -309,11 +307,8 @@ TEST_F(DeskTest, ADialogMayLookAtThePrinterFirst) {
                                          "MSG=\"Is it extruder?\""));
 }
 
-TEST_F(DeskTest, TheDialogSaysAllThatUsingTheAnswerWritesAndWhatBelongsToIt) {
-  measurement::Outcome outcome = OutcomeWith(kGoodAnswer);
-  outcome.notices = {"crop_px was not given", "Nobody knows what was printed"};
-  test::WriteWhole(folder_.path() / "result.json", files::ToJson(outcome));
-  also_ = "keep it in Spoolman";
+TEST_F(DeskTest, TheDialogSaysWhatBelongsToTheAnswer) {
+  notice_ = "Nobody knows what was printed";
   Serve();
   Start();
   WaitForEnd();
@@ -321,8 +316,7 @@ TEST_F(DeskTest, TheDialogSaysAllThatUsingTheAnswerWritesAndWhatBelongsToIt) {
   EXPECT_THAT(printer_.scripts,
               Contains(HasSubstr("TRAMMEL_APPLY sets it. Nobody knows what was printed")));
   EXPECT_THAT(printer_.scripts,
-              Contains(HasSubstr("In force now: 0.0450 s. Use it, and keep it in Spoolman? Nobody "
-                                 "knows what was printed")));
+              Contains(HasSubstr("In force now: 0.0450 s. Use it? Nobody knows what was printed")));
 }
 
 TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {
@@ -333,20 +327,24 @@ TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {
   WaitForEnd();
   const json status = Status();
   EXPECT_EQ(status["run"]["verdict"], "cannot_tell");
-  EXPECT_EQ(status["run"]["message"], "cannot tell: too few lines");
+  EXPECT_EQ(status["run"]["message"], "too few lines");
   EXPECT_EQ(status["proposal"], nullptr);
   EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
 }
 
 TEST_F(DeskTest, AFailureIsToldInItsLastErrorsWords) {
-  Program("echo 'trammel: the camera is away' >&2\necho '  > details' >&2\n", 3);
+  Program(
+      "echo 'trammel: NOT AS IT WAS: the bed' >&2\necho 'trammel: the camera is away' >&2\n"
+      "echo '  > details' >&2\n",
+      3);
   Serve();
   (void)Start();
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "failed");
-  EXPECT_EQ(Status()["run"]["message"], "the camera is away");
+  EXPECT_EQ(Status()["run"]["message"], "the camera is away; NOT AS IT WAS: the bed");
   EXPECT_EQ(Status()["run"]["verdict"], nullptr);
   StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("MSG=\"NOT AS IT WAS: the bed")));
   EXPECT_THAT(printer_.scripts,
               Contains(HasSubstr("BUTTONS=close MSG=\"no calibration: the camera")));
 }
@@ -529,8 +527,7 @@ TEST_F(DeskTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   (void)Ask("start", {{"job", "apply"}});
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "failed");
-  EXPECT_EQ(Status()["run"]["message"],
-            "applied, and not kept as asked for: the printer keeps nothing");
+  EXPECT_EQ(Status()["run"]["message"], "applied in part: the printer keeps nothing");
   EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
   StopServing();
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
@@ -553,7 +550,7 @@ TEST_F(DeskTest, WhatIsNotNotedAsSetIsNotAppliedWhateverWasSaid) {
   WaitForEnd();
   StopServing();
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("not applied: it refused")));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("kept as asked"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("in part"))));
 }
 
 TEST_F(DeskTest, WhatAKilledJobLeftIsBroughtBackAtOnceAndSaid) {
@@ -588,7 +585,7 @@ TEST_F(DeskTest, OfAnApplicationThatIsKilledItSaysWhatIsInForce) {
 TEST_F(DeskTest, MacrosAskOfferStartAndDrop) {
   Serve();
   CallMacro("trammel_apply");
-  CallMacro("offer_it", {{"filament", "PLA+"}, {"other", 3}});
+  CallMacro("ask_it", {{"filament", "PLA+"}, {"other", 3}});
   CallMacro("trammel_start", {{"token", Token()}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
@@ -608,9 +605,9 @@ TEST_F(DeskTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
                             json{{"token", "20260102T030405Z-1"}}}) {
     CallMacro("trammel_start", given);  // no dialog is open
   }
-  CallMacro("offer_it");
+  CallMacro("ask_it");
   const std::string first = Token();
-  CallMacro("offer_it", {{"filament", "PLA+"}});
+  CallMacro("ask_it", {{"filament", "PLA+"}});
   WaitUntil([&] { return Token() != first; });
   CallMacro("trammel_start", {{"token", first}});  // of a page that was not loaded anew
   CallMacro("trammel_start", {{"token", Token()}});
@@ -637,7 +634,7 @@ TEST_F(DeskTest, AnOldDialogBeginsNothing) {
   offer_lasts_s_ = 0;
   MakeDesk();
   Serve();
-  CallMacro("offer_it");
+  CallMacro("ask_it");
   CallMacro("trammel_start", {{"token", Token()}});
   WaitUntil([this] { return !printer_.LastScriptWith("that dialog is closed").empty(); });
   EXPECT_EQ(Status()["run"], nullptr);
@@ -646,7 +643,7 @@ TEST_F(DeskTest, AnOldDialogBeginsNothing) {
 TEST_F(DeskTest, WhereThePrintersMacrosAreOlderItIsSaidInPlaceOfADialog) {
   printer_.unknown["_TRAMMEL_START"] = true;
   Serve();
-  CallMacro("offer_it");
+  CallMacro("ask_it");
   WaitUntil([this] { return !printer_.LastScriptWith("BUTTONS=close").empty(); });
   EXPECT_THAT(printer_.LastScriptWith("BUTTONS=close"),
               HasSubstr("trammel.cfg on the printer is older than this trammel"));
@@ -656,7 +653,7 @@ TEST_F(DeskTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   starts_unasked_ = true;
   MakeDesk();
   Serve();
-  CallMacro("start_it", {{"filament", "PLA+"}});
+  CallMacro("ask_it", {{"filament", "PLA+"}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
 }

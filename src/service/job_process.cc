@@ -13,10 +13,14 @@ namespace trammel::service {
 namespace {
 
 constexpr std::string_view kErrorBegins = "trammel: ";
-constexpr std::string_view kUnrestored = "NOT AS IT WAS";  // as a procedure's command says it
 constexpr std::size_t kMostLines = 50;
 constexpr std::size_t kLongestLine = 1024;
 constexpr int kInterrupted = 130;  // CONVENTIONS.md
+
+void Add(std::string line, std::vector<std::string>& lines) {
+  if (lines.size() == kMostLines) lines.erase(lines.begin());
+  lines.push_back(std::move(line));
+}
 
 }  // namespace
 
@@ -24,14 +28,14 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, 
   JobEnd end;
   // An update that failed halfway takes the program away, and the service goes on without it.
   if (access(words.front().c_str(), X_OK) != 0) {
-    end.error = fmt::format("{} is gone or cannot be run: unpack trammel's archive there anew",
-                            words.front());
-    log("trammel: " + end.error);
+    end.errors = {fmt::format("{} is gone or cannot be run: unpack trammel's archive there anew",
+                              words.front())};
+    log("trammel: " + end.errors.front());
     return end;
   }
   auto process = machine::CommandProcess::Start(words);
   if (!process) {
-    end.error = process.error().message;
+    end.errors = {process.error().message};
     return end;
   }
   {
@@ -48,11 +52,9 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, 
         std::string text = Utf8OrReplaced(line, kLongestLine);
         log(text);
         if (answer) {
-          if (end.output.size() == kMostLines) end.output.erase(end.output.begin());
-          end.output.push_back(std::move(text));
+          Add(std::move(text), end.output);
         } else if (text.starts_with(kErrorBegins)) {
-          end.error = text.substr(kErrorBegins.size());
-          if (end.error.starts_with(kUnrestored)) end.unrestored.push_back(end.error);
+          Add(text.substr(kErrorBegins.size()), end.errors);
         }
       });
   {
@@ -62,7 +64,7 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, 
   end.exit_code = ended.exit_code;
   end.stopped = ended.exit_code == kInterrupted;
   end.killed = ended.signal != 0;
-  if (end.killed) end.error = fmt::format("its process ended by {}", ended.Words());
+  if (end.killed) end.errors.push_back(fmt::format("its process ended by {}", ended.Words()));
   return end;
 }
 

@@ -14,12 +14,11 @@ namespace trammel::service {
 
 /// How a job's process ended.
 struct JobEnd {
-  bool stopped = false;                      ///< it was interrupted, and says that it ended safely
-  bool killed = false;                       ///< a signal ended it: what it did last is not known
-  int exit_code = -1;                        ///< as CONVENTIONS.md has them; -1: a signal, or none
-  std::string error = {};                    ///< its last error, one line; empty: none
-  std::vector<std::string> unrestored = {};  ///< what it could not leave as it was
-  std::vector<std::string> output = {};      ///< the last lines of its answer
+  bool stopped = false;                  ///< it was interrupted, and says that it ended safely
+  bool killed = false;                   ///< a signal ended it: what it did last is not known
+  int exit_code = -1;                    ///< as CONVENTIONS.md has them; -1: a signal, or none
+  std::vector<std::string> errors = {};  ///< its last ones, a line each; the last of them ended it
+  std::vector<std::string> output = {};  ///< the last lines of its answer
 };
 
 /// Starts a command of trammel, and may be asked to stop it from any thread. Once only.

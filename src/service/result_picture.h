@@ -12,6 +12,8 @@ namespace trammel::service {
 
 /// Beside printer.cfg, as front ends list it.
 inline constexpr std::string_view kPictureFolder = "trammel";
+/// In the folder of a run: the figure that shows its answer.
+inline constexpr const char* kAnswerPicture = "answer.png";
 inline constexpr std::size_t kMostPictures = 20;
 inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
 

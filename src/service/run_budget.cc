@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -20,9 +22,10 @@ std::string TimeOfRun(const std::string& name) {
   return IsResultPicture(name + ".png") ? name.substr(name.find('-') + 1) : "";
 }
 
-bool IsCopy(const fs::path& file, std::span<const std::string> copies) {
+bool IsCopy(const fs::path& file) {
+  static constexpr std::array<std::string_view, 2> kStems = {"photo", "scan"};
   const std::string stem = file.stem().string();
-  return std::ranges::any_of(copies, [&stem](const std::string& copy) {
+  return std::ranges::any_of(kStems, [&stem](std::string_view copy) {
     return stem.starts_with(copy) &&
            stem.find_first_not_of("-0123456789", copy.size()) == std::string::npos;
   });
@@ -37,7 +40,7 @@ struct Copy {
 }  // namespace
 
 Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_now,
-                            std::span<const std::string> copies, const RunBudget& budget) {
+                            const RunBudget& budget) {
   constexpr std::size_t kDay = std::string_view("20260102").size();
   const std::string today = CompactUtc(utc_now).substr(0, kDay);
   std::size_t runs = 0;
@@ -54,7 +57,7 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
          file.increment(gone)) {
       std::error_code lost;
       const bool regular = fs::is_regular_file(file->symlink_status(lost));
-      if (!regular || !IsCopy(file->path(), copies)) continue;
+      if (!regular || !IsCopy(file->path())) continue;
       const std::uintmax_t size = file->file_size(lost);
       if (lost) continue;
       kept.push_back({time, file->path(), size});

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 
 #include "base/result.h"
@@ -17,13 +16,11 @@ struct RunBudget {
 };
 
 /// Looks whether one more run may begin, and removes copies of uploads, the oldest first, until all
-/// of them fit the budget. Looks at folders with the names of runs alone, and follows no link.
+/// of them fit the budget: photo.jpg, scan-2.pdf. Looks at folders with the names of runs alone,
+/// and follows no link.
 /// @param utc_now  ISO 8601, ending in Z
-/// @param copies   stems of the copies' names: "photo" for photo.jpg, "scan" for scan-2.pdf
 /// Errors (kMeasurement): the day's runs have begun.
 [[nodiscard]] Result<void> MakeRoomForRun(const std::filesystem::path& recordings,
-                                          const std::string& utc_now,
-                                          std::span<const std::string> copies,
-                                          const RunBudget& budget = {});
+                                          const std::string& utc_now, const RunBudget& budget = {});
 
 }  // namespace trammel::service

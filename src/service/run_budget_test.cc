@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <vector>
 
 #include "support/temporary_folder.h"
 
@@ -23,10 +22,9 @@ class RunBudgetTest : public testing::Test {
     return folder_.path() / name / file;
   }
   Result<void> MakeRoom(const RunBudget& budget) const {
-    return MakeRoomForRun(folder_.path(), "2026-01-02T12:00:00Z", copies_, budget);
+    return MakeRoomForRun(folder_.path(), "2026-01-02T12:00:00Z", budget);
   }
 
-  const std::vector<std::string> copies_ = {"photo", "scan"};
   test::TemporaryFolder folder_;
 };
 

@@ -10,7 +10,6 @@
 #include "base/url_secrets.h"
 #include "machine/net/host_clock.h"
 #include "service/job_process.h"
-#include "service/local_socket.h"
 #include "session/dead_run.h"
 
 namespace trammel::service {
@@ -25,7 +24,7 @@ struct Served {
 // Temperatures are named before anybody can ask for them, and so is what is missing for a job.
 void SayWhatIsOffered(const DeskOptions& desk) {
   for (const JobKind& kind : desk.jobs) {
-    const auto offer = kind.check(desk.place, {});
+    const auto offer = kind.check(desk.place, {}, nullptr);
     std::string words = "moves and heats nothing";
     if (!offer) {
       words = "not as things are: " + offer.error().message;
@@ -84,7 +83,7 @@ void Attend(const ServedPrinter& served, const Attendant& attendant, const std::
   double pause_s = kFirstPause_s;
   do {
     std::vector<std::string> words = {desk.program};
-    words.insert(words.end(), attendant.words.begin(), attendant.words.end());
+    words.insert(words.end(), attendant.command.begin(), attendant.command.end());
     const std::vector<std::string> place = OptionWords(desk.place);
     words.insert(words.end(), place.begin(), place.end());
     words.push_back(fmt::format(
@@ -99,22 +98,11 @@ void Attend(const ServedPrinter& served, const Attendant& attendant, const std::
     if (stop.stop_requested()) return;
     const bool lasted = machine::HostNow() - begin_s > kLongestPause_s;
     pause_s = lasted ? kFirstPause_s : std::min(2 * pause_s, kLongestPause_s);
-    desk.log(fmt::format("trammel: {} ended ({}); again in {:.0f} s", attendant.name,
-                         end.error.empty() ? fmt::format("exit code {}", end.exit_code) : end.error,
-                         pause_s));
+    desk.log(fmt::format(
+        "trammel: {} ended ({}); again in {:.0f} s", attendant.name,
+        end.errors.empty() ? fmt::format("exit code {}", end.exit_code) : end.errors.back(),
+        pause_s));
   } while (procedure::Pause(pause_s, stop));
-}
-
-// The service goes on without it: front ends and macros have another way.
-std::unique_ptr<LocalSocket> ListenLocally(const ServedPrinter& served, Desk& desk) {
-  auto listening = LocalSocket::Listen(
-      LocalSocketPath(served.desk.state_folder, procedure::PlainAddress(served.settings.address)),
-      [&desk](const std::string& method, const nlohmann::json& params) {
-        return desk.Answer(method, params);
-      });
-  if (listening) return std::move(*listening);
-  served.desk.log("trammel: " + listening.error().message);
-  return nullptr;
 }
 
 }  // namespace
@@ -124,7 +112,6 @@ Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_t
   const std::stop_callback asked(stop, [&all] { all.request_stop(); });
   std::vector<Served> ended(printers.size());
   std::vector<std::unique_ptr<Desk>> desks;
-  std::vector<std::unique_ptr<LocalSocket>> sockets;  // they go before the desks do
   for (const ServedPrinter& printer : printers) {
     DeskOptions options = printer.desk;
     options.bring_back = [&printer, token = all.get_token()](machine::Printer& of,
@@ -134,7 +121,6 @@ Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_t
       procedure::FinishDeadRunsWhereFree(session, printer.settings, printer.desk.state_folder);
     };
     desks.push_back(std::make_unique<Desk>(std::move(options)));
-    sockets.push_back(ListenLocally(printer, *desks.back()));
   }
   {
     std::vector<std::jthread> threads;

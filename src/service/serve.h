@@ -1,5 +1,4 @@
-// One process beside the printers: a desk for each, over its Moonraker and a socket of this
-// computer.
+// One process beside the printers: a desk for each, over its Moonraker.
 #pragma once
 
 #include <functional>

@@ -13,10 +13,10 @@ service::DeskOptions Options() {
   service::JobKind kind;
   kind.name = "measure";
   kind.arguments = {"filament"};
-  kind.check = [](const service::PrinterPlace&, const service::Arguments&) {
+  kind.check = [](const service::PrinterPlace&, const service::Arguments&, machine::Printer*) {
     return Result<service::Offer>(service::Offer{"Is the bed empty?"});
   };
-  kind.quantity = "pressure_advance";
+  kind.answer = [](const std::string&) -> Result<service::AnswerInWords> { return Fail("none"); };
   service::DeskOptions options;
   options.address = "localhost";
   options.recordings = "/no/such/folder";

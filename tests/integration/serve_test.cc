@@ -140,6 +140,11 @@ TEST_F(Serve, AJobIsStartedFollowedAndItsAnswerAppliedByRequest) {
   EXPECT_EQ(idle["jobs"][0]["job"], "pressure_advance");
   EXPECT_EQ(idle["jobs"][0]["blocker"], nullptr) << idle;
   EXPECT_EQ(CodeOf("format_disk"), -32601);
+  const auto ask = [this](const std::string& method) {
+    return shop_->Run({"serve", "--ask", method, "--printer", shop_->address()});
+  };
+  EXPECT_EQ(json::parse(ask("status").standard_output)["jobs"], idle["jobs"]);
+  EXPECT_THAT(ask("format_disk").standard_error, HasSubstr("format_disk"));
   constexpr int kMostTimes = 3;  // a computer with too much else to do may see too few frames
   json end = json::object();
   for (int asked = 0; asked < kMostTimes && end.value("verdict", json()) != "good"; ++asked) {

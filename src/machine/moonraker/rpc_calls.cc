@@ -71,6 +71,9 @@ void RpcCalls::TakeAnswer(json message, double received_s) {
     answer.kind = RpcAnswer::Kind::kError;
     answer.code = static_cast<int>(std::clamp(NumberOr(words, "code", 0), -1e6, 1e6));
     answer.message = TextOr(words, "message", "an answer with neither a result nor an error");
+    // An agent's own error, of server.extensions.request.
+    const std::string own = TextOr(ObjectOr(words, "data"), "message", "");
+    if (!own.empty()) answer.message += ": " + own;
   }
   done(std::move(answer));
 }

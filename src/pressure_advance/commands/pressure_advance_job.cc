@@ -4,9 +4,9 @@
 
 #include <utility>
 
-#include "app/job_arguments.h"
 #include "app/serve_command.h"
-#include "pressure_advance/commands/analysis_output.h"
+#include "document/interval_text.h"
+#include "measurement/outcome_file.h"
 #include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/pattern_photo.h"
@@ -42,12 +42,12 @@ std::string MaterialFor(const service::Arguments& arguments) {
 Result<files::Config> SettingsFor(const service::PrinterPlace& place,
                                   const service::Arguments& arguments) {
   PrinterOptions options = OptionsAt(place);
-  const auto temperature = arguments.find(kTemperatureArgument);
+  const auto temperature = arguments.find(service::kTemperatureArgument);
   if (temperature != arguments.end()) {
     if (auto plain = CheckTemperatureArgument(temperature->second); !plain) {
       return tl::unexpected(plain.error());
     }
-    options.set.push_back(fmt::format("{}={}", kTemperatureSetting, temperature->second));
+    options.set.push_back(fmt::format("{}={}", service::kTemperatureSetting, temperature->second));
   }
   auto config = LoadSettingsFor(MaterialFor(arguments), temperature != arguments.end(),
                                 "call with TEMP=…", std::move(options));
@@ -73,26 +73,26 @@ Result<service::Offer> OfferTo(const char* what, const service::PrinterPlace& pl
   if (std::string material = MaterialFor(arguments); !material.empty()) {
     offer.start[kMaterial] = std::move(material);
   }
-  if (const auto temperature = arguments.find(kTemperatureArgument);
+  if (const auto temperature = arguments.find(service::kTemperatureArgument);
       temperature != arguments.end()) {
-    offer.start[kTemperatureArgument] = temperature->second;
+    offer.start[service::kTemperatureArgument] = temperature->second;
   }
   return offer;
 }
 
 Result<service::Offer> Check(const service::PrinterPlace& place,
-                             const service::Arguments& arguments) {
+                             const service::Arguments& arguments, machine::Printer*) {
   return OfferTo("printed and scanned", place, arguments);
 }
 
 Result<service::Offer> CheckPattern(const service::PrinterPlace& place,
-                                    const service::Arguments& arguments) {
+                                    const service::Arguments& arguments, machine::Printer*) {
   return OfferTo("printed for a photo", place, arguments);
 }
 
 // A photo moves and heats nothing. Nobody has to say again for which filament it was printed.
 Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
-                                  const service::Arguments& arguments) {
+                                  const service::Arguments& arguments, machine::Printer*) {
   const auto config = LoadSettings(OptionsAt(place));
   if (!config) return tl::unexpected(config.error());
   const auto key = KeyOf(arguments);
@@ -104,16 +104,13 @@ Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
   return offer;
 }
 
-std::string UseWords(const service::Arguments& arguments) {
+/// What pa apply does, as the settings have it.
+std::string UseWords(const service::PrinterPlace& place, const service::Arguments& arguments) {
   const auto key = KeyOf(arguments);
-  return fmt::format("Use it until Klipper restarts{}",
-                     !key || key->empty() ? "" : ", and keep it for filament " + *key);
-}
-
-/// What the settings have pa apply write besides.
-std::string UseAlso(const service::PrinterPlace& place) {
   const auto config = LoadSettings(OptionsAt(place));
-  return config && config->scan.keep_in_spoolman ? "keep it in Spoolman" : "";
+  return fmt::format("Use it until Klipper restarts{}{}",
+                     !key || key->empty() ? "" : ", and keep it for filament " + *key,
+                     config && config->scan.keep_in_spoolman ? ", and keep it in Spoolman" : "");
 }
 
 std::vector<std::string> ApplyWords(const std::string& folder,
@@ -124,64 +121,72 @@ std::vector<std::string> ApplyWords(const std::string& folder,
   return words;
 }
 
-}  // namespace
-
-namespace {
+/// The pressure advance in a run's result.json.
+Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
+  constexpr const char* kQuantity = "pressure_advance";
+  const auto outcome = files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance);
+  if (!outcome) return tl::unexpected(outcome.error());
+  const measurement::Answer* const answer = outcome->Find(kQuantity);
+  if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", folder, kQuantity));
+  const Measured& measured = answer->value;
+  service::AnswerInWords words{measured.verdict(), {}};
+  words.words = measured.good()
+                    ? fmt::format("{} = {}", answer->name,
+                                  report::WithInterval(measured.quantity(), {.unit = answer->unit}))
+                    : fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
+  for (const std::string& notice : outcome->notices) {
+    if (measured.good() && notice.starts_with(kNoPrintNoted)) words.notice = notice;
+  }
+  return words;
+}
 
 /// What has a pressure advance for its answer.
-service::JobKind Measuring(const char* name) {
+service::JobKind Measuring(const char* name, const char* method) {
   service::JobKind kind;
   kind.name = name;
+  kind.method = method;
+  kind.answer = AnswerIn;
   kind.apply = ApplyWords;
   kind.use = UseWords;
-  kind.use_also = UseAlso;
   kind.in_force = [](const machine::PrinterState& state) {
     const auto advance_s = machine::ActiveAdvance_s(state);
     return advance_s ? fmt::format("{:.4f} s", *advance_s) : "";
   };
-  kind.quantity = "pressure_advance";
-  kind.picture = kResultPicture;
   return kind;
 }
 
 }  // namespace
 
 service::JobKind PressureAdvanceJob() {
-  service::JobKind kind = Measuring("pressure_advance");
-  kind.arguments = {kFilament, kMaterial, kTemperatureArgument};
-  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
+  service::JobKind kind = Measuring("pressure_advance", "trammel_offer");
+  kind.looks = true;
+  kind.arguments = {kFilament, kMaterial, service::kTemperatureArgument};
   kind.check = Check;
-  kind.words = {"pa", "calibrate"};
-  kind.offer_method = "trammel_offer";
+  kind.command = {"pa", "calibrate"};
   return kind;
 }
 
 service::JobKind PhotoPatternJob() {
   service::JobKind kind;
   kind.name = "photo_pattern";
-  kind.arguments = {kFilament, kMaterial, kTemperatureArgument};
-  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
+  kind.method = "trammel_offer_pattern";
+  kind.arguments = {kFilament, kMaterial, service::kTemperatureArgument};
   kind.check = CheckPattern;
-  kind.words = {"pa", "print", "--photo"};
-  kind.looks = false;
+  kind.command = {"pa", "print", "--photo"};
   kind.done = fmt::format(
       "Pattern printed, everything is off. Let the bed cool, take a photo from straight above, "
       "upload it into the folder {} beside printer.cfg. Measure it?",
       procedure::kUploadFolder);
   kind.start_buttons = procedure::Buttons::kPrint;
   kind.done_buttons = procedure::Buttons::kPhoto;
-  kind.offer_method = "trammel_offer_pattern";
   return kind;
 }
 
 service::JobKind PhotoJob() {
-  service::JobKind kind = Measuring("photo");
+  service::JobKind kind = Measuring("photo", "trammel_photo");
   kind.arguments = {kFilament, "file"};
   kind.check = CheckPhoto;
-  kind.notice = kNoPrintNoted;
-  kind.words = {"pa", "photo"};
-  kind.copies = {"photo"};
-  kind.start_method = "trammel_photo";
+  kind.command = {"pa", "photo"};
   return kind;
 }
 

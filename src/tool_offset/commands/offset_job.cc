@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "app/job_arguments.h"
 #include "app/serve_command.h"
 #include "document/interval_text.h"
 #include "session/uploads.h"
@@ -33,7 +32,6 @@ using service::PrinterPlace;
 constexpr const char* kTools = "tools";
 constexpr const char* kMaterial = "material";
 constexpr const char* kFile = "file";
-constexpr double kAsk_s = 10;
 
 /// What a run is told of the sheet.
 struct AskedSheet {
@@ -59,9 +57,9 @@ Result<AskedSheet> AskedFor(const PrinterPlace& place, const Arguments& argument
     }
     asked.tools = std::move(*tools);
   }
-  if (const std::string text = given(kTemperatureArgument); !text.empty()) {
+  if (const std::string text = given(service::kTemperatureArgument); !text.empty()) {
     if (auto plain = CheckTemperatureArgument(text); !plain) return tl::unexpected(plain.error());
-    asked.options.set.push_back(fmt::format("{}={}", kTemperatureSetting, text));
+    asked.options.set.push_back(fmt::format("{}={}", service::kTemperatureSetting, text));
   }
   if (const std::string text = given(kMaterial); !text.empty()) asked.options.material = text;
   return asked;
@@ -74,7 +72,7 @@ Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& argume
   if (!config) return config;
   if (!asked.tools.empty()) config->sheet.tools = asked.tools;
   const bool each_has_its_own = !config->sheet.nozzle_temperatures_c.empty();
-  if (each_has_its_own && arguments.contains(kTemperatureArgument)) {
+  if (each_has_its_own && arguments.contains(service::kTemperatureArgument)) {
     return Fail(
         "TEMP: nozzle_temperatures in [tool_offset_pattern] has each tool's own; leave it out");
   }
@@ -86,7 +84,7 @@ Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& argume
 
 Offer OfferOf(const Arguments& arguments, std::string question) {
   Offer offer{std::move(question)};
-  for (const char* name : {kTools, kTemperatureArgument}) {
+  for (const char* name : {kTools, service::kTemperatureArgument}) {
     if (const auto given = arguments.find(name); given != arguments.end()) {
       offer.start[name] = given->second;
     }
@@ -94,24 +92,19 @@ Offer OfferOf(const Arguments& arguments, std::string question) {
   return offer;
 }
 
-Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments) {
-  const auto asked = AskedFor(place, arguments);
-  if (!asked) return tl::unexpected(asked.error());
-  const auto config = SettingsFor(*asked, arguments);
-  if (!config) return tl::unexpected(config.error());
-  return OfferOf(arguments,
-                 "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats "
-                 "and prints");
-}
-
-/// Where the paper is to lie, by the tools that the printer has.
-Result<Offer> OfferSheet(machine::Printer& printer, const PrinterPlace& place,
-                         const Arguments& arguments) {
+/// With a printer: where the paper is to lie, by the tools that it has.
+Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments,
+                            machine::Printer* printer) {
   const auto asked = AskedFor(place, arguments);
   if (!asked) return tl::unexpected(asked.error());
   auto config = SettingsFor(*asked, arguments);
   if (!config) return tl::unexpected(config.error());
-  const procedure::Session session{printer, {}, {}};
+  if (printer == nullptr) {
+    return OfferOf(arguments,
+                   "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats "
+                   "and prints");
+  }
+  const procedure::Session session{*printer, {}, {}};
   const auto found = ReadTools(session);
   if (!found) return tl::unexpected(found.error());
   auto fitted = FitToPrinter(asked->options, asked->tools, session, *found, *config);
@@ -138,7 +131,7 @@ Result<Offer> OfferSheet(machine::Printer& printer, const PrinterPlace& place,
 }
 
 // A scan moves and heats nothing.
-Result<Offer> CheckScanJob(const PrinterPlace& place, const Arguments&) {
+Result<Offer> CheckScanJob(const PrinterPlace& place, const Arguments&, machine::Printer*) {
   const auto config = LoadSettings(OptionsAt(place));
   if (!config) return tl::unexpected(config.error());
   return Offer{};
@@ -201,41 +194,34 @@ Result<AnswerInWords> AnswerIn(const std::string& folder) {
 service::JobKind OffsetSheetJob() {
   service::JobKind kind;
   kind.name = "offset_sheet";
-  kind.arguments = {kTools, kMaterial, kTemperatureArgument};
-  kind.settings = {{kTemperatureArgument, kTemperatureSetting}};
+  kind.method = "trammel_offer_sheet";
+  kind.arguments = {kTools, kMaterial, service::kTemperatureArgument};
   kind.check = CheckSheetJob;
-  kind.offer = OfferSheet;
-  kind.words = {"offset", "start", "--print-only",
-                fmt::format("--yes={},{}", procedure::kMoveQuestion, procedure::kPaperQuestion)};
-  kind.looks = false;
+  kind.command = {"offset", "start", "--print-only",
+                  fmt::format("--yes={},{}", procedure::kMoveQuestion, procedure::kPaperQuestion)};
   kind.done = fmt::format(
       "Sheet printed, everything is off. Let the bed cool, take the paper off, scan it at 300 to "
       "600 dpi or photograph it, upload that into the folder {} beside printer.cfg. Measure it?",
       procedure::kUploadFolder);
   kind.start_buttons = procedure::Buttons::kSheet;
   kind.done_buttons = procedure::Buttons::kScan;
-  kind.offer_method = "trammel_offer_sheet";
   return kind;
 }
 
 service::JobKind OffsetScanJob() {
   service::JobKind kind;
   kind.name = "offset_scan";
+  kind.method = "trammel_offset_scan";
   kind.arguments = {kFile};
   kind.check = CheckScanJob;
-  kind.words = {"offset", "measure"};
-  kind.copies = {"scan"};
-  kind.looks = false;
+  kind.command = {"offset", "measure"};
   kind.apply = [](const std::string& folder, const Arguments&) {
     return std::vector<std::string>{"offset", "apply", folder, "--apply", "--brief"};
   };
-  kind.set_in_part = "applied in part (trammel offset apply --undo takes it back)";
-  kind.use = [](const Arguments&) {
+  kind.use = [](const PrinterPlace&, const Arguments&) {
     return std::string("Set the new offsets until Klipper restarts");
   };
   kind.answer = AnswerIn;
-  kind.picture = kOffsetPicture;
-  kind.start_method = "trammel_offset_scan";
   return kind;
 }
 

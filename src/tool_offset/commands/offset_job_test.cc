@@ -27,7 +27,8 @@ service::PrinterPlace PlaceWithPla() {
 }
 
 TEST(OffsetJob, HandsOnTheToolsAndTheTemperatureOfThisRun) {
-  const auto offer = OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,2"}, {"temp", "210"}});
+  const auto offer =
+      OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,2"}, {"temp", "210"}}, nullptr);
   ASSERT_TRUE(offer) << offer.error().message;
   EXPECT_THAT(offer->question, HasSubstr("COLD bed"));
   EXPECT_EQ(offer->start, (Arguments{{"tools", "0,2"}, {"temp", "210"}}));
@@ -41,12 +42,12 @@ nlohmann::json TwoExtruders() {
 
 TEST(OffsetJob, ToolsAndTemperaturesThatMakeNoSenseAreRefused) {
   for (const char* tools : {"a", "0,", ",1", "0 1", "0,1;M112", "0.1"}) {
-    EXPECT_FALSE(OffsetSheetJob().check(PlaceWithPla(), {{"tools", tools}})) << tools;
+    EXPECT_FALSE(OffsetSheetJob().check(PlaceWithPla(), {{"tools", tools}}, nullptr)) << tools;
   }
   for (const char* temp : {"1e3", "nan", "-5", "240 M112"}) {
-    EXPECT_FALSE(OffsetSheetJob().check(PlaceWithPla(), {{"temp", temp}})) << temp;
+    EXPECT_FALSE(OffsetSheetJob().check(PlaceWithPla(), {{"temp", temp}}, nullptr)) << temp;
   }
-  EXPECT_FALSE(OffsetSheetJob().check({}, {}));  // nothing says what is loaded
+  EXPECT_FALSE(OffsetSheetJob().check({}, {}, nullptr));  // nothing says what is loaded
   procedure::testing::FakePrinter printer;
   printer.told = TwoExtruders();
   for (const auto& [name, value] : {std::pair{"tools", "0"},
@@ -58,14 +59,14 @@ TEST(OffsetJob, ToolsAndTemperaturesThatMakeNoSenseAreRefused) {
                                     {"temp", "900"}}) {
     Arguments arguments{{"tools", "0,1"}};
     arguments[name] = value;
-    EXPECT_FALSE(OffsetSheetJob().offer(printer, PlaceWithPla(), arguments)) << name << value;
+    EXPECT_FALSE(OffsetSheetJob().check(PlaceWithPla(), arguments, &printer)) << name << value;
   }
 }
 
 TEST(OffsetJob, NothingIsSaidOfPaperWhereThePrinterHasOneTool) {
   procedure::testing::FakePrinter printer;
   printer.told = {{"configfile", {{"settings", {{"extruder", nlohmann::json::object()}}}}}};
-  const auto offer = OffsetSheetJob().offer(printer, PlaceWithPla(), {});
+  const auto offer = OffsetSheetJob().check(PlaceWithPla(), {}, &printer);
   ASSERT_FALSE(offer);
   EXPECT_THAT(offer.error().message, HasSubstr("one tool, T0"));
 }
@@ -73,7 +74,7 @@ TEST(OffsetJob, NothingIsSaidOfPaperWhereThePrinterHasOneTool) {
 TEST(OffsetJob, SaysWhereThePaperIsToLie) {
   procedure::testing::FakePrinter printer;
   printer.told = TwoExtruders();
-  const auto offer = OffsetSheetJob().offer(printer, PlaceWithPla(), {{"tools", "0,1"}});
+  const auto offer = OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,1"}}, &printer);
   ASSERT_TRUE(offer) << offer.error().message;
   constexpr std::size_t kMost = 240;  // as a dialog shows it
   EXPECT_THAT(offer->question, AllOf(HasSubstr("A5 paper (148 mm along X, 210 along Y)"),
