@@ -16,13 +16,13 @@
 #include "app/help_commands.h"
 #include "app/history_command.h"
 #include "app/left_out.h"
-#include "app/mistyped.h"
 #include "app/picture_memory.h"
 #include "app/plain_help.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
 #include "app/shop/sim_commands.h"
+#include "app/usage_error.h"
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif
@@ -48,9 +48,7 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   const int code = cli.exit(error, output, errors);
   fmt::print("{}", output.str());
   if (code == 0) return trammel::app::kExitGood;
-  const auto mistyped = trammel::app::Mistyped(cli, words);
-  fmt::print(stderr, "{}",
-             mistyped ? *mistyped + "\n" : trammel::app::PlainError(cli, error, words));
+  fmt::print(stderr, "{}", trammel::app::UsageError(cli, error, words));
   return trammel::app::kExitUsage;
 }
 

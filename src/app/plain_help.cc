@@ -6,10 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <regex>
-#include <utility>
 #include <vector>
-
-#include "app/command_tree.h"
 
 namespace trammel::app {
 namespace {
@@ -60,29 +57,6 @@ class Formatter final : public CLI::Formatter {
   }
 };
 
-// The command that the words name.
-std::pair<const CLI::App*, std::string> NamedCommand(const CLI::App& program,
-                                                     std::span<const std::string> words) {
-  const CLI::App* app = &program;
-  std::string path = "trammel";
-  for (const std::string& word : words) {
-    const auto commands = CommandsOf(*app);
-    const auto command = std::ranges::find_if(
-        commands, [&word](const CLI::App* one) { return one->get_name() == word; });
-    if (command == commands.end()) continue;
-    app = *command;
-    path += " " + word;
-  }
-  return {app, path};
-}
-
-// What each positional argument is, as its command registered it.
-std::string DescriptionOf(const CLI::App& app, const std::string& name) {
-  const CLI::Option* option = app.get_option_no_throw(name);
-  return option == nullptr || option->get_description().empty() ? ""
-                                                                : ": " + option->get_description();
-}
-
 }  // namespace
 
 std::string PlainType(const std::string& type) {
@@ -102,39 +76,5 @@ std::string PlainType(const std::string& type) {
 }
 
 std::shared_ptr<CLI::FormatterBase> PlainHelp() { return std::make_shared<Formatter>(); }
-
-std::string PlainError(const CLI::App& program, const CLI::ParseError& error,
-                       std::span<const std::string> words) {
-  const auto [app, path] = NamedCommand(program, words);
-  const std::string text = error.what();
-  const auto match = [&text](const char* pattern) {
-    std::smatch found;
-    std::vector<std::string> parts;
-    if (std::regex_match(text, found, std::regex(pattern))) {
-      for (std::size_t i = 1; i < found.size(); ++i) parts.push_back(found[i]);
-    }
-    return parts;
-  };
-  std::string plain = text;
-  if (const auto required = match("([^ ]+) is required"); !required.empty()) {
-    plain =
-        fmt::format("{} needs {}{}", path, NameOf(required[0]), DescriptionOf(*app, required[0]));
-  } else if (const auto value = match("(.+): [0-9]+ required .+ missing"); !value.empty()) {
-    plain = fmt::format("{} needs a value{}", value[0], DescriptionOf(*app, value[0]));
-  } else if (const auto two = match("(.+) excludes (.+)"); !two.empty()) {
-    plain = fmt::format("{} and {} cannot be given together", two[0], two[1]);
-  } else if (const auto needs = match("(.+) requires (.+)"); !needs.empty()) {
-    plain = fmt::format("{} is of use with {} alone", needs[0], needs[1]);
-  } else if (const auto extra = match("The following arguments? (?:was|were) not expected: (.*)");
-             !extra.empty()) {
-    plain = fmt::format("{} has no use for: {}", path, extra[0]);
-  } else if (const auto number = match("Could not convert: (.+) = (.*)"); !number.empty()) {
-    plain = fmt::format("{} {}: it must be a number", number[0], number[1]);
-  } else if (const auto range = match("(.+): Value (.+) not in range (.+) to (.+)");
-             !range.empty()) {
-    plain = fmt::format("{} {}: it must be {} … {}", range[0], range[1], range[2], range[3]);
-  }
-  return fmt::format("{}\n{} --help lists what there is\n", plain, path);
-}
 
 }  // namespace trammel::app

@@ -26,23 +26,10 @@ class PlainHelpTest : public testing::Test {
     auto* speed = print_->add_option("--speed", speed_, "mm/s")->excludes(count);
     print_->add_option("--flow", speed_, "mm^3/s")->needs(speed);
     print_->add_option("--turns", turns_, "of the coil")->check(CLI::Range(1, 3));
-    CLI::App* send = program_.add_subcommand("send", "sends");
-    send->add_option("--plan", path_, "of the pattern")->required();
     print_->add_flag("--undo", undo_, "takes it back")->excludes(print_->get_option("path"));
     print_->add_option("--form", path_, "of progress")
         ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}));
   }
-  std::string Of(std::vector<std::string> words) {
-    const std::vector<std::string> given = words;
-    std::reverse(words.begin(), words.end());
-    try {
-      program_.parse(words);
-    } catch (const CLI::ParseError& error) {
-      return PlainError(program_, error, given);
-    }
-    return "";
-  }
-
   CLI::App program_;
   CLI::App* print_ = nullptr;
   std::string path_;
@@ -51,20 +38,6 @@ class PlainHelpTest : public testing::Test {
   double speed_ = 0;
   bool undo_ = false;
 };
-
-TEST_F(PlainHelpTest, ErrorsNameTheCommandTheThingAndTheRemedy) {
-  EXPECT_THAT(Of({"print"}), AllOf(HasSubstr("trammel print needs PATH: recording's folder"),
-                                   HasSubstr("trammel print --help")));
-  EXPECT_THAT(Of({"send"}), HasSubstr("trammel send needs --plan: of the pattern"));
-  EXPECT_THAT(Of({"print", "x", "--count"}), HasSubstr("--count needs a value"));
-  EXPECT_THAT(Of({"print", "x", "--count", "12"}), HasSubstr("--count 12: it must be 2 … 9"));
-  EXPECT_THAT(Of({"print", "x", "--speed", "fast"}),
-              HasSubstr("--speed fast: it must be a number"));
-  EXPECT_THAT(Of({"print", "x", "--speed", "5", "--count", "2"}),
-              HasSubstr("cannot be given together"));
-  EXPECT_THAT(Of({"print", "x", "--flow", "5"}), HasSubstr("--flow is of use with --speed alone"));
-  EXPECT_THAT(Of({"print", "x", "y"}), HasSubstr("trammel print has no use for: y"));
-}
 
 TEST_F(PlainHelpTest, HelpHasNoWordsOfTheParser) {
   const std::string help = print_->help();
