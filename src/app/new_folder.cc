@@ -1,13 +1,48 @@
 #include "app/new_folder.h"
 
+#include <fmt/format.h>
+
+#include <string>
 #include <system_error>
 #include <utility>
 
-#include "app/printer_session.h"
+#include "app/provenance.h"
 
 namespace trammel::app {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A name that no other has, also where two runs begin within one second.
+fs::path NewRecordingName() {
+  const std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
+  fs::path folder = fs::path("recordings") / name;
+  std::error_code ignored;
+  for (int number = 2; fs::exists(folder, ignored); ++number) {
+    folder.replace_filename(fmt::format("{}-{}", name, number));
+  }
+  return folder;
+}
+
+Result<fs::path> MakeFolder(const fs::path& asked_for) {
+  const fs::path folder = asked_for.empty() ? NewRecordingName() : asked_for;
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
+    return Fail(
+        fmt::format("--out {}: is there and not empty; recordings are never overwritten: "
+                    "choose another name",
+                    folder.string()));
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--out {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  return folder;
+}
+
+}  // namespace
 
 Result<NewFolder> NewFolder::Make(const fs::path& asked_for) {
   NewFolder folder;

@@ -10,7 +10,8 @@ namespace trammel::app {
 
 class NewFolder {
  public:
-  /// As MakeFolder(). Errors: its own.
+  /// Makes the folder that was asked for, else recordings/pressure_advance-<UTC>.
+  /// Errors: it is there and not empty; it cannot be made.
   [[nodiscard]] static Result<NewFolder> Make(const std::filesystem::path& asked_for);
 
   NewFolder(NewFolder&& other) noexcept;

@@ -22,8 +22,6 @@
 
 namespace trammel::app {
 
-namespace fs = std::filesystem;
-
 void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
   command.add_option("--config", options.config,
                      "settings; left out: trammel.toml of this folder, if there is one");
@@ -150,38 +148,6 @@ std::string NewRunName() {
   std::random_device random;
   return fmt::format("{:%Y%m%d-%H%M%S}-{:x}-{:08x}", fmt::gmtime(std::time(nullptr)),
                      static_cast<long>(::getpid()), random());
-}
-
-namespace {
-
-/// A name that no other has, also where two runs begin within one second.
-fs::path NewRecordingName() {
-  const std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
-  fs::path folder = fs::path("recordings") / name;
-  std::error_code ignored;
-  for (int number = 2; fs::exists(folder, ignored); ++number) {
-    folder.replace_filename(fmt::format("{}-{}", name, number));
-  }
-  return folder;
-}
-
-}  // namespace
-
-Result<fs::path> MakeFolder(const fs::path& asked_for) {
-  const fs::path folder = asked_for.empty() ? NewRecordingName() : asked_for;
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
-    return Fail(
-        fmt::format("--out {}: is there and not empty; recordings are never overwritten: "
-                    "choose another name",
-                    folder.string()));
-  }
-  fs::create_directories(folder, error);
-  if (error) {
-    return Fail(
-        fmt::format("--out {}: cannot make the folder: {}", folder.string(), error.message()));
-  }
-  return folder;
 }
 
 namespace {

@@ -1,7 +1,6 @@
 // What every command that needs a printer does first: settings, connection, folder, progress.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -72,11 +71,6 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
 /// A name for a run that no other has (files::IsRunName).
 [[nodiscard]] std::string NewRunName();
-
-/// A new folder for a recording: the one that was asked for, else
-/// recordings/pressure_advance-<UTC>.
-/// Errors: it is there and not empty; it cannot be made.
-[[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::filesystem::path& asked_for);
 
 /// Progress on standard error: standard output holds the answer alone.
 void TellOnTerminal(const procedure::Progress& progress);

@@ -38,7 +38,7 @@ struct AskedConditions {
 
 struct ConditionsRun {
   files::Config config;  ///< its pattern as LayConditions() lays it
-  std::string out;       ///< new folder for all of them; empty: as MakeFolder()
+  std::string out;       ///< new folder for all of them; empty: as NewFolder
   std::string filament;
   bool json = false;
   bool keep_full = false;
