@@ -74,18 +74,6 @@ TEST(PressureAdvanceFigures, APhotoGivesThoseThatNeedNoHeights) {
   ExpectSound(figures);
 }
 
-TEST(PressureAdvanceFigures, EqualInputGivesEqualBytes) {
-  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
-  const auto scan = test::MakeScanView(Small(), Random(kSeed));
-  const auto first = PressureAdvanceFigures({analysis, scan, {}});
-  const auto second = PressureAdvanceFigures({analysis, scan, {}});
-  ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_EQ(first[i].canvas.ToSvg(), second[i].canvas.ToSvg()) << first[i].name;
-    EXPECT_EQ(first[i].canvas.ToPng(1), second[i].canvas.ToPng(1)) << first[i].name;
-  }
-}
-
 TEST(PressureAdvanceFigures, SurviveFewAndManyLines) {
   for (const std::size_t lines : {0U, 1U, 2U, 3U, 33U}) {
     SCOPED_TRACE(lines);
