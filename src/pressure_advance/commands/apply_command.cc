@@ -64,9 +64,8 @@ Result<ChosenValue> Kept(const fs::path& path) {
   auto kept = KeptPressureAdvance(path);
   if (!kept) return tl::unexpected(kept.error());
   fmt::print(stderr, "  the answer kept in {}\n", path.string());
-  const Quantity& quantity = kept->pressure_advance_s;
-  const fs::path folder = RecordingOf(path, kept->outcome);
-  return ChosenValue{quantity.value, quantity, std::move(kept->outcome), folder};
+  kept->folder = RecordingOf(path, *kept->result);
+  return kept;
 }
 
 /// A file of the recording that was written after its result.

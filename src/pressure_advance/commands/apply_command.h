@@ -1,15 +1,12 @@
 // Setting a pressure advance on the printer, and what to do to keep it.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/printer_session.h"
-#include "app/result_file.h"
-#include "base/measured.h"
 #include "base/result.h"
-#include "measurement/outcome.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/procedure/apply_pressure_advance.h"
 #include "session/session.h"
 
@@ -22,15 +19,6 @@ namespace trammel::app {
 
 /// Says how the last value is taken back.
 void SayHowToUndo(const PrinterOptions& printer);
-
-/// A value to be set, and what it was measured as where it comes from a result.
-struct ChosenValue {
-  double value_s = 0;
-  std::optional<Quantity> measured = {};
-  std::optional<measurement::Outcome> result = {};  ///< that it stands in
-  std::filesystem::path folder = {};                ///< of the recording; empty: of none
-  std::optional<ResultFile> found_now = {};         ///< by an analysis that nothing keeps yet
-};
 
 /// The value that a user means: a number in s, a kept result, or a recording's folder, which is
 /// analysed where it keeps no result.

@@ -61,8 +61,8 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   point.flow_mm3_s = fast.speed_mm_s * area_mm2;
   point.slow_flow_mm3_s = slow.speed_mm_s * area_mm2;
   point.acceleration_mm_s2 = plan->acceleration_mm_s2;
-  point.pressure_advance_s = answer->pressure_advance_s;
-  return Calibration{point, answer->outcome.subject, files::Fingerprint(answer->outcome)};
+  point.pressure_advance_s = *answer->measured;
+  return Calibration{point, answer->result->subject, files::Fingerprint(*answer->result)};
 }
 
 /// Whether both may be rows of one table, as far as they tell.

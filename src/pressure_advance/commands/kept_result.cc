@@ -28,7 +28,7 @@ measurement::Subject SubjectIn(const std::filesystem::path& folder) {
   return kept ? kept->subject : measurement::Subject{};
 }
 
-Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
+Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path) {
   auto outcome = files::ReadOutcome(path, measurement::Instrument::kPressureAdvance);
   if (!outcome) return tl::unexpected(outcome.error());
   const measurement::Answer* const answer = outcome->Find(kQuantity);
@@ -48,7 +48,7 @@ Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
         "+-{} s",
         path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMost_s, kMost_s));
   }
-  return KeptAnswer{quantity, std::move(*outcome)};
+  return ChosenValue{quantity.value, quantity, std::move(*outcome)};
 }
 
 }  // namespace trammel::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/result_file.h"
@@ -19,15 +20,18 @@ namespace trammel::app {
 /// none.
 [[nodiscard]] measurement::Subject SubjectIn(const std::filesystem::path& folder);
 
-/// A pressure advance with the result that it stands in.
-struct KeptAnswer {
-  Quantity pressure_advance_s;
-  measurement::Outcome outcome;
+/// A value to be set, and what it was measured as where it comes from a result.
+struct ChosenValue {
+  double value_s = 0;
+  std::optional<Quantity> measured = {};
+  std::optional<measurement::Outcome> result = {};  ///< that it stands in
+  std::filesystem::path folder = {};                ///< of the recording; empty: of none
+  std::optional<ResultFile> found_now = {};         ///< by an analysis that nothing keeps yet
 };
 
 /// The pressure advance of a kept result, a file or a folder's. Errors: those of
 /// files::ReadOutcome; it holds none, or one beyond what a printer takes; kMeasurement where the
 /// verdict is not good.
-[[nodiscard]] Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path);
+[[nodiscard]] Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path);
 
 }  // namespace trammel::app
