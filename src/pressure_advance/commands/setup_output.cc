@@ -19,6 +19,7 @@
 #include "document/interval_text.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
+#include "measurement/outcome.h"
 #include "pressure_advance/files/camera_section.h"
 #include "pressure_advance/report/setup_json.h"
 
@@ -168,6 +169,9 @@ Result<std::string> WriteCameraTarget(const CameraTarget& target,
   return backup;
 }
 
+namespace {
+
+// What a scan needs, and of the other values those that are good.
 measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
                                     const SetupOutput& output) {
   measurement::Outcome outcome;
@@ -190,6 +194,8 @@ measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
   }
   return outcome;
 }
+
+}  // namespace
 
 int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
   const report::SetupView view = ViewOfSetup(record, output);

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "base/result.h"
-#include "measurement/outcome.h"
 #include "pressure_advance/procedure/setup.h"
 
 namespace trammel::app {
@@ -36,10 +35,6 @@ struct SetupOutput {
   std::optional<CameraTarget> target;  ///< absent: nothing is changed
   bool json = false;
 };
-
-/// The values as a result: what a scan needs, and of the others those that are good.
-[[nodiscard]] measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
-                                                  const SetupOutput& output);
 
 /// Prints the answer on standard output, and how it differs from the earlier ones of this printer;
 /// writes result.json and a line of the history, setup.json and camera.toml into the folder, and

@@ -158,21 +158,10 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
 // Writes what was measured, in the order of the list and with the print direction to the right.
 void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientation& lie,
              PhotoMeasurement& measurement) {
-  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   if (lie.reversed) Reverse(measurement.profiles);
   measurement.view.lines =
       Traces(widths, measurement.profiles, seen.picture, lie.reversed, !lie.first_at_bottom);
   FlipPicture(seen.picture, lie.reversed, !lie.first_at_bottom);
-  const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
-  if (!seen.frame_seen) return;
-  // Index of each corner by (at bottom, at right).
-  const auto corner = [&](bool first_line, bool line_start) {
-    const bool bottom = first_line == lie.first_at_bottom;
-    const bool at_right = line_start == lie.reversed;
-    return point(bottom ? (at_right ? 2 : 3) : (at_right ? 1 : 0));
-  };
-  measurement.frame_corners = {corner(true, true), corner(true, false), corner(false, false),
-                               corner(false, true)};
 }
 
 // The lines as they are read with the first one at one side.

@@ -37,11 +37,6 @@ struct PhotoOptions {
   double slow_after = 0.3;   ///< planned fraction of a line behind its fast segment, (0, 1)
 };
 
-struct PhotoPoint {
-  double x_px = 0;
-  double y_px = 0;
-};
-
 /// One line as traced in the rectified picture. Vectors of one length, same order as the samples of
 /// the line's profile.
 struct TracedLine {
@@ -65,10 +60,6 @@ struct PhotoMeasurement {
                                       ///< inner edge of the frame at the printed start
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
-  std::vector<PhotoPoint>
-      frame_corners;  ///< outer corners of the printed frame in the photo:
-                      ///< first line's start, first line's end, last line's
-                      ///< end, last line's start; empty where it is not seen whole
   PhotoView view;
   double blur = 0;  ///< of the lines' edges (1 sigma) over the lines' width
   PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies

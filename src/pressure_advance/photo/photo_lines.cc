@@ -259,7 +259,6 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
       std::max_element(by_places.begin(), by_places.end(),
                        [](const auto& a, const auto& b) { return a.second.sum < b.second.sum; });
   PhotoLines result;
-  result.frame_seen = false;
   if (most == by_places.end()) {
     result.problem = problem.empty() ? "no equally spaced lines are seen" : problem;
     return result;

@@ -11,8 +11,7 @@
 namespace trammel::pressure_advance {
 
 struct PhotoLines {
-  std::string problem;     ///< why there is no pattern, and what to do; empty where there is one
-  bool frame_seen = true;  ///< all of it; otherwise the lines were found without it
+  std::string problem;   ///< why there is no pattern, and what to do; empty where there is one
   vision::Quad corners;  ///< in px of the photo, top left, top right, bottom right, bottom left of
                          ///< `picture`: outer corners of the frame, or of the lines' surroundings
   Frame picture;         ///< the pattern straight from above with some plate around, lines

@@ -18,6 +18,29 @@ namespace {
 using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 
+// That a video has as many frames as scan.json says of it.
+Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
+  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
+    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
+                            "leave {} out",
+                            line.video, frames, key, entries, what, key),
+                ErrorKind::kMeasurement);
+  };
+  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
+    return wrong("frame_times_s", "times", line.frame_times_s.size());
+  }
+  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
+    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
+  }
+  return {};
+}
+
+// Whether a frame may be looked at.
+bool IsPlaced(const ScanLine& line, std::size_t frame) {
+  const auto& positions = line.frame_positions_mm;
+  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
+}
+
 Result<void> CheckCrop(const PixelRect& crop, const machine::VideoFile& frame,
                        const std::string& video) {
   if (!Contains({0, 0, frame.width_px(), frame.height_px()}, crop)) {
@@ -92,27 +115,6 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
 }
 
 }  // namespace
-
-Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
-  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
-    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
-                            "leave {} out",
-                            line.video, frames, key, entries, what, key),
-                ErrorKind::kMeasurement);
-  };
-  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
-    return wrong("frame_times_s", "times", line.frame_times_s.size());
-  }
-  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
-    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
-  }
-  return {};
-}
-
-bool IsPlaced(const ScanLine& line, std::size_t frame) {
-  const auto& positions = line.frame_positions_mm;
-  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
-}
 
 Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const ScanLine& line) {
   const std::filesystem::path path = folder / line.video;

@@ -27,12 +27,6 @@ struct FrameSize {
 [[nodiscard]] Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder,
                                                     const pressure_advance::ScanLine& line);
 
-/// Whether a frame may be looked at.
-[[nodiscard]] bool IsPlaced(const pressure_advance::ScanLine& line, std::size_t frame);
-
-/// That a video has as many frames as scan.json says of it. Errors: kMeasurement.
-[[nodiscard]] Result<void> CheckCount(const pressure_advance::ScanLine& line, std::size_t frames);
-
 /// The size of the first frame of all that may be looked at. Errors: the videos'.
 [[nodiscard]] Result<FrameSize> SizeOf(const std::filesystem::path& folder,
                                        const pressure_advance::Scan& scan);

@@ -38,10 +38,13 @@ bool SamePixels(const std::vector<Frame>& one, const std::vector<Frame>& other) 
                     [](const Frame& a, const Frame& b) { return a.bgr == b.bgr; });
 }
 
-}  // namespace
-
-Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
-                     const std::stop_token& stop) {
+// Cuts a video (machine/video/video_cutter.h), once each of its lines reads well within the crop
+// and every frame's crop is the same to the bit in the cut. A whole frame stays every 6 s.
+// @param scan  with the crop and the lines of this video alone
+// Errors, which leave the video whole: a line cannot be read, or its bead reaches out of the crop;
+// the video's, the disk's, kInterrupted.
+Result<void> CutVideo(const std::filesystem::path& folder, const Scan& scan,
+                      const std::stop_token& stop) {
   TRAMMEL_CHECK(scan.crop && !scan.lines.empty(), "a crop: {}, {} lines", scan.crop.has_value(),
                 scan.lines.size());
   const ScanLine& line = scan.lines.front();
@@ -68,6 +71,8 @@ Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
   return cut->TakePlace();
 }
 
+}  // namespace
+
 std::vector<std::string> CutRecording(const std::filesystem::path& folder,
                                       const std::stop_token& stop) {
   auto scan = files::ReadScan(folder);
@@ -83,7 +88,7 @@ std::vector<std::string> CutRecording(const std::filesystem::path& folder,
   std::vector<std::string> whole;
   for (const auto& [video, of_video] : videos) {
     if (stop.stop_requested()) break;
-    if (const auto cut = CutLine(folder, of_video, stop); !cut) {
+    if (const auto cut = CutVideo(folder, of_video, stop); !cut) {
       whole.push_back(fmt::format("{} keeps its whole frames: {}", video, cut.error().message));
     }
   }
