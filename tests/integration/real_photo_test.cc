@@ -336,6 +336,26 @@ TEST(ReadmePicture, IsWhatItsCommandDrawsNow) {
   }
 }
 
+// The pattern and its virtual photo beside it.
+TEST(ReadmePicture, OfPatternAndPhotoIsWhatTheCommandsDrawNow) {
+  constexpr double kSame = 1;  // another seed's photo: 8 and more
+  const test::TemporaryFolder folder;
+  const std::string readme = test::ReadWhole(TRAMMEL_SOURCE_FOLDER "README.md");
+  for (const char* name : {"`trammel pa pattern --material pla --photo", "`trammel sim photo"}) {
+    const std::size_t begin = readme.find(name);
+    ASSERT_NE(begin, std::string::npos) << name;
+    const std::string command = readme.substr(begin, readme.find('`', begin + 1) - begin);
+    const test::CommandResult drawn =
+        test::RunTrammel(command.substr(std::string("`trammel ").size()), folder.path());
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
+  }
+  EXPECT_EQ(test::ReadWhole(folder.path() / "pattern.svg"),
+            test::ReadWhole(TRAMMEL_SOURCE_FOLDER "docs/images/pattern.svg"));
+  EXPECT_LE(MeanDifference(cv::imread((folder.path() / "photo.jpg").string()),
+                           cv::imread(TRAMMEL_SOURCE_FOLDER "docs/images/photo.jpg")),
+            kSame);
+}
+
 std::string Name(const ::testing::TestParamInfo<RealPhoto>& photo) {
   std::string name = photo.param.name;
   name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
