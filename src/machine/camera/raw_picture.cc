@@ -103,9 +103,9 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
   } else {
     cv::cvtColor(pixels_as_sent, picture, format->to_bgr);
   }
-  const PageView pixels{picture.data, picture.cols, picture.rows, picture.channels(),
-                        static_cast<std::ptrdiff_t>(picture.step)};
-  auto encoded = jpeg_quality > 0 ? AsJpeg(pixels, jpeg_quality) : image::EncodePng(pixels);
+  const PageView page{picture.data, picture.cols, picture.rows, picture.channels(),
+                      static_cast<std::ptrdiff_t>(picture.step)};
+  auto encoded = jpeg_quality > 0 ? AsJpeg(page, jpeg_quality) : image::EncodePng(page);
   if (!encoded) return Fail(encoded.error().message, ErrorKind::kMachine);
   return encoded;
 }

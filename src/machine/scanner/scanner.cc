@@ -9,10 +9,12 @@
 #include <charconv>
 #include <cmath>
 #include <csignal>
+#include <span>
 #include <string_view>
 
 #include "base/utf8.h"
 #include "files/new_file.h"
+#include "image/png_writer.h"
 #include "machine/net/command_process.h"
 #include "machine/scanner/scanner_options.h"
 
@@ -265,6 +267,26 @@ Result<Page> ReadBack(const std::filesystem::path& path, double dpi,
               ErrorKind::kMachine);
 }
 
+/// Writes the page in place of what the file holds.
+Result<void> WriteAsPng(const Page& page, const files::NewFile& file) {
+  if (ftruncate(file.fd(), 0) != 0) return Fail("the page cannot be written anew; check the disk");
+  image::PngForm form;
+  form.width_px = page.width;
+  form.height_px = page.height;
+  form.channels = page.channels;
+  form.packing = image::PngForm::Packing::kDense;
+  form.dpi_x = page.dpi_x;
+  form.dpi_y = page.dpi_y;
+  auto png = image::PngWriter::Create(form, [&file](std::span<const std::uint8_t> bytes) {
+    return file.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  });
+  if (!png) return tl::unexpected(png.error());
+  for (int y = 0; y < page.height; ++y) {
+    if (auto written = png->WriteRow(page.view().row(y)); !written) return written;
+  }
+  return png->Finish();
+}
+
 }  // namespace
 
 Result<std::vector<ScannerInfo>> ListScanners(const ScanRequest& request) {
@@ -309,9 +331,9 @@ Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& t
   auto file = files::NewFile::Create(to, files::IfThere::kRefuse);
   if (!file) return Fail("page " + file.error().message);
   words = named;
-  words.insert(words.end(),
-               {to.extension() == ".png" ? "--format=png" : "--format=tiff", "--progress",
-                fmt::format("--output-file={}", file->temporary_path().string())});
+  // Debian 12's scanimage dies of a PNG whose length the scanner does not know beforehand.
+  words.insert(words.end(), {"--format=tiff", "--progress",
+                             fmt::format("--output-file={}", file->temporary_path().string())});
   if (auto set = AddSettings(options, request, limits, words); !set) {
     return tl::unexpected(set.error());
   }
@@ -324,7 +346,10 @@ Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& t
   }
   auto page = ReadBack(file->temporary_path(), request.dpi, limits);
   if (!page) return page;
-  if (auto kept = file->Commit(); !kept) return tl::unexpected(kept.error());
+  Result<void> kept;
+  if (to.extension() == ".png") kept = WriteAsPng(*page, *file);
+  if (kept) kept = file->Commit();
+  if (!kept) return tl::unexpected(kept.error());
   return page;
 }
 

@@ -109,7 +109,7 @@ printf '%s\n' "$*" > {}/words
 TEST_F(Scanner, IsAskedForTheWholeGlassInGreyInItsOwnWords) {
   (void)ErrorOf("exit 1");
   EXPECT_THAT(test::ReadWhole(folder_.path() / "words"),
-              AllOf(HasSubstr("--device-name=fake:0 --format=png"),
+              AllOf(HasSubstr("--device-name=fake:0 --format=tiff"),
                     HasSubstr("--source=Flatbed --mode=Gray --resolution=600"),
                     HasSubstr("-l 0 -t 0 -x 200 -y 287.5")));
 }
