@@ -18,8 +18,6 @@ double HeightOver(const MeshDistance& mesh, std::uint32_t triangle, double edge_
   return AreaVector(mesh.mesh(), mesh.mesh().triangles[triangle]).norm() / edge_mm;
 }
 
-constexpr double kCrease_rad = 0.5236;  // sharper bends are edges of the part
-
 // The bend across the edge from corner k to the next, above 0 where the solid is convex; 0 at a
 // rim.
 double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner) {

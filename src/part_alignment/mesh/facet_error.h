@@ -10,6 +10,9 @@
 
 namespace trammel::part_alignment {
 
+/// Sharper bends are edges of the part.
+inline constexpr double kCrease_rad = 0.5236;
+
 /// Estimates how far a triangle is off, from the bends to its neighbours. Across edges that bend by
 /// less than 30 degrees the surface is taken as smooth, sharper ones as edges of the part. First
 /// order in the bend: exact for spheres and cylinders of even triangles, within a factor of two
