@@ -52,7 +52,7 @@ inline constexpr std::size_t kMostStepBytes = 100'000'000;
 /// The one solid of a file, in mm whatever its unit, by the module trammel-step.so, in a process of
 /// its own whose memory and time are limited.
 /// Errors (kInput), which name the file, what is wrong and the remedy: no STEP file, one that is
-/// cut short; no length unit, or several; no solid, several, a shell that is open, faces that do
+/// cut short; no length unit; no solid, several, a shell that is open, faces that do
 /// not meet; whatever the reader rejects or dies of; the module or its libraries are missing.
 [[nodiscard]] Result<StepSolid> ReadStepFile(const std::filesystem::path& path,
                                              const StepReadOptions& options = {});

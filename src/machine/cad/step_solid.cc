@@ -64,7 +64,7 @@ Result<std::string> UnitOf(STEPControl_Reader& reader) {
   TColStd_SequenceOfAsciiString angles;
   TColStd_SequenceOfAsciiString solid_angles;
   reader.FileUnits(lengths, angles, solid_angles);
-  if (lengths.IsEmpty()) {
+  if (lengths.IsEmpty() || lengths(1).IsEmpty()) {
     return Fail(
         "it states no unit of length: whether it is in mm or in inches is not known; export it "
         "anew");
@@ -91,6 +91,10 @@ class Model {
 
   // That nothing the shape is made of was misread.
   [[nodiscard]] Result<void> CheckRead() const {
+    const auto statements = model_->GlobalCheck(true);
+    if (!statements.IsNull() && statements->HasFailed()) {
+      return Fail(fmt::format("{}; it is damaged: export or copy it anew", statements->CFail(1)));
+    }
     const Interface_Graph graph(model_, reader_.WS()->Protocol());
     std::vector<bool> seen(static_cast<std::size_t>(model_->NbEntities()) + 1, false);
     std::vector<int> open;
