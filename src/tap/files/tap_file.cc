@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -17,7 +15,6 @@ namespace trammel::files {
 namespace {
 
 using nlohmann::json;
-using nlohmann::ordered_json;
 using tap::Move;
 using tap::Recording;
 
@@ -242,14 +239,6 @@ Result<void> CheckSize(const std::filesystem::path& file) {
   return CheckPiece(size, file.string());
 }
 
-ordered_json Numbers(const std::vector<double>& values) {
-  ordered_json list = ordered_json::array();
-  for (const double value : values) {
-    list.push_back(std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr));
-  }
-  return list;
-}
-
 }  // namespace
 
 Result<std::vector<Recording>> ParseTaps(std::string_view text, const std::string& name) {
@@ -276,25 +265,6 @@ Result<std::vector<Recording>> ReadTaps(const std::filesystem::path& file) {
   }
   if (IsJson(*text, file)) return ParseTaps(*text, file.string());
   return ReadCsv(file, *text);
-}
-
-std::string FormatTap(const Recording& recording) {
-  ordered_json object{{"time", Numbers(recording.time_s)}, {"force", Numbers(recording.force_g)}};
-  if (!recording.z_mm.empty()) object["z"] = Numbers(recording.z_mm);
-  ordered_json& moves = object["moves"] = ordered_json::array();
-  for (const Move& move : recording.moves) {
-    ordered_json entry{{"print_time", move.start_time_s},     {"move_t", move.duration_s},
-                       {"start_v", move.start_velocity_mm_s}, {"accel", move.acceleration_mm_s2},
-                       {"start_z", move.start_z_mm},          {"z_r", move.z_direction}};
-    if (std::isfinite(recording.x_mm)) entry["start_x"] = recording.x_mm;
-    if (std::isfinite(recording.y_mm)) entry["start_y"] = recording.y_mm;
-    moves.push_back(std::move(entry));
-  }
-  if (recording.firmware_z_mm) object["x_firmware_z_mm"] = *recording.firmware_z_mm;
-  if (std::isfinite(recording.nozzle_temperature_c)) {
-    object["x_nozzle_temperature_c"] = recording.nozzle_temperature_c;
-  }
-  return object.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace trammel::files

@@ -25,7 +25,4 @@ inline constexpr std::size_t kMostTapSamples = 1'200'000;
 [[nodiscard]] Result<std::vector<tap::Recording>> ParseTaps(std::string_view text,
                                                             const std::string& name);
 
-/// One tap as a line that ParseTaps reads back as the same numbers; ends in a newline.
-[[nodiscard]] std::string FormatTap(const tap::Recording& recording);
-
 }  // namespace trammel::files
