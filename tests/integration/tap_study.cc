@@ -29,12 +29,13 @@ constexpr double kMostBiasOfBound = 0.30;  // where the bound is no better than 
 constexpr double kBiasDeviations = 3;      // of the mean of so many taps
 constexpr double kMostRefused = 0.05;
 constexpr double kLeastRefused = 0.95;  // of faults
-constexpr double kLeastOfDrawn = 0.90;  // of any printer: quiet cells whose press yields, and toes
-constexpr std::size_t kFewest = 10;     // good taps that are judged
+constexpr double kStated = 0.95;
+constexpr double kOfDrawn = 0.92;    // of any printer: toes, and quiet cells whose press yields
+constexpr std::size_t kFewest = 10;  // good taps that are judged
 
-/// Of the 95 % that are stated, 2.9 standard deviations of a share less: 93 % of 1000.
-double LeastCoverage(std::size_t good) {
-  return 0.95 - 2.9 * std::sqrt(0.95 * 0.05 / static_cast<double>(good));
+/// 2.9 standard deviations of a share less than it: 93 % of 1000 where 95 % are stated.
+double LeastCoverage(double share, std::size_t good) {
+  return share - 2.9 * std::sqrt(share * (1 - share) / static_cast<double>(good));
 }
 
 /// Cramer-Rao bound of the break: break, sloped baseline and quadratic press, white noise.
@@ -145,10 +146,11 @@ void Judge(const TapWorld& world, const Answers& answers) {
   }
   if (answers.good() < kFewest) return;
   if (world.promise == Promise::kHidden) {
-    EXPECT_GE(answers.between / static_cast<double>(answers.good()), LeastCoverage(answers.good()));
+    EXPECT_GE(answers.between / static_cast<double>(answers.good()),
+              LeastCoverage(kStated, answers.good()));
     return;
   }
-  EXPECT_GE(answers.Coverage(), world.draw ? kLeastOfDrawn : LeastCoverage(answers.good()));
+  EXPECT_GE(answers.Coverage(), LeastCoverage(world.draw ? kOfDrawn : kStated, answers.good()));
   const double scatter_um = StandardDeviation(answers.error_um);
   const double chance_um =
       kBiasDeviations * scatter_um / std::sqrt(static_cast<double>(answers.good()));

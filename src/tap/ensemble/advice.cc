@@ -158,11 +158,12 @@ Settings SettingsFor(const TapTraits& traits, double depth_mm, double by_noise_m
   const double at_one = BreakUncertainty(traits, 1, depth_mm, settings.pull_back_mm - depth_mm);
   const double by_noise = std::pow(by_noise_mm / at_one, 2);
   const double slowest = std::max(kSlowest_mm_s, settings.pull_back_mm / kLongest_s);
-  const double speed = Rounded(std::max(std::min(by_noise, fastest), slowest));
   // Slower where taps get more certain by it; faster only where a pull-back takes too long.
-  constexpr double kSlower = 1.1;
+  constexpr double kClose = 0.9;  // rounded speeds stay within 10 %
   const double present = traits.pull_back_speed_mm_s;
-  if (present > kSlower * speed || present < slowest) settings.speed_mm_s = speed;
+  const double most = std::max(std::min(by_noise, fastest), slowest);
+  if (kClose * present > most) settings.speed_mm_s = Rounded(most);
+  if (present < kClose * slowest) settings.speed_mm_s = Rounded(slowest);
   return settings;
 }
 

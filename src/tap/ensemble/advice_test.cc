@@ -96,8 +96,8 @@ TEST(TapAdvice, CountsTheMachinesOwnScatterIntoTheTapsPerPoint) {
   ensemble.used = 20;
   ensemble.places.resize(1);
   ensemble.predicted_deviation_mm = 0.0005;
-  ensemble.standard_deviation_mm = 0.002;
-  EXPECT_EQ(Find(Draw({}, 10, 5).Advised(ensemble), "taps per point").advised, 5);
+  ensemble.standard_deviation_mm = 0.0024;
+  EXPECT_EQ(Find(Draw({}, 10, 5).Advised(ensemble), "taps per point").advised, 6);
 }
 
 TEST(TapAdvice, SaysWhyThereIsNone) {
