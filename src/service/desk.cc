@@ -70,11 +70,24 @@ Desk::Desk(DeskOptions options)
     return;
   }
   run_ = std::move(kept->run);
-  const JobKind* const kind = kept->proposal ? FindJob(kept->proposal->job) : nullptr;
-  // The result itself decides whether there is anything to propose.
-  if (kind == nullptr || !kind->answer) return;
-  const auto answer = kind->answer(kept->proposal->folder);
-  if (answer && answer->verdict == Verdict::kGood) proposal_ = std::move(kept->proposal);
+  if (FindWaiting(kept->proposal)) proposal_ = std::move(kept->proposal);
+}
+
+std::optional<Desk::Waiting> Desk::FindWaiting(std::optional<Proposal> proposal) const {
+  const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
+  if (kind == nullptr || !kind->answer) return std::nullopt;
+  auto answer = kind->answer(proposal->folder);
+  if (!answer || answer->verdict != Verdict::kGood) return std::nullopt;
+  return Waiting{std::move(*proposal), kind, std::move(*answer)};
+}
+
+std::optional<Desk::Waiting> Desk::FindWaiting() const {
+  std::optional<Proposal> proposal;
+  {
+    const std::lock_guard lock(mutex_);
+    proposal = proposal_;
+  }
+  return FindWaiting(std::move(proposal));
 }
 
 const JobKind* Desk::FindJob(const std::string& name) const {
@@ -291,7 +304,7 @@ void Desk::ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& end) {
     return EndRun(std::move(run), {}, std::move(words));
   }
   const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};
-  EndRun(std::move(run), proposal, ProposalWords(proposal, *plan.kind, *answer));
+  EndRun(std::move(run), proposal, ProposalWords({proposal, plan.kind, *answer}));
 }
 
 std::string Desk::InForce(const JobKind& kind) const {
@@ -300,9 +313,9 @@ std::string Desk::InForce(const JobKind& kind) const {
   return printer_ != nullptr ? kind.in_force(printer_->LastState()) : std::string();
 }
 
-Desk::Words Desk::ProposalWords(const Proposal& proposal, const JobKind& kind,
-                                const AnswerInWords& answer) const {
-  const std::string now = InForce(kind);
+Desk::Words Desk::ProposalWords(const Waiting& waiting) const {
+  const auto& [proposal, kind, answer] = waiting;
+  const std::string now = InForce(*kind);
   const std::string notice = answer.notice.empty() ? "" : ". " + answer.notice;
   // The console is told of the macro, the dialog has buttons. What is cut there stands last.
   return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it{}", answer.words,
@@ -310,7 +323,7 @@ Desk::Words Desk::ProposalWords(const Proposal& proposal, const JobKind& kind,
           procedure::Buttons::kUse,
           fmt::format("{}.{} {}?{}", answer.words,
                       now.empty() ? "" : fmt::format(" In force now: {}.", now),
-                      kind.use ? kind.use(options_.place, proposal.arguments) : "Use it",
+                      kind->use ? kind->use(options_.place, proposal.arguments) : "Use it",
                       answer.notice.empty() ? "" : " " + answer.notice)};
 }
 

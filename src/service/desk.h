@@ -133,8 +133,16 @@ class Desk {
   void ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& end);
   /// What the printer says is in force now, in words; empty where it is not told.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
-  [[nodiscard]] Words ProposalWords(const Proposal& proposal, const JobKind& kind,
-                                    const AnswerInWords& answer) const;
+  /// A good answer that nobody has decided on yet.
+  struct Waiting {
+    Proposal proposal;
+    const JobKind* kind = nullptr;
+    AnswerInWords answer;
+  };
+  /// The result itself decides whether there is one.
+  [[nodiscard]] std::optional<Waiting> FindWaiting(std::optional<Proposal> proposal) const;
+  [[nodiscard]] std::optional<Waiting> FindWaiting() const;
+  [[nodiscard]] Words ProposalWords(const Waiting& waiting) const;
   void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
   [[nodiscard]] bool Dismiss();
   /// Notes that the nozzle was changed, and drops the answer that waits: it was the old one's.
@@ -154,8 +162,6 @@ class Desk {
   void BeginAsked(const JobKind& job, Arguments arguments);
   /// Whether the printer's macros are of this trammel; says what to do where they are not.
   [[nodiscard]] bool HasOurMacros();
-  /// Of the answer that waits, as things are now; absent: none does.
-  [[nodiscard]] std::optional<Words> WaitingWords() const;
   void OfferProposalAgain(const std::stop_token& stop);
   void Tell(Words words);  // written down now, shown by Serve's thread
   void Show(const Words& words, bool ending);

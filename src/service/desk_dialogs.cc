@@ -193,26 +193,13 @@ void Desk::AnswerAsked(const Call& call) {
   Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
 }
 
-std::optional<Desk::Words> Desk::WaitingWords() const {
-  std::optional<Proposal> proposal;
-  {
-    const std::lock_guard lock(mutex_);
-    proposal = proposal_;
-  }
-  const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
-  if (kind == nullptr || !kind->answer) return std::nullopt;
-  const auto answer = kind->answer(proposal->folder);
-  if (!answer || answer->verdict != Verdict::kGood) return std::nullopt;
-  return ProposalWords(*proposal, *kind, *answer);
-}
-
 // Whoever was asked before the service ended has not answered yet.
 void Desk::OfferProposalAgain(const std::stop_token& stop) {
   constexpr double kPatience_s = 600;
-  if (!WaitingWords()) return;
+  if (!FindWaiting()) return;
   // Klipper starts later than Moonraker. Until it is ready it calls no macro either.
   if (!printer_->WaitUntilReady({kPatience_s, stop})) return;
-  if (auto words = WaitingWords()) Tell(std::move(*words));
+  if (const auto waiting = FindWaiting()) Tell(ProposalWords(*waiting));
 }
 
 void Desk::Tell(Words words) {
@@ -251,8 +238,8 @@ void Desk::Show(const Words& words, bool ending) {
   }
   // What is in force is another value after a restart.
   if (waited && words.buttons == procedure::Buttons::kUse) {
-    const auto now = WaitingWords();
-    return now ? Show(*now, ending) : void();
+    const auto waiting = FindWaiting();
+    return waiting ? Show(ProposalWords(*waiting), ending) : void();
   }
   auto shown = screen_->Show(words.text, limit);
   if (shown && words.buttons)

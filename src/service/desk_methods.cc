@@ -139,19 +139,13 @@ json Desk::PrinterNow() const {
 }
 
 json Desk::ProposalNow() const {
-  std::optional<Proposal> proposal;
-  {
-    const std::lock_guard lock(mutex_);
-    proposal = proposal_;
-  }
-  const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
-  if (kind == nullptr || !kind->answer) return nullptr;
-  const auto answer = kind->answer(proposal->folder);
-  return {{"run", proposal->run},
-          {"job", proposal->job},
-          {"folder", proposal->folder},
-          {"arguments", proposal->arguments},
-          {"answer", answer ? answer->words : answer.error().message}};
+  const auto waiting = FindWaiting();
+  if (!waiting) return nullptr;
+  return {{"run", waiting->proposal.run},
+          {"job", waiting->proposal.job},
+          {"folder", waiting->proposal.folder},
+          {"arguments", waiting->proposal.arguments},
+          {"answer", waiting->answer.words}};
 }
 
 std::string Desk::BlockerOf(const JobKind& kind) const {

@@ -25,35 +25,19 @@ constexpr std::size_t kLongestText = 4096;
 
 constexpr std::size_t kLongestMessage = kLongestText - 16;  // before its ellipsis
 
-Json JsonOfKept(const RunRecord& run) {
-  return {{"run", run.id},
-          {"job", run.job},
-          {"arguments", run.arguments},
-          {"folder", run.folder},
-          {"started", run.started},
-          {"ended", run.ended},
-          {"message", Utf8OrReplaced(run.message, kLongestMessage)},
-          {"end", ToString(run.end)},
-          {"verdict", run.verdict}};
-}
+// Texts of a run and of a proposal, beside "run" and "arguments".
+constexpr std::pair<const char*, std::string RunRecord::*> kRunTexts[] = {
+    {"job", &RunRecord::job},         {"folder", &RunRecord::folder},
+    {"started", &RunRecord::started}, {"ended", &RunRecord::ended},
+    {"message", &RunRecord::message}, {"verdict", &RunRecord::verdict}};
+constexpr std::pair<const char*, std::string Proposal::*> kProposalTexts[] = {
+    {"job", &Proposal::job}, {"folder", &Proposal::folder}};
 
-Json JsonOfKept(const Proposal& proposal) {
-  return {{"run", proposal.run},
-          {"job", proposal.job},
-          {"folder", proposal.folder},
-          {"arguments", proposal.arguments}};
-}
-
-std::string BoundedText(JsonObject& object, const char* key) {
-  std::string text = object.Text(key);
-  if (!object.failed() && text.size() > kLongestText) object.Fault(key, "is too long");
-  return text;
-}
-
-std::string RunId(JsonObject& object) {
-  std::string id = object.Text("run");
-  if (!object.failed() && !IsRunId(id)) object.Fault("run", "is no run's name");
-  return id;
+template <class Kept, class Texts>
+Json JsonOfKept(const Kept& kept, const std::string& run, const Texts& texts) {
+  Json json = {{"run", run}, {"arguments", kept.arguments}};
+  for (const auto& [key, text] : texts) json[key] = Utf8OrReplaced(kept.*text, kLongestMessage);
+  return json;
 }
 
 Arguments ReadArguments(JsonObject& object) {
@@ -75,16 +59,20 @@ Arguments ReadArguments(JsonObject& object) {
   return arguments;
 }
 
+template <class Kept, class Texts>
+void ReadKept(JsonObject& object, std::string& run, const Texts& texts, Kept& kept) {
+  run = object.Text("run");
+  if (!object.failed() && !IsRunId(run)) object.Fault("run", "is no run's name");
+  kept.arguments = ReadArguments(object);
+  for (const auto& [key, text] : texts) {
+    kept.*text = object.Text(key);
+    if ((kept.*text).size() > kLongestText) object.Fault(key, "is too long");
+  }
+}
+
 RunRecord ReadRun(JsonObject object, JsonObject& file) {
   RunRecord run;
-  run.id = RunId(object);
-  run.job = BoundedText(object, "job");
-  run.arguments = ReadArguments(object);
-  run.folder = BoundedText(object, "folder");
-  run.started = BoundedText(object, "started");
-  run.ended = BoundedText(object, "ended");
-  run.message = BoundedText(object, "message");
-  run.verdict = BoundedText(object, "verdict");
+  ReadKept(object, run.id, kRunTexts, run);
   const std::string end = object.Choice("end", {"none", "done", "failed", "stopped", "unknown"});
   for (const RunEnd known : {RunEnd::kDone, RunEnd::kFailed, RunEnd::kStopped, RunEnd::kUnknown}) {
     if (end == ToString(known)) run.end = known;
@@ -100,10 +88,7 @@ RunRecord ReadRun(JsonObject object, JsonObject& file) {
 
 Proposal ReadProposal(JsonObject object, JsonObject& file) {
   Proposal proposal;
-  proposal.run = RunId(object);
-  proposal.job = BoundedText(object, "job");
-  proposal.folder = BoundedText(object, "folder");
-  proposal.arguments = ReadArguments(object);
+  ReadKept(object, proposal.run, kProposalTexts, proposal);
   if (const auto done = object.Finish(); !done) file.Adopt(done.error());
   return proposal;
 }
@@ -118,8 +103,13 @@ fs::path KeptStatePath(const fs::path& state_folder, std::string_view address) {
 Result<void> WriteKeptState(const fs::path& path, const KeptState& state) {
   Json json;
   json["format"] = kFormat;
-  json["run"] = state.run ? JsonOfKept(*state.run) : Json();
-  json["proposal"] = state.proposal ? JsonOfKept(*state.proposal) : Json();
+  if (state.run) {
+    json["run"] = JsonOfKept(*state.run, state.run->id, kRunTexts);
+    json["run"]["end"] = ToString(state.run->end);
+  }
+  if (state.proposal) {
+    json["proposal"] = JsonOfKept(*state.proposal, state.proposal->run, kProposalTexts);
+  }
   return files::WriteWholeFile(path, JsonText(json), files::IfThere::kReplace,
                                files::Readable::kByOwner);
 }
