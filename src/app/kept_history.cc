@@ -121,7 +121,7 @@ std::string DriftText(const Change& change) {
 void PrintDrift(const std::filesystem::path& recordings, const Outcome& now) {
   if (now.subject == measurement::Subject{}) return;
   const auto history =
-      ReadKept(recordings, {kMostCompared, now.provenance.instrument, now.subject});
+      files::ReadHistory(recordings, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return;
   const HistoryEntry own = EntryOf(*history, now);
   if (const auto* nozzle = NozzleChangeBefore(*history, now.subject.printer, own.order)) {
