@@ -52,10 +52,14 @@ struct LearntLaw {
   Interval learnt_from_mm;  ///< positions along the lines
 };
 
-struct ResponseResult {
+/// An answer; where it may lie outside the tested range, also the range to print next.
+struct RangedAnswer {
   Measured pressure_advance;             ///< s
-  std::optional<LearntLaw> law;          ///< of short lines that are read to scale
-  std::optional<Interval> print_next_s;  ///< range to print where it may lie beyond the tested one
+  std::optional<Interval> print_next_s;  ///< 0 <= lo < hi; present only without a number
+};
+
+struct ResponseResult : RangedAnswer {
+  std::optional<LearntLaw> law;  ///< of short lines that are read to scale
   TransitionResult acceleration;
   TransitionResult deceleration;
 };
@@ -79,11 +83,7 @@ struct LineResult {
   int pattern = 0;     ///< of several on one plate
 };
 
-struct Analysis {
-  Measured pressure_advance;  ///< s, the response's
-  /// Range of pressure advances to print next; present only where the answer may lie beyond the
-  /// tested one. 0 <= lo < hi.
-  std::optional<Interval> print_next_s;
+struct Analysis : RangedAnswer {
   std::vector<LineResult> lines;
   LineMotion motion;
   std::vector<LineProfile> profiles;  ///< same order as lines

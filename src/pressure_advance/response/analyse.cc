@@ -76,8 +76,7 @@ void CompareRepeats(const std::vector<LineProfile>& profiles, const ResponseOpti
   const double widest = options.widest_interval;
   auto [answer, repeats] =
       CombineRepeats(joint.pressure_advance.quantity(), std::move(pattern_s), tested_s, widest);
-  joint.pressure_advance = std::move(answer.pressure_advance);
-  joint.print_next_s = answer.print_next_s;
+  static_cast<RangedAnswer&>(joint) = std::move(answer);
   for (const auto transition : {&ResponseResult::acceleration, &ResponseResult::deceleration}) {
     CombineTransition(profiles, alone, transition, tested_s, widest, joint);
   }
@@ -93,8 +92,7 @@ Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
                  DeviationResult deviation, const ResponseOptions& options) {
   Analysis analysis = FitResponse(profiles, motion, options);
   CompareRepeats(profiles, options, analysis);
-  analysis.pressure_advance = analysis.response.pressure_advance;
-  analysis.print_next_s = analysis.response.print_next_s;
+  static_cast<RangedAnswer&>(analysis) = analysis.response;
   analysis.profiles = std::move(profiles);
   analysis.deviation = std::move(deviation);
   return analysis;

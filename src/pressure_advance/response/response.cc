@@ -268,8 +268,7 @@ Analysis FitResponse(const std::vector<LineProfile>& profiles, const LineMotion&
   }
   fit.response.acceleration.pressure_advance = combined.acceleration;
   fit.response.deceleration.pressure_advance = combined.deceleration;
-  fit.response.pressure_advance = combined.both.pressure_advance;
-  fit.response.print_next_s = combined.both.print_next_s;
+  static_cast<RangedAnswer&>(fit.response) = combined.both;
   fit.notices = std::move(combined.notices);
   return fit;
 }

@@ -1,19 +1,13 @@
 // An answer against the range of pressure advances that was printed.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 
 #include "base/measured.h"
+#include "pressure_advance/profile/analysis.h"
 
 namespace trammel::pressure_advance {
-
-/// An answer; where it may lie outside the tested range, also the range to print next.
-struct RangedAnswer {
-  Measured pressure_advance;             ///< s
-  std::optional<Interval> print_next_s;  ///< 0 <= lo < hi; present only without a number
-};
 
 /// The least and the greatest of the values. REQUIRES at least one.
 [[nodiscard]] Interval RangeOf(std::span<const double> pressure_advance_s);
