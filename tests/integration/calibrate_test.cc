@@ -306,6 +306,23 @@ TEST(Calibrate, CutsItsRecordingWithoutChangingABitOfTheAnswer) {
   std::printf("%.0f bytes per frame, whole %.0f\n", bytes[0], bytes[1]);
 }
 
+TEST(Validate, SaysWhatAPressureAdvanceImproves) {
+  MachineShop shop;
+  shop.Script(kWorkedWith);
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Run(
+      {"pa", "validate", "0.03", "--json", "--printer", shop.address(), "--out", "rec"}, kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
+  const auto answer = nlohmann::json::parse(end.standard_output);
+  for (const char* group : {"control", "calibrated"}) EXPECT_EQ(answer[group]["lines"], 5) << group;
+  EXPECT_GT(answer["improvement"]["interval95"][0], 0) << end.standard_output;
+  // The printer's own lag is 0.03 s; a fifth of the surplus is 6 ms.
+  constexpr double kLeft = 0.2;
+  EXPECT_NEAR(answer["surplus_left"]["value"].get<double>(), 0, kLeft) << end.standard_output;
+  EXPECT_TRUE(std::filesystem::exists(shop.folder() / "rec/validation.json"));
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+}
+
 // By whatever settings the scan runs.
 TEST(Scan, IsOfTheLastPatternThatWasPrintedOnThatPrinter) {
   MachineShop shop;
