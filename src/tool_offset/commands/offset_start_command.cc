@@ -249,9 +249,7 @@ Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
              "the sheet is printed. Take it off once the bed is cold, scan it with 300 to 600 dpi "
              "or photograph it, and put the file into\n    {}\n{}",
              wait.folder.string(),
-             person.present() ? "or type its path here, or that of a folder to watch; Ctrl-C, and "
-                                "--continue goes on later\n"
-                              : "");
+             person.present() ? "Ctrl-C, and --continue goes on later\n" : "");
   if (auto answered = WaitForScan(person, wait); !answered) {
     return tl::unexpected(answered.error());
   }

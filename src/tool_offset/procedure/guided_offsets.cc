@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <cstdlib>
 #include <utility>
 
 #include "session/printer_turn.h"
@@ -22,34 +21,6 @@ Result<bool> Try(const ScanWait& wait, const fs::path& path) {
   auto read = wait.read(path);
   if (read || read.error().kind == ErrorKind::kInterrupted) return read;
   wait.say(read.error().message + "; waiting for another");
-  return false;
-}
-
-/// What somebody typed: a file to read, or a folder to watch from now on.
-Result<bool> TakeTyped(const ScanWait& wait, const std::string& line, ScanFolder& folder,
-                       fs::path& doubted) {
-  const fs::path path = TypedPath(line);
-  if (path.empty()) return false;
-  std::error_code error;
-  const auto kind = fs::status(path, error).type();
-  if (kind == fs::file_type::directory) {
-    folder = ScanFolder(path, wait.since_s);
-    wait.say("watching " + path.string());
-    return false;
-  }
-  if (kind == fs::file_type::regular && path != doubted && IsOlder(path, wait.since_s)) {
-    doubted = path;
-    wait.say(
-        fmt::format("{} was written before the sheet was printed, and an earlier print of the "
-                    "same sheet has the same number: where it is the scan of this print all "
-                    "the same, type it again",
-                    path.string()));
-    return false;
-  }
-  if (kind == fs::file_type::regular) return Try(wait, path);
-  wait.say(fmt::format(
-      "{}: {}; type the path of a scan, or of a folder to watch", path.string(),
-      kind == fs::file_type::not_found ? "is not there" : "is neither a file nor a folder"));
   return false;
 }
 
@@ -85,31 +56,9 @@ bool IsOlder(const fs::path& path, std::int64_t since_s) {
   return ::stat(path.c_str(), &found) == 0 && found.st_mtim.tv_sec < since_s;
 }
 
-fs::path TypedPath(const std::string& line) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const std::size_t first = line.find_first_not_of(kBlanks);
-  if (first == std::string::npos) return {};
-  std::string text = line.substr(first, line.find_last_not_of(kBlanks) - first + 1);
-  const char quote = text.front();
-  if (text.size() >= 2 && (quote == '\'' || quote == '"') && text.back() == quote) {
-    return text.substr(1, text.size() - 2);
-  }
-  std::string plain;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\\' && i + 1 < text.size()) ++i;
-    plain += text[i];
-  }
-  constexpr std::string_view kFile = "file://";
-  if (plain.starts_with(kFile)) plain.erase(0, kFile.size());
-  const char* const home = std::getenv("HOME");
-  if (plain.starts_with("~/") && home != nullptr) plain.replace(0, 1, home);
-  return plain;
-}
-
 Result<void> WaitForScan(Person& person, const ScanWait& wait) {
   constexpr double kLook_s = 1;
   ScanFolder folder(wait.folder, wait.since_s);
-  fs::path doubted;
   for (;;) {
     const ScanFolder::Look look = folder.Next();
     for (const fs::path& path : look.growing) wait.say(path.string() + " is still being written");
@@ -118,12 +67,8 @@ Result<void> WaitForScan(Person& person, const ScanWait& wait) {
       if (!answered) return tl::unexpected(answered.error());
       if (*answered) return {};
     }
-    const auto line = person.LineWithin(kLook_s);
-    if (!line) return tl::unexpected(line.error());
-    if (!*line) continue;
-    const auto answered = TakeTyped(wait, **line, folder, doubted);
-    if (!answered) return tl::unexpected(answered.error());
-    if (*answered) return {};
+    // Ends with the terminal.
+    if (const auto line = person.LineWithin(kLook_s); !line) return tl::unexpected(line.error());
   }
 }
 

@@ -23,7 +23,7 @@ inline constexpr const char* kApplyQuestion = "apply";
 inline constexpr const char* kKeepQuestion = "keep";
 
 struct ScanWait {
-  std::filesystem::path folder;  ///< is watched; a folder that is typed takes its place
+  std::filesystem::path folder;  ///< is watched
   std::int64_t since_s = 0;      ///< what lay there before the sheet was printed does not count
   /// Reads a file: whether it answers. An error says why it is none that can be read (a file of
   /// another sheet, no picture); kInterrupted ends the wait.
@@ -31,17 +31,13 @@ struct ScanWait {
   std::function<void(const std::string&)> say;
 };
 
-/// Waits for a scan of the sheet, in the folder or by a path that is typed, until one answers.
-/// Files that do not are told with the reason, once as long as they stay as they are; one that is
-/// typed and older than the print has to be typed twice. Errors: kInterrupted.
+/// Waits for a scan of the sheet in the folder until one answers. Reports why another file does
+/// not, once as long as it stays as it is. Errors: kInterrupted.
 [[nodiscard]] Result<void> WaitForScan(Person& person, const ScanWait& wait);
 
 /// Whether a file was written before: of an earlier print of the same sheet, whose number is the
 /// same. A file that cannot be looked at was not.
 [[nodiscard]] bool IsOlder(const std::filesystem::path& path, std::int64_t since_s);
-
-/// A path as people type it or drag it into a terminal: quotes, file://, \-escaped blanks and ~/.
-[[nodiscard]] std::filesystem::path TypedPath(const std::string& line);
 
 /// The corrections of the offsets under which the sheet was printed. Tools whose offset was not
 /// told have none.

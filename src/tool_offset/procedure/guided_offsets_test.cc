@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <deque>
 
 #include "support/temporary_folder.h"
@@ -11,10 +10,7 @@
 namespace trammel::procedure {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 /// Types its lines one after the other, then goes.
 class Typist : public Person {
@@ -43,7 +39,6 @@ class WaitForScanTest : public ::testing::Test {
     Typist typist(std::move(lines));
     ScanWait wait;
     wait.folder = folder_.path();
-    wait.since_s = since_s_;
     wait.read = [this](const std::filesystem::path& path) -> Result<bool> {
       read_.push_back(path.filename().string());
       if (path.filename() != "good.png") return Fail(path.filename().string() + " is no sheet");
@@ -54,56 +49,17 @@ class WaitForScanTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  std::int64_t since_s_ = 0;
   std::vector<std::string> read_;
   std::vector<std::string> said_;
 };
 
-TEST_F(WaitForScanTest, WhatDoesNotAnswerIsSaidAndItGoesOnWaiting) {
+TEST_F(WaitForScanTest, NamesWhatDoesNotAnswerAndGoesOnWaiting) {
   test::WriteWhole(folder_.path() / "letter.pdf", "x");
-  std::filesystem::create_directory(folder_.path() / "later");
-  test::WriteWhole(folder_.path() / "later" / "good.png", "x");
-  const std::string good = (folder_.path() / "later" / "good.png").string();
-  ASSERT_TRUE(Wait({"(waits)", "(waits)", "no/such file", "", good}));
-  EXPECT_THAT(read_, ElementsAre("letter.pdf", "good.png"));
-  EXPECT_THAT(said_, ElementsAre("letter.pdf is no sheet; waiting for another",
-                                 HasSubstr("no/such file: is not there")));
-}
-
-TEST_F(WaitForScanTest, AFolderThatIsTypedIsWatchedInstead) {
-  std::filesystem::create_directory(folder_.path() / "later");
-  test::WriteWhole(folder_.path() / "later" / "good.png", "x");
-  ASSERT_TRUE(Wait({(folder_.path() / "later").string(), "(waits)", "(waits)", "(waits)"}));
-  EXPECT_THAT(read_, ElementsAre("good.png"));
-}
-
-TEST_F(WaitForScanTest, WhatIsOlderThanThePrintHasToBeTypedTwice) {
-  since_s_ = 4'000'000'000;  // in the year 2096
-  std::filesystem::create_directory(folder_.path() / "later");
-  test::WriteWhole(folder_.path() / "later" / "good.png", "x");
-  const std::string good = (folder_.path() / "later" / "good.png").string();
-  EXPECT_FALSE(Wait({good, "(waits)"}));
-  EXPECT_THAT(read_, IsEmpty());
-  EXPECT_THAT(said_, ElementsAre(HasSubstr("before the sheet was printed")));
-  EXPECT_TRUE(Wait({good, good}));
-  EXPECT_THAT(read_, ElementsAre("good.png"));
-}
-
-TEST_F(WaitForScanTest, NoDeviceAndNoPipeIsOpened) {
-  const auto ended = Wait({"/dev/zero"});
-  EXPECT_EQ(ended.error().kind, ErrorKind::kInterrupted);
-  EXPECT_THAT(read_, IsEmpty());
-  EXPECT_THAT(said_, Contains(HasSubstr("neither a file nor a folder")));
-}
-
-TEST(TypedPath, IsAsShellsAndFileManagersWriteIt) {
-  setenv("HOME", "/home/somebody", 1);
-  EXPECT_EQ(TypedPath("  scan.png \r"), "scan.png");
-  EXPECT_EQ(TypedPath("'/a b/c.png' "), "/a b/c.png");
-  EXPECT_EQ(TypedPath("/a\\ b/c.png"), "/a b/c.png");
-  EXPECT_EQ(TypedPath("file:///a/c.png"), "/a/c.png");
-  EXPECT_EQ(TypedPath("~/Scans/c.png"), "/home/somebody/Scans/c.png");
-  EXPECT_EQ(TypedPath("   "), "");
+  EXPECT_EQ(Wait({"(waits)", "typed"}).error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(read_, ElementsAre("letter.pdf"));
+  EXPECT_THAT(said_, ElementsAre("letter.pdf is no sheet; waiting for another"));
+  test::WriteWhole(folder_.path() / "good.png", "x");
+  EXPECT_TRUE(Wait({"(waits)", "(waits)", "(waits)"}));
 }
 
 TEST(CorrectionsOf, TakesOutOfWhatWasKeptWhileItWasPrinted) {
