@@ -263,8 +263,8 @@ int RunApply(OffsetApplyArguments arguments) {
                                      : CorrectionText(changes.back(), firmware));
   }
   if (changes.empty()) return kExitNotTrusted;
-  if (arguments.apply && !arguments.force && file->result) {
-    auto same = CheckReference(*printed_with, *file->result, *session);
+  if (arguments.apply && !arguments.force) {
+    auto same = CheckReference(*printed_with, file->result, *session);
     if (!same) return PrintError(same.error());
   }
   if (arguments.apply) {
@@ -275,8 +275,8 @@ int RunApply(OffsetApplyArguments arguments) {
       if (say) say(done);
     };
     const auto set = SetOffsets(*session, changes, setting);
-    if (any_set && file->result) {
-      NoteApplied({measurement::Instrument::kToolOffset, *file->result, address, {}});
+    if (any_set) {
+      NoteApplied({measurement::Instrument::kToolOffset, file->result, address, {}});
     }
     if (!set) return PrintError(set.error());
     SayHowLong(arguments);
@@ -301,8 +301,7 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       parent.add_subcommand("apply", "the lines that take measured offsets out; --apply sets them");
   const auto arguments = std::make_shared<OffsetApplyArguments>();
   CLI::Option* const file = command->add_option(
-      "file", arguments->file,
-      "what offset analyze --result kept, or --json printed, or a folder of offset start");
+      "file", arguments->file, "what offset analyze --result kept, or a folder of offset start");
   CLI::Option* const undo =
       command
           ->add_flag("--undo", arguments->undo,

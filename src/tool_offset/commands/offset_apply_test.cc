@@ -15,11 +15,29 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+/// A kept result of T1, each value ±2 um, and of T2, which did not print.
+std::string KeptResult(double dx_mm, double dy_mm) {
+  const auto answer = [](const char* name, double mm) {
+    return fmt::format(
+        R"({{"name": "{}", "unit": "mm", "verdict": "good", "reason": "", "value": {:.4f},
+        "standard_uncertainty": 0.001, "interval95": [{:.4f}, {:.4f}]}})",
+        name, mm, mm - 0.002, mm + 0.002);
+  };
+  const auto none = [](const char* name) {
+    return fmt::format(
+        R"({{"name": "{}", "unit": "mm", "verdict": "refused", "reason": "it did not print",
+        "value": null, "standard_uncertainty": null, "interval95": null}})",
+        name);
+  };
+  return fmt::format(
+      R"({{"format": 1, "instrument": "tool_offset", "program": "trammel 9", "utc": "2026",
+      "sources": [], "verdict": "refused", "reason": "it did not print", "notices": [],
+      "answers": [{}, {}, {}, {}]}})",
+      answer("tool_1_dx", dx_mm), answer("tool_1_dy", dy_mm), none("tool_2_dx"), none("tool_2_dy"));
+}
+
 // T1 keeps 0.25, -0.5 and lands 0.1234, -0.0456 beside: it shall keep 0.1266, -0.4544.
-constexpr const char* kResult = R"({"format": 1, "tools": [
-  {"tool": 1, "verdict": "good", "dx_mm": 0.1234, "dy_mm": -0.0456,
-   "interval95_mm": {"dx": [0.1214, 0.1254], "dy": [-0.0476, -0.0436]}},
-  {"tool": 2, "verdict": "refused", "reason": "it did not print"}]})";
+const std::string kResult = KeptResult(0.1234, -0.0456);
 constexpr const char* kHistory = "state/trammel/offset-history.jsonl";
 
 class OffsetApply : public testing::Test {
@@ -104,9 +122,7 @@ TEST_F(OffsetApply, TheSameMeasurementIsKnownFromEveryFolderAndUnderEveryName) {
 TEST_F(OffsetApply, AMeasurementOfAnEarlierOffsetIsNotTakenOutOfAnother) {
   Serve();
   ASSERT_EQ(Apply("--apply").exit_code, 0);
-  WriteWhole(
-      folder_.path() / "next.json",
-      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.01, "dy_mm": 0}]})");
+  WriteWhole(folder_.path() / "next.json", KeptResult(0.01, 0));
   const auto next =
       RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path());
   ASSERT_EQ(next.exit_code, 0) << next.output;
@@ -130,13 +146,6 @@ TEST_F(OffsetApply, WhatARestartLostMayBeSetAgain) {
 
 TEST_F(OffsetApply, AKeptResultIsNotedAsApplied) {
   Serve();
-  WriteWhole(folder_.path() / "result.json",
-             R"({"format": 1, "instrument": "tool_offset", "program": "trammel 9", "utc": "2026",
-    "sources": [], "verdict": "good", "reason": "", "notices": [], "answers": [
-    {"name": "tool_1_dx", "unit": "mm", "verdict": "good", "reason": "", "value": 0.1,
-     "standard_uncertainty": 0.01, "interval95": [0.08, 0.12]},
-    {"name": "tool_1_dy", "unit": "mm", "verdict": "good", "reason": "", "value": 0.1,
-     "standard_uncertainty": 0.01, "interval95": [0.08, 0.12]}]})");
   ASSERT_EQ(Apply("").exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "state/trammel/applied.jsonl"));
   ASSERT_EQ(Apply("--apply").exit_code, 0);
@@ -146,9 +155,7 @@ TEST_F(OffsetApply, AKeptResultIsNotedAsApplied) {
 
 TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {
   Serve();
-  WriteWhole(
-      folder_.path() / "result.json",
-      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": -30, "dy_mm": 0}]})");
+  WriteWhole(folder_.path() / "result.json", KeptResult(-30, 0));
   const CommandResult far = Apply("--apply");
   EXPECT_EQ(far.exit_code, 4);
   EXPECT_THAT(far.standard_error, AllOf(HasSubstr("30.000 mm"), HasSubstr("--force")));
@@ -232,9 +239,7 @@ TEST_F(OffsetApply, UndoBringsBackWhatWasBeforeOnceAndSaysSo) {
 TEST_F(OffsetApply, WhatSomebodySetSinceIsNotUndoneUnforced) {
   Serve();
   ASSERT_EQ(Apply("--apply").exit_code, 0);
-  WriteWhole(
-      folder_.path() / "next.json",
-      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.01, "dy_mm": 0}]})");
+  WriteWhole(folder_.path() / "next.json", KeptResult(0.01, 0));
   const std::string history = History();
   ASSERT_EQ(
       RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path()).exit_code,

@@ -149,13 +149,12 @@ Result<AnswerInWords> AnswerIn(const std::string& folder) {
   if (!measured) return tl::unexpected(measured.error());
   const auto record = files::ReadStart(folder);
   if (!record) return tl::unexpected(record.error());
-  if (!measured->result) return Fail(folder + ": result.json is no kept result");
   AnswerInWords answer;
   std::string all;
   double half_mm = 0;
   for (const files::MeasuredOffset& tool : measured->good) {
-    const auto* const x = measured->result->Find(fmt::format("tool_{}_dx", tool.tool));
-    const auto* const y = measured->result->Find(fmt::format("tool_{}_dy", tool.tool));
+    const auto* const x = measured->result.Find(fmt::format("tool_{}_dx", tool.tool));
+    const auto* const y = measured->result.Find(fmt::format("tool_{}_dy", tool.tool));
     answer.lines.push_back(
         fmt::format("tool_offset T{} x = {}, y = {}", tool.tool,
                     report::WithInterval(x->value.quantity(), report::kOffsetMillimetres),

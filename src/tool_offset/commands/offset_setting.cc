@@ -36,9 +36,8 @@ std::string CorrectionText(const procedure::OffsetCorrection& change,
                   Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
   for (const auto& [axis, interval95_mm] :
        {std::pair{"dx", change.measured.dx95_mm}, std::pair{"dy", change.measured.dy95_mm}}) {
-    if (!interval95_mm) continue;
     text += fmt::format("          {} {}\n", axis,
-                        report::IntervalText(*interval95_mm, report::kOffsetMillimetres));
+                        report::IntervalText(interval95_mm, report::kOffsetMillimetres));
   }
   text += OldToNew(change);
   for (const std::string& line : SetCommands(firmware, change.tool, change.next)) {

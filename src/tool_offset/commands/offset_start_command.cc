@@ -316,10 +316,8 @@ Result<void> Settle(const SheetConfig& config, const Printed& printed, const Int
     PrintNothingSet(printed);
     return {};
   }
-  if (measured->result) {
-    NoteApplied(
-        {measurement::Instrument::kToolOffset, *measured->result, config.config.scan.address, {}});
-  }
+  NoteApplied(
+      {measurement::Instrument::kToolOffset, measured->result, config.config.scan.address, {}});
   const auto kept = KeepWhereWanted(session, settling, person);
   if (!kept || !*kept) PrintHowToKeep(settling.corrections);
   fmt::print("to undo it        trammel offset apply --undo{} --printer {}\n",

@@ -2,52 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <utility>
 
-#include "files/json_object.h"
 #include "measurement/outcome_file.h"
 
 namespace trammel::files {
 namespace {
 
-constexpr std::size_t kMostBytes = 64'000'000;  // with every finger of every structure
 constexpr int kMostTool = 99;
 constexpr double kMost_mm = 50;
-
-/// For people alone: one that does not hold the value, or is no interval, counts as not given.
-std::optional<Interval> Interval95(JsonObject& tool, const char* axis, double value_mm) {
-  const nlohmann::json* all = tool.Find("interval95_mm");
-  if (all == nullptr || !all->is_object() || !all->contains(axis)) return std::nullopt;
-  const nlohmann::json& pair = all->at(axis);
-  if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number()) {
-    return std::nullopt;
-  }
-  const Interval interval{pair[0].get<double>(), pair[1].get<double>()};
-  if (!(interval.lo <= value_mm && value_mm <= interval.hi)) return std::nullopt;
-  return interval;
-}
-
-void ReadTool(JsonObject& tool, OffsetFile& offsets) {
-  const int number = tool.Integer("tool", {0, kMostTool});
-  const std::string verdict = tool.Choice("verdict", {"good", "cannot_tell", "refused"});
-  if (verdict != "good") {
-    const nlohmann::json* reason = tool.Find("reason");
-    offsets.refused.push_back(fmt::format(
-        "tool {}: {}: {}", number, verdict,
-        reason != nullptr && reason->is_string() ? reason->get<std::string>() : "no reason given"));
-    return;
-  }
-  const NumberRange range{-kMost_mm, kMost_mm};
-  const double dx_mm = tool.Number("dx_mm", range);
-  const double dy_mm = tool.Number("dy_mm", range);
-  const bool twice = std::any_of(offsets.good.begin(), offsets.good.end(),
-                                 [number](const MeasuredOffset& m) { return m.tool == number; });
-  if (twice) tool.Fault("tool", fmt::format("{} stands there twice", number));
-  offsets.good.push_back(
-      {number, dx_mm, dy_mm, Interval95(tool, "dx", dx_mm), Interval95(tool, "dy", dy_mm)});
-}
 
 /// The tools of a kept result: tool_N_dx beside tool_N_dy.
 Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::string& file) {
@@ -81,28 +45,10 @@ Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::str
 }  // namespace
 
 Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return ReadOffsetFile(path / kResultFile);
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
-  if (root.has("instrument")) {
-    const auto outcome = ReadOutcome(path, measurement::Instrument::kToolOffset);
-    if (!outcome) return tl::unexpected(outcome.error());
-    auto offsets = OffsetsOf(*outcome, path.string());
-    if (offsets) offsets->result = *outcome;
-    return offsets;
-  }
-  if (root.has("format")) (void)root.Integer("format", {1, 1});
-  constexpr std::size_t kMostTools = 100;
-  const nlohmann::json& tools = root.List("tools", 1, kMostTools);
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
-  OffsetFile offsets;
-  for (std::size_t i = 0; i < tools.size(); ++i) {
-    JsonObject tool = root.Inner(tools[i], fmt::format("tools[{}]", i));
-    ReadTool(tool, offsets);
-    if (auto read = tool.Faults(); !read) return tl::unexpected(read.error());
-  }
+  auto outcome = ReadOutcome(path, measurement::Instrument::kToolOffset);
+  if (!outcome) return tl::unexpected(outcome.error());
+  auto offsets = OffsetsOf(*outcome, path.string());
+  if (offsets) offsets->result = std::move(*outcome);
   return offsets;
 }
 

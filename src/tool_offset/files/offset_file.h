@@ -1,8 +1,7 @@
-// Measured tool offsets, as `trammel offset analyze` writes them with --json and --result.
+// Measured tool offsets, as `trammel offset analyze --result` keeps them.
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,18 +15,18 @@ struct MeasuredOffset {
   int tool = 0;
   double dx_mm = 0;  ///< where its line lands minus where the reference tool's would
   double dy_mm = 0;
-  std::optional<Interval> dx95_mm = {};  ///< absent where the file does not say
-  std::optional<Interval> dy95_mm = {};
+  Interval dx95_mm = {};
+  Interval dy95_mm = {};
 };
 
 struct OffsetFile {
   std::vector<MeasuredOffset> good;  ///< tools whose verdict is good
   std::vector<std::string> refused;  ///< a line for each of the others, with its reason
-  std::optional<measurement::Outcome> result = {};  ///< absent: what --json printed
+  measurement::Outcome result = {};
 };
 
-/// A folder's result.json, a kept result, or the output of --json. Errors (kInput): not there, not
-/// JSON, a tool twice, an offset beyond 50 mm.
+/// A folder's result.json, or a kept result. Errors (kInput): not there, another instrument's, an
+/// offset beyond 50 mm.
 [[nodiscard]] Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path);
 
 }  // namespace trammel::files
