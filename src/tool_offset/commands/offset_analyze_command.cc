@@ -2,16 +2,18 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
-#include "app/slow_work.h"
 #include "base/json_text.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_output.h"
@@ -19,7 +21,6 @@
 #include "tool_offset/commands/offset_reading.h"
 #include "tool_offset/original/original_sheet.h"
 #include "tool_offset/report/offset_json.h"
-#include "tool_offset/report/offset_text.h"
 
 namespace trammel::app {
 namespace {
@@ -32,8 +33,6 @@ struct AnalyzeArguments {
   OffsetOutput output;
 };
 
-constexpr const char* kNextSheet = "+";
-
 int Run(const AnalyzeArguments& arguments) {
   if (auto may = CheckOutputs({.report = arguments.output.report,
                                .figures = arguments.output.figures,
@@ -44,45 +43,35 @@ int Run(const AnalyzeArguments& arguments) {
   }
   const auto plan = PlanOf(arguments.sheet);
   if (!plan) return PrintError(plan.error());
-  report::OffsetAnalysis analysis{*plan, {}, {}, {}};
-  report::OffsetReportInput input{&analysis, {}, {}};
+  ReadSheets read =
+      ReadScans(arguments.scans, *plan, arguments.reading, arguments.output.has_pictures());
   std::optional<int> failed;
-  bool unreadable = false;
-  int sheet = 1;
-  for (const std::string& path : arguments.scans) {
-    if (path == kNextSheet) {
-      ++sheet;
-      continue;
-    }
-    const SlowWork work("reading " + path);
-    auto scans = ReadScans(path, sheet, *plan, arguments.reading, arguments.output.has_pictures());
-    if (!scans) {
-      failed = PrintError(scans.error());
-      input.failed.push_back(scans.error().message);
-      unreadable = unreadable || scans.error().kind != ErrorKind::kMeasurement;
-      analysis.refused.push_back({path, scans.error().message});
-      continue;
-    }
-    for (ReadScan& read : *scans) {
-      analysis.scans.push_back(std::move(read.scan));
-      input.pictures.push_back(std::move(read.pictures));
-    }
-  }
+  for (const Error& error : read.errors) failed = PrintError(error);
+  const report::OffsetAnalysis& analysis = read.analysis;
   if (analysis.scans.empty()) {
     // Only a sheet that was seen is a measurement to refuse.
-    if (arguments.json && failed && !unreadable) {
+    const bool seen = std::all_of(read.errors.begin(), read.errors.end(), [](const Error& error) {
+      return error.kind == ErrorKind::kMeasurement;
+    });
+    if (arguments.json && failed && seen) {
       std::fputs(JsonText(report::RefusalJson(analysis)).c_str(), stdout);
     }
     return failed ? *failed : PrintError({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
-  analysis.combined = CombineScans(*plan, analysis.scans);
   // The answer is printed whatever becomes of the files.
-  const auto written = WriteOffsetOutput(arguments.output, input);
+  const auto written =
+      WriteOffsetOutput(arguments.output, {&analysis, std::move(read.pictures), {}});
   const std::string report = written ? arguments.output.report : "";
-  std::fputs((arguments.json ? JsonText(report::JsonOf(analysis, report))
-                             : report::OffsetText(analysis, report))
-                 .c_str(),
-             stdout);
+  if (arguments.json) {
+    std::fputs(JsonText(report::JsonOf(analysis, report)).c_str(), stdout);
+  } else {
+    std::fputs(report::OffsetText(analysis, report).c_str(), stdout);
+    const std::string& result = arguments.output.result;
+    SayNext("next",
+            result.empty() ? "with --result FILE: trammel offset apply FILE"
+                           : fmt::format("trammel offset apply {}", ShellQuoted(result)),
+            13);
+  }
   if (!written) return PrintError(written.error());
   if (failed) return *failed;
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
@@ -145,8 +134,6 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--force", arguments->output.force, "overwrite the report and the figures");
   command->add_option("--result", arguments->output.result,
                       "keep the answer as JSON here, for offset apply");
-  command->add_option("--history", arguments->output.history,
-                      "add what was measured to this file of JSON lines");
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
 }
 

@@ -10,7 +10,6 @@
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/result_file.h"
-#include "tool_offset/files/offset_history.h"
 #include "tool_offset/report/offset_figures.h"
 #include "tool_offset/report/offset_json.h"
 
@@ -31,14 +30,13 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
   const auto add = [&](const std::string& prefix, const report::DrawnFigure& figure) {
     files.push_back({folder / (prefix + figure.name + ".svg"), figure.svg});
   };
-  for (const report::DrawnFigure& figure : report::OffsetValueFigures(*input.analysis)) {
-    add("", figure);
+  for (const report::Figure& figure : report::OffsetValueFigures(*input.analysis)) {
+    add("", report::Drawn(figure));
   }
   for (std::size_t i = 0; i < input.pictures.size(); ++i) {
     const std::string prefix = fmt::format("scan{}-", i + 1);
-    for (const auto* list : {&input.pictures[i].page, &input.pictures[i].structures}) {
-      for (const report::DrawnFigure& figure : *list) add(prefix, figure);
-    }
+    add(prefix, input.pictures[i].page);
+    for (const report::DrawnFigure& figure : input.pictures[i].structures) add(prefix, figure);
   }
   return WriteOutputs(files, force);
 }
@@ -51,20 +49,6 @@ Result<void> WritePicture(const std::string& path, const report::OffsetAnalysis&
   if (!figure) return {};
   const report::Canvas& canvas = figure->narrow ? *figure->narrow : figure->canvas;
   return WriteOutputs({{path, canvas.ToPng(figure->narrow ? kScale : figure->png_scale)}}, force);
-}
-
-Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
-  files::OffsetReading reading;
-  reading.time = UtcNow();
-  if (!analysis.plan.original) reading.sheet_id = analysis.plan.sheet_id;
-  reading.reference_tool = analysis.plan.settings.reference_tool;
-  for (const report::OffsetScan& scan : analysis.scans) reading.scans.push_back(scan.source);
-  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
-    reading.tools.push_back({tool.tool, tool.dx_mm, tool.dy_mm, report::ReasonOf(tool)});
-  }
-  reading.backlash_x_mm = analysis.combined.backlash_mm.x;
-  reading.backlash_y_mm = analysis.combined.backlash_mm.y;
-  return files::AppendToHistory(history, reading);
 }
 
 measurement::Outcome OutcomeOf(const report::OffsetAnalysis& analysis) {
@@ -92,9 +76,6 @@ measurement::Outcome OutcomeOf(const report::OffsetAnalysis& analysis) {
 }  // namespace
 
 Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetReportInput& input) {
-  if (!output.history.empty()) {
-    if (auto done = NoteReading(output.history, *input.analysis); !done) return done;
-  }
   if (!output.result.empty()) {
     const ResultFile result{OutcomeOf(*input.analysis), report::JsonOf(*input.analysis)};
     auto done = WriteOutputs({OutputOf(output.result, result)}, output.force);

@@ -13,7 +13,6 @@ struct OffsetOutput {
   std::string report;        ///< HTML file to write; empty: none
   std::string figures;       ///< folder for each figure as SVG; empty: none
   std::string result;        ///< result.json to write; empty: none
-  std::string history;       ///< file to which a line is added; empty: none
   std::string picture = {};  ///< PNG of where the tools land, for small screens; empty: none
   /// Folder that keeps the answer as result.json; empty: none.
   std::string recording = {};

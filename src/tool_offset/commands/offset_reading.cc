@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "app/number_range.h"
+#include "app/slow_work.h"
 #include "machine/page/page_file.h"
 #include "tool_offset/offset/photo_join.h"
 
@@ -27,9 +29,9 @@ std::string KindWord(const std::optional<PageKind>& kind) {
   return *kind == PageKind::kPhoto ? "photo" : "scan";
 }
 
-Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int number, int sheet,
-                             const tool_offset::SheetPlan& plan, const ReadingOptions& asked,
-                             bool pictures) {
+Result<tool_offset::SheetResult> AnalysePage(const Page& page, const std::string& path, int number,
+                                             const tool_offset::SheetPlan& plan,
+                                             const ReadingOptions& asked) {
   tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y, StatedKind(asked), {}};
   if (!asked.dpi.empty()) {
     options.dpi_x = asked.dpi.front();
@@ -47,12 +49,7 @@ Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int numb
         result.error().kind,
         fmt::format("{} {}{}: {}", KindWord(options.kind), path, where, result.error().message)});
   }
-  ReadScan read;
-  if (pictures) {
-    read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
-  }
-  read.scan = {path, number, sheet, std::move(*result)};
-  return read;
+  return result;
 }
 
 /// Several photos of one print answer together.
@@ -61,6 +58,43 @@ void JoinThePhotos(const tool_offset::SheetPlan& plan,
   const bool all = std::all_of(sheet.begin(), sheet.end(),
                                [](const auto& result) { return result.photo.has_value(); });
   if (all && sheet.size() > 1) sheet = {tool_offset::JoinPhotos(plan, sheet)};
+}
+
+/// Reads every page of one file; pages are large, and each is gone when it has been read and drawn.
+/// On an error nothing of the file is added.
+Result<void> ReadFile(const std::string& file, int sheet, const ReadingOptions& asked,
+                      bool pictures, ReadSheets& sheets) {
+  machine::PageReadOptions limits;
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * asked.most_megapixels);
+  const tool_offset::SheetPlan& plan = sheets.analysis.plan;
+  std::vector<report::OffsetScan> scans;
+  std::vector<report::OffsetScanPictures> drawn;
+  auto read = machine::ForEachPage(file, limits, [&](const Page& page) -> Result<void> {
+    const int number = static_cast<int>(scans.size()) + 1;
+    auto result = AnalysePage(page, file, number, plan, asked);
+    if (!result) return tl::unexpected(result.error());
+    drawn.push_back(pictures ? report::DrawOffsetScan(page.view(), plan, *result)
+                             : report::OffsetScanPictures{});
+    scans.push_back({file, number, sheet, std::move(*result)});
+    return {};
+  });
+  if (!read) return read;
+  std::move(scans.begin(), scans.end(), std::back_inserter(sheets.analysis.scans));
+  std::move(drawn.begin(), drawn.end(), std::back_inserter(sheets.pictures));
+  return {};
+}
+
+/// Combines all scans by their sheets.
+tool_offset::CombinedResult CombineScans(const report::OffsetAnalysis& analysis) {
+  std::vector<std::vector<tool_offset::SheetResult>> sheets;
+  int sheet = 0;
+  for (const report::OffsetScan& scan : analysis.scans) {
+    if (scan.sheet != sheet) sheets.emplace_back();
+    sheet = scan.sheet;
+    sheets.back().push_back(scan.result);
+  }
+  for (auto& results : sheets) JoinThePhotos(analysis.plan, results);
+  return tool_offset::Combine(sheets);
 }
 
 }  // namespace
@@ -83,34 +117,23 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options) {
       ->excludes("--film-focal");
 }
 
-Result<std::vector<ReadScan>> ReadScans(const std::string& path, int sheet,
-                                        const tool_offset::SheetPlan& plan,
-                                        const ReadingOptions& asked, bool pictures) {
-  machine::PageReadOptions limits;
-  limits.most_pixels = static_cast<std::int64_t>(1e6 * asked.most_megapixels);
-  std::vector<ReadScan> scans;
-  const auto read = machine::ForEachPage(path, limits, [&](const Page& page) -> Result<void> {
-    const int number = static_cast<int>(scans.size()) + 1;
-    auto scan = AnalysePage(page, path, number, sheet, plan, asked, pictures);
-    if (!scan) return tl::unexpected(scan.error());
-    scans.push_back(std::move(*scan));
-    return {};
-  });
-  if (!read) return tl::unexpected(read.error());
-  return scans;
-}
-
-tool_offset::CombinedResult CombineScans(const tool_offset::SheetPlan& plan,
-                                         const std::vector<report::OffsetScan>& scans) {
-  std::vector<std::vector<tool_offset::SheetResult>> sheets;
-  int sheet = 0;
-  for (const report::OffsetScan& scan : scans) {
-    if (scan.sheet != sheet) sheets.emplace_back();
-    sheet = scan.sheet;
-    sheets.back().push_back(scan.result);
+ReadSheets ReadScans(const std::vector<std::string>& files, const tool_offset::SheetPlan& plan,
+                     const ReadingOptions& options, bool pictures) {
+  ReadSheets read{{plan, {}, {}, {}}, {}, {}};
+  int sheet = 1;
+  for (const std::string& file : files) {
+    if (file == kNextSheet) {
+      ++sheet;
+      continue;
+    }
+    const SlowWork work("reading " + file);
+    if (auto done = ReadFile(file, sheet, options, pictures, read); !done) {
+      read.analysis.refused.push_back({file, done.error().message});
+      read.errors.push_back(done.error());
+    }
   }
-  for (auto& results : sheets) JoinThePhotos(plan, results);
-  return tool_offset::Combine(sheets);
+  if (!read.analysis.scans.empty()) read.analysis.combined = CombineScans(read.analysis);
+  return read;
 }
 
 }  // namespace trammel::app

@@ -25,20 +25,19 @@ struct ReadingOptions {
 /// Adds --dpi, --photo and --film-focal.
 void AddReadingOptions(CLI::App& command, ReadingOptions& options);
 
-struct ReadScan {
-  report::OffsetScan scan;
-  report::OffsetScanPictures pictures;  ///< empty where none are wanted
+/// Among the files: the next ones are of another print of the sheet.
+inline constexpr const char* kNextSheet = "+";
+
+struct ReadSheets {
+  report::OffsetAnalysis analysis;                   ///< combined where there is any scan
+  std::vector<report::OffsetScanPictures> pictures;  ///< one for each scan; empty where not wanted
+  std::vector<Error> errors;                         ///< one for each refused file
 };
 
-/// Every page of one file; pages are large, and each is gone when it has been read and drawn.
-/// @param sheet  which of several that were printed, from 1
-/// Errors: kInput of a file that is no page; kMeasurement of a page that is refused, with why.
-[[nodiscard]] Result<std::vector<ReadScan>> ReadScans(const std::string& path, int sheet,
-                                                      const tool_offset::SheetPlan& plan,
-                                                      const ReadingOptions& options, bool pictures);
-
-/// All scans together, by their sheets; photos of one print answer as one.
-[[nodiscard]] tool_offset::CombinedResult CombineScans(
-    const tool_offset::SheetPlan& plan, const std::vector<report::OffsetScan>& scans);
+/// Reads every page of all files, and combines them by their sheets; photos of one print answer as
+/// one. Errors: kInput of a file that is no page; kMeasurement of a page that is refused.
+[[nodiscard]] ReadSheets ReadScans(const std::vector<std::string>& files,
+                                   const tool_offset::SheetPlan& plan,
+                                   const ReadingOptions& options, bool pictures);
 
 }  // namespace trammel::app

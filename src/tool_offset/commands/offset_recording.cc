@@ -9,12 +9,10 @@
 #include <system_error>
 #include <utility>
 
-#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "tool_offset/commands/offset_output.h"
 #include "tool_offset/procedure/guided_offsets.h"
 #include "tool_offset/procedure/sheet_print.h"
-#include "tool_offset/report/offset_text.h"
 #include "tool_offset/report/sheet_preview.h"
 
 namespace trammel::app {
@@ -110,26 +108,12 @@ Result<bool> SheetReader::Read(const fs::path& scan) { return ReadTogether({scan
 
 Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
                                        const std::function<void(const std::string&)>& left_out) {
-  report::OffsetAnalysis analysis{plan_, {}, {}, {}};
-  report::OffsetReportInput input{&analysis, {}, {}, {}};
-  std::vector<Error> refused;
-  for (const fs::path& path : scans) {
-    const SlowWork work("reading " + path.string());
-    auto pages = ReadScans(path.string(), 1, plan_, reading_, true);
-    if (!pages) {
-      analysis.refused.push_back({path.string(), pages.error().message});
-      input.failed.push_back(pages.error().message);
-      refused.push_back(pages.error());
-      continue;
-    }
-    for (ReadScan& read : *pages) {
-      analysis.scans.push_back(std::move(read.scan));
-      input.pictures.push_back(std::move(read.pictures));
-    }
-  }
-  if (analysis.scans.empty()) return tl::unexpected(refused.front());
-  for (const Error& error : refused) left_out("left out: " + error.message);
-  analysis.combined = CombineScans(plan_, analysis.scans);
+  std::vector<std::string> files;
+  for (const fs::path& path : scans) files.push_back(path.string());
+  ReadSheets read = ReadScans(files, plan_, reading_, true);
+  report::OffsetAnalysis& analysis = read.analysis;
+  if (analysis.scans.empty()) return tl::unexpected(read.errors.front());
+  for (const Error& error : read.errors) left_out("left out: " + error.message);
   const auto& tools = analysis.combined.tools;
   const auto good = [](const tool_offset::CombinedTool& tool) {
     return report::VerdictOf(tool) == Verdict::kGood;
@@ -149,22 +133,21 @@ Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
     }
     each.source = copy;
   }
-  input.kept = KeptOf(record_, analysis);
   OffsetOutput output;
   output.recording = folder_.string();
   output.subject.printer = record_.printer;
   output.report = (folder_ / "report.html").string();
   output.picture = (folder_ / kOffsetPicture).string();
   output.force = true;  // of an earlier scan of the same print
-  if (auto written = WriteOffsetOutput(output, input); !written) {
-    return tl::unexpected(written.error());
-  }
+  auto written =
+      WriteOffsetOutput(output, {&analysis, std::move(read.pictures), KeptOf(record_, analysis)});
+  if (!written) return tl::unexpected(written.error());
   record_.stage = files::StartStage::kAnalysed;
   if (auto noted = files::WriteStart(folder_, record_); !noted) {
     return tl::unexpected(noted.error());
   }
   all_good_ = report::VerdictOf(analysis) == Verdict::kGood;
-  std::fputs(report::OffsetAnswer(analysis, output.report).c_str(), stdout);
+  std::fputs(report::OffsetText(analysis, output.report).c_str(), stdout);
   return true;
 }
 

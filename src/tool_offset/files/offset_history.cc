@@ -28,40 +28,8 @@ constexpr std::array<std::pair<OffsetStage, const char*>, 4> kStages{
      {OffsetStage::kKept, "kept"},
      {OffsetStage::kUndone, "undone"}}};
 
-Result<void> Append(const fs::path& path, const Json& json) {
-  const auto fail = [](const std::string& why) {
-    return Fail("the history of offsets cannot be written: " + why + "; --history names another");
-  };
-  std::error_code code;
-  if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
-  if (code) return fail(path.string() + ": " + code.message());
-  auto added = files::AppendLine(path, json.dump(-1, ' ', false, Json::error_handler_t::replace));
-  return added ? added : fail(added.error().message);
-}
-
 Json Place(const tool_offset::KeptOffset& offset) {
   return {{"x", offset.x_mm}, {"y", offset.y_mm}};
-}
-
-Json Value(const Measured& measured) {
-  return measured.good() ? Json(measured.quantity().value) : Json(nullptr);
-}
-
-Json Interval95(const Measured& measured) {
-  if (!measured.good()) return nullptr;
-  return Json::array({measured.quantity().interval95.lo, measured.quantity().interval95.hi});
-}
-
-Json Tool(const AnalysedTool& tool) {
-  const bool good = tool.dx_mm.good() && tool.dy_mm.good();
-  const Measured none;
-  const Measured& dx = good ? tool.dx_mm : none;
-  const Measured& dy = good ? tool.dy_mm : none;
-  return {{"tool", tool.tool},
-          {"reason", tool.reason},
-          {"dx_mm", Value(dx)},
-          {"dy_mm", Value(dy)},
-          {"interval95_mm", {{"dx", Interval95(dx)}, {"dy", Interval95(dy)}}}};
 }
 
 tool_offset::KeptOffset ReadPlace(JsonObject& owner, const char* key) {
@@ -113,20 +81,14 @@ Result<void> AppendToHistory(const fs::path& path, const OffsetChange& change) {
   json["dy_mm"] = change.dy_mm;
   json["old_mm"] = Place(change.old_offset);
   json["new_mm"] = Place(change.new_offset);
-  return Append(path, json);
-}
-
-Result<void> AppendToHistory(const fs::path& path, const OffsetReading& reading) {
-  Json json = {{"format", kFormat},
-               {"kind", "analysed"},
-               {"time", reading.time},
-               {"scans", reading.scans},
-               {"sheet_id", reading.sheet_id ? Json(*reading.sheet_id) : Json(nullptr)},
-               {"reference_tool", reading.reference_tool}};
-  json["tools"] = Json::array();
-  for (const AnalysedTool& tool : reading.tools) json["tools"].push_back(Tool(tool));
-  json["backlash_mm"] = {{"x", Value(reading.backlash_x_mm)}, {"y", Value(reading.backlash_y_mm)}};
-  return Append(path, json);
+  const auto fail = [](const std::string& why) {
+    return Fail("the history of offsets cannot be written: " + why + "; --history names another");
+  };
+  std::error_code code;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
+  if (code) return fail(path.string() + ": " + code.message());
+  auto added = files::AppendLine(path, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return added ? added : fail(added.error().message);
 }
 
 Result<std::vector<OffsetChange>> ReadOffsetChanges(const fs::path& path) {

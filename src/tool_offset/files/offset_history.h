@@ -1,14 +1,11 @@
 // What became of the tools' offsets over time: a file of JSON lines that only ever grows.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "base/measured.h"
 #include "base/result.h"
 #include "tool_offset/offset/correction.h"
 
@@ -37,31 +34,10 @@ struct OffsetChange {
   tool_offset::KeptOffset new_offset;
 };
 
-/// A tool of an analysis; without a value unless both are good.
-struct AnalysedTool {
-  int tool = 0;
-  Measured dx_mm;
-  Measured dy_mm;
-  std::string reason;  ///< why there is no value
-};
-
-/// A reading of sheets.
-struct OffsetReading {
-  std::string time;
-  std::vector<std::string> scans;
-  std::optional<std::uint16_t> sheet_id;  ///< nothing of sheets that carry no number
-  int reference_tool = 0;
-  std::vector<AnalysedTool> tools;
-  Measured backlash_x_mm;
-  Measured backlash_y_mm;
-};
-
 /// Adds a line and has the disk take it. Makes the folder. What a torn last line holds is left as
 /// it is, on a line of its own. Errors (kInput) name the file and the reason.
 [[nodiscard]] Result<void> AppendToHistory(const std::filesystem::path& path,
                                            const OffsetChange& change);
-[[nodiscard]] Result<void> AppendToHistory(const std::filesystem::path& path,
-                                           const OffsetReading& reading);
 
 /// All changes in it, oldest first; none where there is no file. Other lines, and what is no line
 /// of a history, are passed over: they must never keep a person from setting an offset.

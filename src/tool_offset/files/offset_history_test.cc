@@ -49,28 +49,6 @@ TEST_F(OffsetHistory, GrowsByALineAndComesBackAsItWas) {
   EXPECT_EQ((*changes)[2].tool, 2);
 }
 
-TEST_F(OffsetHistory, AnAnalysisStandsAmongTheChanges) {
-  OffsetReading reading;
-  reading.time = "2026-11-22T02:00:00+0000";
-  reading.scans = {"sheet.png", "\xff.png"};
-  reading.sheet_id = 4711;
-  Quantity quantity;
-  quantity.value = 0.125;
-  quantity.interval95 = {0.12, 0.13};
-  reading.tools = {{1, Measured::Good(quantity), Measured::Good(quantity), {}},
-                   {2, Measured::Good(quantity), Measured::Refused("faint"), "faint"}};
-  ASSERT_TRUE(AppendToHistory(path_, reading));
-  ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kApplied, 1)));
-  const auto json =
-      nlohmann::json::parse(test::ReadWhole(path_).substr(0, test::ReadWhole(path_).find('\n')));
-  EXPECT_EQ(json["kind"], "analysed");
-  EXPECT_EQ(json["tools"][0]["dx_mm"], 0.125);
-  // One axis alone is no offset.
-  EXPECT_TRUE(json["tools"][1]["dx_mm"].is_null());
-  EXPECT_EQ(json["tools"][1]["reason"], "faint");
-  EXPECT_THAT(*ReadOffsetChanges(path_), SizeIs(1));
-}
-
 TEST_F(OffsetHistory, ATornLineIsLeftAndTakesNoOtherWithIt) {
   ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kApplied, 1)));
   const std::string whole = test::ReadWhole(path_);

@@ -22,15 +22,6 @@ struct Arrow {
   std::string label;
 };
 
-/// Arrows from one point, and the words round them.
-struct ArrowPicture {
-  std::string title;
-  std::string x_title;
-  std::string y_title;
-  std::string begins;  ///< where all arrows do
-  std::vector<Arrow> arrows;
-};
-
 std::vector<Arrow> ArrowsOf(const OffsetAnalysis& analysis) {
   std::vector<Arrow> arrows;
   for (const to::CombinedTool& tool : analysis.combined.tools) {
@@ -94,8 +85,7 @@ void DrawLabels(Canvas& canvas, const Plot& plot, const std::vector<Arrow>& arro
   }
 }
 
-Canvas Draw(const ArrowPicture& picture, double width_px) {
-  const std::vector<Arrow>& arrows = picture.arrows;
+Canvas Draw(const std::vector<Arrow>& arrows, const std::string& reference, double width_px) {
   constexpr double kLeft = 62;
   constexpr double kTop = 30;
   const double height_px = std::min(420.0, width_px + 40);
@@ -103,8 +93,8 @@ Canvas Draw(const ArrowPicture& picture, double width_px) {
   const RectPx inner{kLeft, kTop, width_px - kLeft - 14, height_px - kTop - 48};
   const auto [x, y] = EqualRanges(arrows, inner);
   const int ticks = width_px < kFigureWidthPx ? 4 : 6;
-  Plot plot = Plot::Around(canvas, inner, {picture.x_title, x, ticks}, {picture.y_title, y, 5},
-                           picture.title);
+  Plot plot = Plot::Around(canvas, inner, {"dx along the bed's x, to the right (mm)", x, ticks},
+                           {"dy along y, to the back (mm)", y, 5}, "Where each tool lands");
   constexpr double kHeadPx = 11;
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   plot.VerticalLine(0, {.color = kMuted, .width_px = 1});
@@ -118,27 +108,23 @@ Canvas Draw(const ArrowPicture& picture, double width_px) {
               kHeadPx);
   }
   plot.Dot({0, 0}, 5, kBlue);
-  DrawLabels(canvas, plot, arrows, picture.begins);
+  DrawLabels(canvas, plot, arrows, reference);
   return canvas;
 }
 
 }  // namespace
 
 std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis) {
-  ArrowPicture picture{"Where each tool lands", "dx along the bed's x, to the right (mm)",
-                       "dy along y, to the back (mm)",
-                       fmt::format("T{}", analysis.plan.settings.reference_tool),
-                       ArrowsOf(analysis)};
-  const std::vector<Arrow>& arrows = picture.arrows;
+  const std::vector<Arrow> arrows = ArrowsOf(analysis);
   if (arrows.empty()) return std::nullopt;
-  const int reference = analysis.plan.settings.reference_tool;
+  const std::string reference = fmt::format("T{}", analysis.plan.settings.reference_tool);
   Figure figure{"tools",
-                fmt::format("The bed from above. Each arrow runs from where T{}'s line lands to "
+                fmt::format("The bed from above. Each arrow runs from where {}'s line lands to "
                             "where the tool's lands for the same command. The blue box at its tip "
                             "is the 95 % interval, often smaller than the arrow's head.",
                             reference),
-                Draw(picture, kFigureWidthPx)};
-  figure.seen = fmt::format("Arrows from T{}:", reference);
+                Draw(arrows, reference, kFigureWidthPx)};
+  figure.seen = fmt::format("Arrows from {}:", reference);
   for (const Arrow& arrow : arrows) {
     figure.seen +=
         fmt::format(" T{} lands {:.3f} mm to the {} and {:.3f} mm to the {};", arrow.tool,
@@ -146,36 +132,7 @@ std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis) {
                     std::abs(arrow.tip_mm.y), arrow.tip_mm.y < 0 ? "front" : "back");
   }
   figure.seen.back() = '.';
-  figure.narrow = Draw(picture, kNarrowWidthPx);
-  return figure;
-}
-
-std::optional<Figure> KeptArrowsFigure(const std::vector<KeptChange>& changes) {
-  if (changes.empty()) return std::nullopt;
-  ArrowPicture picture{"What the printer keeps: old to new",
-                       "change of the kept X offset (mm)",
-                       "change of the kept Y offset (mm)",
-                       "old",
-                       {}};
-  std::string seen = "Arrows from each tool's old offset to its new one:";
-  for (const KeptChange& change : changes) {
-    const double x_mm = change.next.x_mm - change.now.x_mm;
-    const double y_mm = change.next.y_mm - change.now.y_mm;
-    const std::string words =
-        fmt::format("T{}: {:.3f}, {:.3f} → {:.3f}, {:.3f}", change.tool, change.now.x_mm,
-                    change.now.y_mm, change.next.x_mm, change.next.y_mm);
-    picture.arrows.push_back({change.tool, {x_mm, y_mm}, {x_mm, x_mm}, {y_mm, y_mm}, words});
-    seen += " " + words + ";";
-  }
-  seen.back() = '.';
-  Figure figure{
-      "kept",
-      "Each arrow runs from the X and Y offset (mm) that the printer kept for a tool to those that "
-      "take out where it lands: as far as above, the other way. Nothing is set unless "
-      "you say so.",
-      Draw(picture, kFigureWidthPx)};
-  figure.seen = std::move(seen);
-  figure.narrow = Draw(picture, kNarrowWidthPx);
+  figure.narrow = Draw(arrows, reference, kNarrowWidthPx);
   return figure;
 }
 

@@ -122,27 +122,6 @@ void DrawStructures(Canvas& canvas, const PageWindow& window, const to::SheetPla
   }
 }
 
-void DrawMarks(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan,
-               const to::SheetResult& result) {
-  const to::PageMap& map = result.sheet.map;
-  for (std::size_t i = 0; i < std::min(plan.coarse_marks.size(), result.tools.size()); ++i) {
-    const to::CoarseMark& mark = plan.coarse_marks[i];
-    const to::ToolReading& tool = result.tools[i];
-    HaloLine(canvas, Outline(window, map, mark.middle, to::kMarkReach_mm, to::kMarkReach_mm),
-             {.color = tool.coarse_reading.found ? kBlue : kVermilion,
-              .width_px = 1,
-              .dash_px = {3, 2}});
-    if (tool.coarse_reading.found) {
-      Cross(canvas, window.At(tool.coarse_place), 5, {.color = kVermilion, .width_px = 2});
-    }
-    const PointPx below =
-        window.At(map.ToPage({mark.middle.u_mm, mark.middle.v_mm - to::kMarkReach_mm - 2}));
-    TagText(canvas, below,
-            fmt::format("T{}{}", mark.tool, tool.coarse_reading.found ? "" : ": no mark"),
-            {.size_px = TagPx(canvas), .bold = true});
-  }
-}
-
 void DrawCodeRow(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan,
                  const to::SheetOnPage& sheet) {
   if (plan.code.empty()) return;
@@ -176,7 +155,6 @@ Canvas Draw(const PageView& page, const to::SheetPlan& plan, const to::SheetResu
   DrawPage(canvas, page, window);
   canvas.Clip(window.to);
   DrawStructures(canvas, window, plan, result);
-  DrawMarks(canvas, window, plan, result);
   DrawCodeRow(canvas, window, plan, result.sheet);
   DrawBox(canvas, window, plan, result.sheet);
   DrawAxes(canvas, window, plan, result.sheet.map);
@@ -194,11 +172,8 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
       "The {} as it is, reduced. u and v are the sheet's axes; u is turned by {:.2f}° "
       "counter-clockwise from the {}'s rows. The box's lines lie within {:.1f} µm (rms) of the map "
       "that everything else is found with. Each name must lie on the structure of that name; a "
-      "black × is a tooth that was left out{}",
-      seen, result.sheet.angle_rad * kDegrees, seen, result.sheet.box_rms_mm * kUmPerMm,
-      plan.coarse_marks.empty() ? "."
-                                : "; an orange × in a dashed square is a tool's coarse mark, "
-                                  "and the square is planned about that mark's zero.");
+      "black × is a tooth that was left out.",
+      seen, result.sheet.angle_rad * kDegrees, seen, result.sheet.box_rms_mm * kUmPerMm);
   return Figure{"page",
                 std::move(text),
                 Draw(page, plan, result, kFigureWidthPx),

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "document/interval_text.h"
 #include "document/plot.h"
-#include "tool_offset/reading/comb_signal.h"
 #include "tool_offset/report/offset_figures.h"
 #include "tool_offset/report/offset_style.h"
 #include "tool_offset/report/sheet_picture.h"
@@ -131,25 +129,6 @@ Axis AlongAxis(const Shown& shown) {
           shown.broad ? 10 : 5};
 }
 
-void DrawInk(Canvas& canvas, const Shown& shown, const RectPx& room,
-             const std::optional<to::CombSignal>& signal) {
-  Axis x = AlongAxis(shown);
-  x.shown = false;
-  x.label.clear();
-  Plot plot = Plot::Around(canvas, Inner(room), x, {"ink", {-0.25, 1.45}, 3},
-                           shown.broad ? "Signal: mean ink of each comb where it stands alone"
-                                       : "Mean ink of each comb");
-  if (!signal) return;
-  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-    std::vector<DataPoint> line;
-    for (std::size_t i = 0; i < signal->comb[comb].ink.size(); ++i) {
-      line.push_back(
-          {signal->from_mm + static_cast<double>(i) * signal->step_mm, signal->comb[comb].ink[i]});
-    }
-    plot.Line(line, {.color = kCombColors[comb], .width_px = 1.1});
-  }
-}
-
 void DrawFingerDot(Plot& plot, const to::FingerReading& finger, double y_um) {
   const Color& color = kCombColors[finger.comb];
   if (finger.comb == 0) {
@@ -159,8 +138,7 @@ void DrawFingerDot(Plot& plot, const to::FingerReading& finger, double y_um) {
   }
 }
 
-void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
-                   const std::optional<to::CombSignal>& signal) {
+void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room) {
   std::vector<double> values;
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) values.push_back(finger.position_mm * kUmPerMm);
@@ -169,22 +147,7 @@ void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
   x.shown = false;
   x.label.clear();
   Plot plot = Plot::Around(canvas, Inner(room), x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
-                           shown.broad ? "Where each tooth lies minus where it was planned; lines: "
-                                         "quadrature phase"
-                                       : "Each tooth, from its plan");
-  if (signal) {
-    const double pitch_mm = shown.plan.settings.pitch_mm;
-    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-      std::vector<DataPoint> line;
-      for (int i = 0; i < shown.plan.settings.teeth; ++i) {
-        const double planned_mm =
-            pitch_mm * (i - (shown.plan.settings.teeth - 1) / 2.0 + (comb == 0 ? -0.25 : 0.25));
-        line.push_back(
-            {planned_mm, signal->comb[comb].local_mm[static_cast<std::size_t>(i)] * kUmPerMm});
-      }
-      plot.Line(line, {.color = WithAlpha(kCombColors[comb], 0.6), .width_px = 1.2});
-    }
-  }
+                           "Each tooth, from its planned place");
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) {
       DrawFingerDot(plot, finger, finger.position_mm * kUmPerMm);
@@ -266,10 +229,9 @@ int RowsOf(double half_mm, double half_thickness_mm, double width_px) {
   return rows;
 }
 
-Canvas Draw(Shown shown, const std::optional<to::CombSignal>& signal, double width_px) {
+Canvas Draw(Shown shown, double width_px) {
   constexpr double kBeside_mm = 1.3;  // room for the teeth's numbers
   constexpr double kBeyond_mm = 0.8;
-  constexpr double kInkPx = 130;
   shown.broad = width_px >= kFigureWidthPx;
   const double top_px = shown.broad ? 28 : 44;
   const to::SheetSettings& settings = shown.plan.settings;
@@ -280,8 +242,7 @@ Canvas Draw(Shown shown, const std::optional<to::CombSignal>& signal, double wid
   const double px_per_mm = (width_px - 2 * kSidePx) * rows / (2 * shown.half_mm);
   const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
   const bool read = !shown.reading.fingers.empty();
-  Canvas canvas(width_px,
-                top_px + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 36 : 0));
+  Canvas canvas(width_px, top_px + rows * (row_px + kRowGapPx) + (read ? 2 * kPlotPx + 36 : 0));
   const std::string name = NameOf(shown);
   const std::string value = OffsetWords(shown.reading.offset_mm);
   const TextStyle title{.size_px = shown.broad ? 13.5 : 11.5, .bold = true};
@@ -289,9 +250,8 @@ Canvas Draw(Shown shown, const std::optional<to::CombSignal>& signal, double wid
   if (!shown.broad) canvas.Text({kSidePx, 34}, value, title);
   const double top = DrawRows(canvas, shown, rows, row_px, top_px);
   if (read) {
-    DrawInk(canvas, shown, {0, top, width_px, kInkPx}, signal);
-    DrawPositions(canvas, shown, {0, top + kInkPx, width_px, kPlotPx}, signal);
-    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, width_px, kPlotPx});
+    DrawPositions(canvas, shown, {0, top, width_px, kPlotPx});
+    DrawResiduals(canvas, shown, {0, top + kPlotPx, width_px, kPlotPx});
   }
   return canvas;
 }
@@ -303,16 +263,12 @@ Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
   const to::Structure& structure = plan.structures[reading.structure];
   const to::PageMap& map = result.sheet.map;
   const Shown shown{page, plan, map, structure, reading, structure.axis == to::Axis::kX};
-  std::optional<to::CombSignal> signal;
-  if (!reading.fingers.empty()) {
-    signal = to::ReadCombSignal(page, map, plan, structure, reading.mix, reading.shift_mm);
-  }
   return {SlugOf(reading.name),
           Caption(shown),
-          Draw(shown, signal, kFigureWidthPx),
+          Draw(shown, kFigureWidthPx),
           2,
           NameOf(shown) + ": " + OffsetWords(reading.offset_mm),
-          Draw(shown, signal, kNarrowWidthPx)};
+          Draw(shown, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

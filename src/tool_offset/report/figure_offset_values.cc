@@ -155,11 +155,6 @@ void AddTool(const OffsetAnalysis& analysis, const to::CombinedTool& tool, std::
   }
 }
 
-bool IsControl(const OffsetAnalysis& analysis, const to::StructureReading& reading) {
-  return reading.structure < analysis.plan.structures.size() &&
-         analysis.plan.structures[reading.structure].purpose == to::Purpose::kControl;
-}
-
 }  // namespace
 
 std::optional<Figure> ToolScansFigure(const OffsetAnalysis& analysis) {
@@ -190,71 +185,6 @@ Figure StructureOffsetsFigure(const OffsetScan& scan) {
           "(near 1 where scatter explains all).",
           scan.result.chi_square_per_freedom),
       rows, "Structures against the fit of the whole sheet", "measured minus fitted (µm)");
-}
-
-Figure AxesFigure(const OffsetAnalysis& analysis) {
-  std::vector<Row> rows;
-  const auto add = [&](const std::string& label, const Measured& value, bool strong) {
-    rows.push_back({label, OffsetWords(value), value, 0, strong});
-  };
-  add("play of x", analysis.combined.backlash_mm.x, true);
-  add("play of y", analysis.combined.backlash_mm.y, true);
-  add("bias along u", analysis.combined.control_bias_mm.x, true);
-  add("bias along v", analysis.combined.control_bias_mm.y, true);
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const to::StructureReading& reading : scan.result.structures) {
-      if (!IsControl(analysis, reading)) continue;
-      const bool several = analysis.scans.size() > 1;
-      add(several ? fmt::format("{}, scan {}", reading.name, &scan - analysis.scans.data() + 1)
-                  : reading.name,
-          reading.offset_mm, false);
-    }
-  }
-  return FigureOf(
-      "axes",
-      "Play (backlash) of the bed's axes; the method's own bias along the sheet's axes, "
-      "which is taken off; and what the controls read, whose true offset is zero. Bars "
-      "are 95 % intervals.",
-      rows, "Play, bias and controls", "µm");
-}
-
-std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
-  std::vector<Row> rows;
-  constexpr std::string_view kPrefix = "self-test ";  // the title says so
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const to::SelfTestReading& reading : scan.result.self_tests) {
-      const bool prefixed = reading.name.starts_with(kPrefix);
-      rows.push_back(
-          {fmt::format("{}, {:+.2f} mm", reading.name.substr(prefixed ? kPrefix.size() : 0),
-                       reading.programmed_mm),
-           OffsetWords(reading.recovered_mm), reading.recovered_mm, reading.programmed_mm, false});
-    }
-  }
-  if (rows.empty()) return std::nullopt;
-  return FigureOf("self-test",
-                  "Offsets that were printed on purpose, as they came back: recovered minus "
-                  "programmed, with the 95 % interval; about one in twenty may miss zero.",
-                  rows, "Self-test", "recovered minus programmed (µm)");
-}
-
-std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
-  std::vector<Row> rows;
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const to::PickUpReading& reading : scan.result.pick_ups) {
-      for (const bool is_x : {true, false}) {
-        const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
-        rows.push_back({fmt::format("T{}, {}. time, {}", reading.tool, reading.pick_up + 1,
-                                    is_x ? "dx" : "dy"),
-                        OffsetWords(value), value, 0, false});
-      }
-    }
-  }
-  if (rows.empty()) return std::nullopt;
-  return FigureOf(
-      "pick-ups",
-      "Where a tool's lines land after it was put back and picked up again, minus where "
-      "they landed before; its coupling's repeatability.",
-      rows, "Picked up again", "against the first time (µm)");
 }
 
 }  // namespace trammel::report

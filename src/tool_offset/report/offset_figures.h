@@ -8,26 +8,16 @@
 
 #include "base/page.h"
 #include "document/page.h"
-#include "tool_offset/offset/correction.h"
-#include "tool_offset/report/offset_json.h"
+#include "tool_offset/report/offset_table.h"
 
 namespace trammel::report {
 
 // None names a value unless its verdict is good. Numbers that are not finite are left out.
 
-/// "page": the whole scan, reduced, with the box and its corners, the sheet's axes, structures,
-/// marks and fingers that were left out.
+/// "page": the whole scan, reduced, with the box and its corners, the sheet's axes, code,
+/// structures, and fingers that were left out.
 [[nodiscard]] Figure PageFigure(const PageView& page, const tool_offset::SheetPlan& plan,
                                 const tool_offset::SheetResult& result);
-
-/// "code": the row of cells with what was read in each.
-[[nodiscard]] Figure CodeFigure(const PageView& page, const tool_offset::SheetPlan& plan,
-                                const tool_offset::SheetResult& result);
-
-/// "marks": each tool's coarse mark, planned and found. Nothing where the sheet has none.
-[[nodiscard]] std::optional<Figure> MarksFigure(const PageView& page,
-                                                const tool_offset::SheetPlan& plan,
-                                                const tool_offset::SheetResult& result);
 
 /// "structure-" and its name: the teeth as they were located, at the scan's resolution; the combs'
 /// ink, the teeth's displacement with the quadrature phase, and what the fit leaves of it.
@@ -40,30 +30,12 @@ namespace trammel::report {
 /// has an offset.
 [[nodiscard]] std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis);
 
-/// What a printer keeps for a tool, and what it is to keep.
-struct KeptChange {
-  int tool = 0;
-  tool_offset::KeptOffset now;
-  tool_offset::KeptOffset next;
-};
-/// "kept": an arrow from each old offset to the new one, from one point. Nothing without a change.
-[[nodiscard]] std::optional<Figure> KeptArrowsFigure(const std::vector<KeptChange>& changes);
-
 /// "scans": what each of several scans says of each tool, against the answer. Nothing without
 /// several scans, or without tested tools.
 [[nodiscard]] std::optional<Figure> ToolScansFigure(const OffsetAnalysis& analysis);
 
 /// "structures": what each structure of a scan says against all of them together.
 [[nodiscard]] Figure StructureOffsetsFigure(const OffsetScan& scan);
-
-/// "axes": play, the method's bias and the controls.
-[[nodiscard]] Figure AxesFigure(const OffsetAnalysis& analysis);
-
-/// "self-test": what was programmed, recovered. Nothing on other sheets.
-[[nodiscard]] std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis);
-
-/// "pick-ups": tools against themselves. Nothing where none was picked up again.
-[[nodiscard]] std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis);
 
 /// A figure in the formats that are kept; far smaller than the strokes and pixels behind it.
 struct DrawnFigure {
@@ -76,7 +48,7 @@ struct DrawnFigure {
 
 /// What has to be drawn while the page is at hand.
 struct OffsetScanPictures {
-  std::vector<DrawnFigure> page;        ///< page, code, marks
+  DrawnFigure page;
   std::vector<DrawnFigure> structures;  ///< as in the result; the page shows few of them
 };
 /// Holds no more of the page at a time than one structure or a page of 1140 px.

@@ -1,10 +1,7 @@
 #include "tool_offset/report/offset_json.h"
 
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 
 #include "document/json_number.h"
 
@@ -39,12 +36,6 @@ Json Uncertainties(const AxisPair& pair) {
 }
 Json Intervals(const AxisPair& pair) {
   return {{"x", Interval95(pair.x)}, {"y", Interval95(pair.y)}};
-}
-
-void AddOnce(const std::string& text, std::vector<std::string>& texts) {
-  if (!text.empty() && std::find(texts.begin(), texts.end(), text) == texts.end()) {
-    texts.push_back(text);
-  }
 }
 
 Json Tool(const OffsetAnalysis& analysis, const CombinedTool& tool) {
@@ -173,80 +164,14 @@ Json RefusedScans(const OffsetAnalysis& analysis) {
   return list;
 }
 
-/// What keeps the answer from being good, each reason once; empty where it is.
-std::string WhyNotGood(const OffsetAnalysis& analysis) {
-  std::vector<std::string> reasons;
-  for (const CombinedTool& tool : analysis.combined.tools) {
-    AddOnce(report::ReasonOf(tool), reasons);
-  }
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const auto& reading : scan.result.self_tests) {
-      AddOnce(reading.recovered_mm.reason(), reasons);
-    }
-  }
-  if (analysis.scans.empty()) {
-    for (const RefusedScan& scan : analysis.refused) AddOnce(scan.reason, reasons);
-  }
-  std::string text;
-  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
-  return text;
-}
-
 }  // namespace
-
-Verdict VerdictOf(const OffsetAnalysis& analysis) {
-  bool cannot_tell = false;
-  bool refused = analysis.scans.empty();
-  const auto note = [&](Verdict verdict) {
-    refused = refused || verdict == Verdict::kRefused;
-    cannot_tell = cannot_tell || verdict == Verdict::kCannotTell;
-  };
-  for (const CombinedTool& tool : analysis.combined.tools) note(VerdictOf(tool));
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const auto& reading : scan.result.self_tests) note(reading.recovered_mm.verdict());
-  }
-  return refused ? Verdict::kRefused : cannot_tell ? Verdict::kCannotTell : Verdict::kGood;
-}
-
-Verdict VerdictOf(const CombinedTool& tool) {
-  const std::array<Verdict, 2> verdicts = {tool.dx_mm.verdict(), tool.dy_mm.verdict()};
-  for (const Verdict worst : {Verdict::kRefused, Verdict::kCannotTell}) {
-    if (verdicts[0] == worst || verdicts[1] == worst) return worst;
-  }
-  return Verdict::kGood;
-}
-
-std::string ReasonOf(const CombinedTool& tool) {
-  const std::string& x = tool.dx_mm.reason();
-  const std::string& y = tool.dy_mm.reason();
-  if (x.empty() || x == y) return y;
-  return y.empty() ? x : x + "; " + y;
-}
-
-std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis, int tool) {
-  std::vector<std::string> notices;
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const ToolReading& reading : scan.result.tools) {
-      if (reading.tool == tool) AddOnce(reading.notice, notices);
-    }
-  }
-  return notices;
-}
-
-std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis) {
-  std::vector<std::string> notices;
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const std::string& notice : scan.result.notices) AddOnce(notice, notices);
-  }
-  return notices;
-}
 
 Json JsonOf(const OffsetAnalysis& analysis, const std::string& report) {
   const tool_offset::CombinedResult& combined = analysis.combined;
   Json json = Json::object();
   json["format"] = kFormat;
   json["verdict"] = ToString(VerdictOf(analysis));
-  json["reason"] = WhyNotGood(analysis);
+  json["reason"] = ReasonOf(analysis);
   json["sheet_id"] = analysis.plan.original ? Json(nullptr) : Json(analysis.plan.sheet_id);
   json["reference_tool"] = analysis.plan.settings.reference_tool;
   json["tools"] = Json::array();
@@ -268,7 +193,7 @@ Json JsonOf(const OffsetAnalysis& analysis, const std::string& report) {
 }
 
 Json RefusalJson(const OffsetAnalysis& analysis) {
-  const std::string reason = WhyNotGood(analysis);
+  const std::string reason = ReasonOf(analysis);
   OffsetAnalysis refused{analysis.plan, {}, {}, analysis.refused};
   const Measured nothing = Measured::Refused(reason);
   for (const int tool : analysis.plan.settings.tools) {

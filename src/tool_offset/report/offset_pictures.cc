@@ -51,9 +51,7 @@ DrawnFigure Drawn(const Figure& figure) { return {figure.name, figure.canvas.ToS
 OffsetScanPictures DrawOffsetScan(const PageView& page, const to::SheetPlan& plan,
                                   const to::SheetResult& result) {
   OffsetScanPictures pictures;
-  pictures.page.push_back(ForPage(PageFigure(page, plan, result)));
-  if (!plan.code.empty()) pictures.page.push_back(ForPage(CodeFigure(page, plan, result)));
-  if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(ForPage(*marks));
+  pictures.page = ForPage(PageFigure(page, plan, result));
   const std::vector<std::size_t> ranks = Ranks(result.structures);
   for (std::size_t i = 0; i < result.structures.size(); ++i) {
     const Figure figure = StructureFigure(page, plan, result, result.structures[i]);

@@ -31,9 +31,6 @@ to::SheetSettings Settings() {
   to::SheetSettings settings;
   settings.tools = {0, 1, 2};
   settings.teeth = 7;
-  // With coarse marks: all pictures that there are.
-  settings.layout = 1;
-  settings.paper = "any";
   return settings;
 }
 
@@ -63,7 +60,7 @@ const Drawn& Sheet() {
       made->analysis.combined = to::Combine(sheets);
     }
     made->input.analysis = &made->analysis;
-    made->input.failed = {"scan c.png: <no sheet> & nothing"};
+    made->analysis.refused = {{"c.png", "scan c.png: <no sheet> & nothing"}};
     return made;
   }();
   return *drawn;
@@ -84,32 +81,33 @@ TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
   EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: at no place"));
   EXPECT_THAT(page, HasSubstr("T2: at no place within"));
   EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
-  EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"dx\"><span>+0.19"));
+  EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"x\"><span>+0.19"));
   EXPECT_THAT(page, HasSubstr("95 %: +0.19"));
 }
 
-TEST(OffsetReport, HasTheLinesToPasteWithEachFirmwaresSign) {
-  const std::string page = OffsetReport(Sheet().input);
+TEST(OffsetReport, HasTheLinesToPasteWithTheSignOfTheSheetsFirmware) {
   // T1 lands 0.2 mm to the right and 0.1 mm to the front.
-  EXPECT_THAT(page, AllOf(HasSubstr("PARAMETER=gcode_x_offset VALUE=-0.199"),
-                          HasSubstr("SET_GCODE_OFFSET X=-0.199 Y=0.100"),
-                          HasSubstr("M218 T1 X0.199 Y-0.100"), HasSubstr("G10 P1 X0.199 Y-0.100")));
-  EXPECT_THAT(page, Not(HasSubstr("M218 T2")));
-  EXPECT_LT(page.find("M218 T1"), page.find("<svg"));
+  const std::string page = OffsetReport(Sheet().input);
+  EXPECT_THAT(page, HasSubstr("PARAMETER=gcode_x_offset VALUE=-0.199"));
+  EXPECT_THAT(page, Not(HasSubstr("T=2")));
+  EXPECT_LT(page.find("SET_TOOL_PARAMETER"), page.find("<svg"));
+  OffsetReportInput kept = Sheet().input;
+  kept.kept = {{1, {0.5, 0}, {0.301, 0.1}}};
+  EXPECT_THAT(OffsetReport(kept), HasSubstr("PARAMETER=gcode_x_offset VALUE=0.301"));
 }
 
 TEST(OffsetReport, TheLineThatSavesStandsBehindThoseOfAllTools) {
   OffsetAnalysis analysis = Sheet().analysis;
   ASSERT_EQ(analysis.combined.tools.size(), 2U);
+  analysis.plan.settings.printer.dialect = gcode::Dialect::kMarlin;
   to::CombinedTool& second = analysis.combined.tools[1];
   second = analysis.combined.tools[0];
   second.tool = 2;
   OffsetReportInput input = Sheet().input;
   input.analysis = &analysis;
   const std::string page = OffsetReport(input);
-  ASSERT_THAT(page, AllOf(HasSubstr("M218 T2"), HasSubstr("G10 P2")));
+  ASSERT_THAT(page, AllOf(HasSubstr("M218 T1 X0.199 Y-0.100"), HasSubstr("M218 T2")));
   EXPECT_LT(page.find("M218 T2"), page.find("M500\n"));
-  EXPECT_LT(page.find("G10 P2"), page.find("M500 P10\n"));
 }
 
 TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
@@ -127,27 +125,21 @@ TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
   const Drawn& sheet = Sheet();
   ASSERT_EQ(sheet.input.pictures.size(), 1U);
   const OffsetScanPictures& pictures = sheet.input.pictures[0];
-  ASSERT_EQ(pictures.page.size(), 3U);
-  EXPECT_EQ(pictures.page[0].name, "page");
-  EXPECT_EQ(pictures.page[1].name, "code");
-  EXPECT_EQ(pictures.page[2].name, "marks");
+  EXPECT_EQ(pictures.page.name, "page");
   EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
   const auto pictured =
       std::count_if(pictures.structures.begin(), pictures.structures.end(),
                     [](const DrawnFigure& figure) { return !figure.html[0].empty(); });
   EXPECT_EQ(pictured, 8) << "of " << pictures.structures.size();
-  for (const auto* list : {&pictures.page, &pictures.structures}) {
-    for (const DrawnFigure& figure : *list) {
-      EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
-      EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
-      if (figure.html[0].empty()) continue;
-      EXPECT_THAT(figure.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")))
-          << figure.name;
-      EXPECT_LT(figure.html.back().size(), figure.html.front().size()) << figure.name;
-    }
-  }
-  for (const DrawnFigure& figure : OffsetValueFigures(sheet.analysis)) {
+  std::vector<DrawnFigure> figures = pictures.structures;
+  figures.push_back(pictures.page);
+  for (const DrawnFigure& figure : figures) {
     EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+    EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
+    if (figure.html[0].empty()) continue;
+    EXPECT_THAT(figure.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")))
+        << figure.name;
+    EXPECT_LT(figure.html.back().size(), figure.html.front().size()) << figure.name;
   }
 }
 
@@ -170,7 +162,6 @@ TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
 
 TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   OffsetAnalysis analysis = Sheet().analysis;
-  EXPECT_EQ(OffsetValueFigures(analysis).size(), 2U);
   Quantity quantity;
   quantity.value = 0.1;
   quantity.interval95 = {0.09, 0.11};
@@ -178,11 +169,12 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   result.self_tests = {{"self-test X 1", 0.1, Measured::Good(quantity)},
                        {"self-test X 2", 0.2, Measured::Refused("torn")}};
   result.pick_ups = {{1, 1, Measured::Good(quantity), Measured::CannotTell("torn")}};
-  const std::vector<DrawnFigure> figures = OffsetValueFigures(analysis);
-  ASSERT_EQ(figures.size(), 4U);
-  EXPECT_EQ(figures[1].name, "self-test");
-  EXPECT_EQ(figures[2].name, "pick-ups");
-  for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.svg), "");
+  OffsetReportInput input = Sheet().input;
+  input.analysis = &analysis;
+  for (const std::string& text : {OffsetReport(input), OffsetText(analysis)}) {
+    EXPECT_THAT(text, AllOf(HasSubstr("self-test X 1, +0.10 mm"), HasSubstr("T1 pick-up 1")));
+    EXPECT_THAT(text, AllOf(HasSubstr("torn"), HasSubstr("95 %: +0.09")));
+  }
 }
 
 TEST(OffsetReport, AnOriginalSheetHasNoToothLeftOutThatWasNotMeantToCount) {
@@ -203,8 +195,8 @@ TEST(OffsetReport, AnOriginalSheetHasNoToothLeftOutThatWasNotMeantToCount) {
   drawn.analysis.combined = to::Combine(sheets);
   drawn.input.analysis = &drawn.analysis;
   const std::string page = OffsetReport(drawn.input);
-  EXPECT_THAT(page, AllOf(HasSubstr("stepped"), HasSubstr("as planned"),
-                          Not(HasSubstr("teeth left out")), Not(HasSubstr("coarse mark"))));
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("stepped"), HasSubstr("as planned"), Not(HasSubstr("teeth left out"))));
 }
 
 TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
@@ -225,8 +217,8 @@ TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
 TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
   OffsetAnalysis analysis = Sheet().analysis;
   for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
-  for (const DrawnFigure& figure : OffsetValueFigures(analysis)) {
-    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+  for (const Figure& figure : OffsetValueFigures(analysis)) {
+    EXPECT_EQ(test::XmlProblem(figure.canvas.ToSvg()), "") << figure.name;
   }
   to::SheetPlan plan;
   plan.settings.teeth = 60;

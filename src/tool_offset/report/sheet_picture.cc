@@ -79,12 +79,6 @@ PageWindow AlongStructure(const to::PageMap& map, const to::Structure& structure
               : Around(local, local.v_px_mm, local.u_px_mm, px_per_mm, to_rect);
 }
 
-PageWindow AroundPlace(const to::PageMap& map, to::SheetPoint middle, double width_mm,
-                       const RectPx& to) {
-  const to::LocalMap local = map.Near(middle);
-  return Around(local, local.u_px_mm, -1.0 * local.v_px_mm, to.width / width_mm, to);
-}
-
 void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
   constexpr int kMostSamples = 4;  // along each side of a pixel of the picture
   const double density =

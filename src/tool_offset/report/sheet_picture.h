@@ -32,11 +32,6 @@ struct PageWindow {
                                         const tool_offset::Structure& structure, double from_mm,
                                         double to_mm, const RectPx& to_rect);
 
-/// A piece of the sheet, u to the right, about `middle`; `width_mm` wide.
-[[nodiscard]] PageWindow AroundPlace(const tool_offset::PageMap& map,
-                                     tool_offset::SheetPoint middle, double width_mm,
-                                     const RectPx& to);
-
 /// Draws the page's pixels: means over what one pixel of the picture covers; grey beside the page.
 void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window);
 

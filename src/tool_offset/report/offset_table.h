@@ -1,0 +1,79 @@
+// The answer of scanned sheets as one table, which text, page and JSON render.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "tool_offset/reading/combine.h"
+#include "tool_offset/reading/sheet_result.h"
+#include "tool_offset/sheet/sheet_plan.h"
+
+namespace trammel::report {
+
+/// One page of one file.
+struct OffsetScan {
+  std::string source;  ///< the file, as it was named
+  int page = 1;        ///< of the file
+  int sheet = 1;       ///< scans of one print share it
+  tool_offset::SheetResult result;
+};
+
+/// A scan whose sheet could not be used, and why.
+struct RefusedScan {
+  std::string source;
+  std::string reason;
+};
+
+struct OffsetAnalysis {
+  tool_offset::SheetPlan plan;
+  std::vector<OffsetScan> scans;  ///< at least one, but for RefusalJson
+  tool_offset::CombinedResult combined;
+  std::vector<RefusedScan> refused;
+};
+
+/// Good where all tools and self-tests are; otherwise the worst of them.
+[[nodiscard]] Verdict VerdictOf(const OffsetAnalysis& analysis);
+/// What keeps the answer from being good, each reason once; empty where it is.
+[[nodiscard]] std::string ReasonOf(const OffsetAnalysis& analysis);
+/// Good where both axes are; otherwise the worse of them.
+[[nodiscard]] Verdict VerdictOf(const tool_offset::CombinedTool& tool);
+/// Empty where good; otherwise what is wrong with either axis, once where both have the same.
+[[nodiscard]] std::string ReasonOf(const tool_offset::CombinedTool& tool);
+/// The notices of all scans on a tool, each once.
+[[nodiscard]] std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis, int tool);
+/// The notices of all scans, each once.
+[[nodiscard]] std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis);
+
+/// What a row of the answer is of.
+enum class OffsetRowKind { kTool, kSelfTest, kPickUp, kBacklash, kBias };
+
+struct OffsetRow {
+  OffsetRowKind kind = OffsetRowKind::kTool;
+  std::string name;           ///< "T1", "self-test X 3, -0.28 mm"
+  Measured x;                 ///< mm; of a self-test the recovered offset
+  std::optional<Measured> y;  ///< mm; absent for a self-test
+  std::string remark;         ///< "coarse"; mostly empty
+  std::vector<std::string> notices;
+
+  /// The worse of both axes.
+  [[nodiscard]] Verdict verdict() const;
+  /// Empty where good; otherwise what is wrong with either axis, once where both have the same.
+  [[nodiscard]] std::string reason() const;
+};
+
+/// Every row of the answer: tools, self-tests, pick-ups, backlash, the method's bias.
+[[nodiscard]] std::vector<OffsetRow> OffsetTable(const OffsetAnalysis& analysis);
+
+/// A scan's or photo's facts: "600.0 x 600.0 dpi, lines scatter by 2.1 µm".
+[[nodiscard]] std::string ScanFacts(const OffsetScan& scan);
+/// "sheet 1234", or that it is of the original generator.
+[[nodiscard]] std::string SheetName(const tool_offset::SheetPlan& plan);
+
+/// The table for a terminal, the scans' facts and notices; several lines.
+/// @param report  path of the report that was written; empty where there is none.
+[[nodiscard]] std::string OffsetText(const OffsetAnalysis& analysis,
+                                     const std::string& report = "");
+
+}  // namespace trammel::report
