@@ -36,7 +36,6 @@ struct SimSheetArguments {
   std::vector<std::string> original_offsets;
   bool original_repaired = false;
   std::string pattern_out;
-  std::string settings_out;
   std::string out;
   std::string truth;
   sim::SheetName name;
@@ -123,7 +122,7 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
   return machine;
 }
 
-// Draws the original generator's sheet, and writes what its owner has of it.
+// Draws the original generator's sheet, and writes its G-code where that is wanted.
 Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
   sim::OriginalSheet original;
   const auto tools = sim::ParseOriginalTools(arguments.original);
@@ -143,20 +142,9 @@ Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
   }
   if (const auto valid = Validate(original); !valid) return tl::unexpected(valid.error());
   std::string gcode = OriginalGcode(original);
-  const auto write = [](const std::string& path, const std::string& text) -> Result<void> {
-    if (path.empty()) return {};
-    return files::WriteWholeFile(path, text, files::IfThere::kRefuse);
-  };
-  if (const auto written = write(arguments.pattern_out, gcode); !written) {
-    return tl::unexpected(written.error());
-  }
-  const std::string name = arguments.pattern_out.empty()
-                               ? "original.gcode"
-                               : std::filesystem::path(arguments.pattern_out).filename().string();
-  if (const auto written = write(arguments.settings_out, OriginalSettings(original, name));
-      !written) {
-    return tl::unexpected(written.error());
-  }
+  if (arguments.pattern_out.empty()) return gcode;
+  auto written = files::WriteWholeFile(arguments.pattern_out, gcode, files::IfThere::kRefuse);
+  if (!written) return tl::unexpected(written.error());
   return gcode;
 }
 
@@ -165,8 +153,8 @@ Result<std::string> GcodeOf(const SimSheetArguments& arguments) {
     return Fail("give either a G-code file or --original with its tools");
   }
   if (!arguments.original.empty()) return OriginalOf(arguments);
-  if (!arguments.pattern_out.empty() || !arguments.settings_out.empty()) {
-    return Fail("--pattern-out and --settings-out: write what --original draws; they need it");
+  if (!arguments.pattern_out.empty()) {
+    return Fail("--pattern-out: writes the sheet of --original; give that, too");
   }
   return sim::ReadTextFile(arguments.gcode, kLargestGcode);
 }
@@ -293,8 +281,7 @@ Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSh
 Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   const auto scene = sim::ParseSheetScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
-  for (const std::string& path :
-       {arguments.out, arguments.truth, arguments.pattern_out, arguments.settings_out}) {
+  for (const std::string& path : {arguments.out, arguments.truth, arguments.pattern_out}) {
     if (path.empty()) continue;
     auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
     if (!free) return free;
@@ -342,7 +329,6 @@ void AddOriginalOptions(CLI::App& sheet, SimSheetArguments& arguments) {
   sheet.add_flag("--original-repaired", arguments.original_repaired,
                  "such an offset moves the combs of its own place alone");
   sheet.add_option("--pattern-out", arguments.pattern_out, "new file for the original's G-code");
-  sheet.add_option("--settings-out", arguments.settings_out, "new file for its settings");
 }
 
 void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {

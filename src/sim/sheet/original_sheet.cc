@@ -274,33 +274,4 @@ Result<std::vector<int>> ParseOriginalTools(std::string_view text) {
 
 std::string OriginalGcode(const OriginalSheet& sheet) { return Writer(sheet).Write(); }
 
-std::string OriginalSettings(const OriginalSheet& sheet, std::string_view gcode_name) {
-  const std::string tools = fmt::format("[{}]", fmt::join(sheet.tools, ","));
-  std::vector<double> x_mm(sheet.tools.size(), 0.0);
-  std::vector<double> y_mm(sheet.tools.size(), 0.0);
-  for (std::size_t i = 0; i < sheet.offsets.size(); ++i) {
-    x_mm[i] = sheet.offsets[i].x_mm;
-    y_mm[i] = sheet.offsets[i].y_mm;
-  }
-  std::string text = fmt::format(
-      "pattern.width = {}\npattern.sigref_only = {}\npattern.length = {}\n"
-      "pattern.interlocked_period = {}\npattern.interlocked_pitch = {}\npattern.spacing = {}\n"
-      "pattern.spacing_to_square = {}\npattern.square_lines = {}\npattern.pitch = 1\n",
-      kWidthMm, kAloneMm, kLengthMm, kPeriodMm, kFingerMm, kSpacingMm, kToBoxMm, kBoxLines);
-  text += fmt::format(
-      "pattern.gen.tools = {}\npattern.gen.nozzle_diameters = {}\npattern.gen.extrusion_multiplier "
-      "= {}\n"
-      "pattern.gen.layer_height = {}\npattern.gen.z_offset = {}\npattern.gen.z_hop = "
-      "{}\npattern.gen.retraction_distance = {}\n"
-      "pattern.gen.print_speed = {}\npattern.gen.x_center = {}\npattern.gen.y_center = "
-      "{}\npattern.gen.rotation = {:g}\n"
-      "pattern.gen.x_offsets = [{}]\npattern.gen.y_offsets = [{}]\n",
-      tools, kNozzleMm, sheet.extrusion_multiplier, kLayerMm, kZOffsetMm, kHopMm, kRetractMm,
-      kPrintMmS, sheet.centre.x_mm, sheet.centre.y_mm,
-      std::round(sheet.rotation_rad * 180 / std::numbers::pi * 1e6) / 1e6, fmt::join(x_mm, ","),
-      fmt::join(y_mm, ","));
-  return text + fmt::format("pattern.full_interlocked_print({}, {}, \"{}\")\n", tools,
-                            sheet.reference, gcode_name);
-}
-
 }  // namespace trammel::sim

@@ -34,7 +34,4 @@ struct OriginalSheet {
 /// G-code for RepRapFirmware, arcs included. REQUIRES a valid sheet.
 [[nodiscard]] std::string OriginalGcode(const OriginalSheet& sheet);
 
-/// The settings that such a sheet is made with, one assignment a line in Python, and the call.
-[[nodiscard]] std::string OriginalSettings(const OriginalSheet& sheet, std::string_view gcode_name);
-
 }  // namespace trammel::sim

@@ -1,6 +1,5 @@
 #include "sim/sheet/original_sheet.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,8 +10,6 @@
 
 namespace trammel::sim {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr double kFileMm = 0.001;  // three decimals in the file, turned: 0.5 um in x and in y
 constexpr int kLegsOfAComb = 33;   // 17 fingers of two legs, of which the first is a travel
@@ -180,17 +177,6 @@ TEST(OriginalSheet, SerpentinesBulgeAtTheirEndsAlone) {
   }
   // Four combs begin with a half turn whose first chord alone may bulge.
   EXPECT_LE(bulging, 4U);
-}
-
-TEST(OriginalSheet, SettingsNameToolsReferenceAndOffsets) {
-  OriginalSheet sheet;
-  sheet.tools = {1, 2};
-  sheet.offsets = {{0.1, 0}, {-0.05, 0.2}};
-  const std::string text = OriginalSettings(sheet, "a.gcode");
-  EXPECT_THAT(text, HasSubstr("pattern.gen.tools = [1,2]\n"));
-  EXPECT_THAT(text, HasSubstr("pattern.gen.x_offsets = [0.1,-0.05]\n"));
-  EXPECT_THAT(text, HasSubstr("pattern.gen.rotation = 15\n"));
-  EXPECT_THAT(text, HasSubstr("pattern.full_interlocked_print([1,2], 2, \"a.gcode\")"));
 }
 
 TEST(OriginalSheet, ImpossibleSheetsAreRefused) {

@@ -17,9 +17,7 @@
 #include "base/json_text.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_output.h"
-#include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/commands/offset_reading.h"
-#include "tool_offset/original/original_sheet.h"
 #include "tool_offset/report/offset_json.h"
 
 namespace trammel::app {
@@ -27,7 +25,7 @@ namespace {
 
 struct AnalyzeArguments {
   std::vector<std::string> scans;
-  SheetChoice sheet;
+  std::string pattern;
   ReadingOptions reading;
   bool json = false;
   OffsetOutput output;
@@ -41,7 +39,7 @@ int Run(const AnalyzeArguments& arguments) {
       !may) {
     return PrintError(may.error());
   }
-  const auto plan = PlanOf(arguments.sheet);
+  const auto plan = ReadPlan(arguments.pattern);
   if (!plan) return PrintError(plan.error());
   ReadSheets read =
       ReadScans(arguments.scans, *plan, arguments.reading, arguments.output.has_pictures());
@@ -77,27 +75,6 @@ int Run(const AnalyzeArguments& arguments) {
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
-void AddSheetChoice(CLI::App& command, SheetChoice& sheet) {
-  command.add_option(
-      "--pattern", sheet.pattern,
-      "the G-code that was printed: it carries all that is known of the sheet. Of the "
-      "method's original generator its G-code, or the Python file with its settings");
-  command.add_option("--print", sheet.print, "which of the prints of such a settings file, from 1")
-      ->check(NumberIn(1, 20));
-  command.add_option("--original", sheet.original,
-                     "of a sheet of the original generator whose file is lost: its list of tools, "
-                     "for example 1,2,3,4,5");
-  command
-      .add_option("--reference-tool", sheet.reference_tool,
-                  "with --original: the tool that drew the box and one comb of every structure")
-      ->check(NumberIn(0, tool_offset::kHighestOriginalTool));
-  command
-      .add_option("--rotation", sheet.rotation_deg,
-                  "with --original: by how many degrees the print was turned on the bed")
-      ->check(NumberIn(5.0, 40.0))
-      ->capture_default_str();
-}
-
 }  // namespace
 
 void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
@@ -109,7 +86,10 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "TIFF, PNG, JPEG or PDF: scans or photos of one sheet, however it lay; "
                    "behind a + those of the next sheet, printed anew")
       ->required();
-  AddSheetChoice(*command, arguments->sheet);
+  command
+      ->add_option("--pattern", arguments->pattern,
+                   "the G-code that was printed, ours or the method's original generator's")
+      ->required();
   AddReadingOptions(*command, arguments->reading);
   command
       ->add_option_function<double>(

@@ -248,35 +248,34 @@ TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
   }
 }
 
-TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
-  ASSERT_EQ(Scan("half.png", "--dpi 300 --set crop-left-mm=120").exit_code, 0);
-  const CommandResult half = Analyze("half.png");
-  EXPECT_EQ(half.exit_code, 2);
-  EXPECT_THAT(half.standard_error, AllOf(HasSubstr("half.png"), HasSubstr("part of a box")));
-}
-
-TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
-  Page blank;
-  blank.width = 2480;
-  blank.height = 3508;
-  blank.samples.assign(std::size_t{2480} * 3508, 240);
-  WriteWhole(Path("blank.png"), image::PngOf(blank));
-  const CommandResult none = Analyze("blank.png --json");
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
-  EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
-
-  ASSERT_EQ(Scan("mirrored.png", "--dpi 300 --mirrored").exit_code, 0);
-  const CommandResult mirrored = Analyze("mirrored.png");
-  EXPECT_EQ(mirrored.exit_code, 2);
-  EXPECT_THAT(mirrored.standard_error, AllOf(HasSubstr("mirrored.png"), HasSubstr("mirror")));
-
-  tool_offset::SheetSettings settings = OfPla();
-  settings.pitch_mm = 3.9;
-  WritePattern("other.gcode", settings);
-  const CommandResult other = Trammel("offset analyze --pattern other.gcode a.png");
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.standard_error, HasSubstr("a.png"));
+TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
+  ASSERT_EQ(Trammel(fmt::format("sim sheet --original 1,2 --reference 2 --seed 12 --dpi 300 "
+                                "--offset 1:{},{} --offset 2:0,0 --out original.png --truth o.json "
+                                "--pattern-out o.gcode",
+                                kDx_mm, kDy_mm))
+                .exit_code,
+            0);
+  const CommandResult result = Trammel("offset analyze original.png --pattern o.gcode --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json found = json::parse(result.standard_output);
+  EXPECT_TRUE(found["sheet_id"].is_null());
+  ASSERT_EQ(found["tools"].size(), 1U);
+  const json& tool = found["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
+  const json truth = json::parse(ReadWhole(Path("o.json")));
+  for (const char* axis : {"x", "y"}) {
+    ExpectNear(found["backlash_mm"][axis], found["backlash_interval95_mm"][axis],
+               truth["backlash_mm"][axis]);
+  }
+  EXPECT_THAT(found["notices"].dump(), HasSubstr("identity not checked"));
+  EXPECT_THAT(Trammel("offset analyze original.png --pattern o.gcode --photo").standard_error,
+              HasSubstr("put it on a scanner"));
+  const std::string gcode = ReadWhole(Path("o.gcode"));
+  WriteWhole(Path("cut.gcode"), gcode.substr(0, gcode.size() / 2));
+  const CommandResult cut = Trammel("offset analyze original.png --pattern cut.gcode");
+  EXPECT_EQ(cut.exit_code, 1);
+  EXPECT_THAT(cut.standard_error, AllOf(HasSubstr("--pattern cut.gcode"), HasSubstr("cut off")));
 }
 
 TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {

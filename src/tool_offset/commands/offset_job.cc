@@ -3,16 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "app/serve_command.h"
 #include "document/interval_text.h"
 #include "session/uploads.h"
-#include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/printer_sheet.h"
 #include "tool_offset/files/offset_file.h"
@@ -33,7 +34,23 @@ constexpr const char* kTools = "tools";
 constexpr const char* kMaterial = "material";
 constexpr const char* kFile = "file";
 
-/// What a run is told of the sheet.
+/// "1,2,3", at most 100 of them; nothing where it is no such list.
+std::optional<std::vector<int>> ParseToolList(std::string_view text) {
+  constexpr std::size_t kMost = 100;
+  std::vector<int> tools;
+  for (;;) {
+    int tool = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), tool);
+    if (error != std::errc{} || tools.size() >= kMost) return std::nullopt;
+    tools.push_back(tool);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (text.empty()) return tools;
+    if (text.front() != ',') return std::nullopt;
+    text.remove_prefix(1);
+  }
+}
+
+/// The sheet that a run is to print.
 struct AskedSheet {
   SheetOptions options;
   std::string address;

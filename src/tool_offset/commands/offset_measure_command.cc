@@ -25,7 +25,6 @@
 #include "session/dead_run.h"
 #include "session/uploads.h"
 #include "tool_offset/commands/offset_commands.h"
-#include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/offset_setting.h"
 #include "tool_offset/files/offset_file.h"
@@ -237,7 +236,7 @@ int RunMeasure(const MeasureArguments& arguments) {
       FindSheet(arguments, session, recordings, procedure::PrinterName(config->scan.address));
   if (!sheet) return PrintError(sheet.error());
   const fs::path pattern = sheet->folder / procedure::kSheetGcodeName;
-  const auto plan = PlanOf({pattern.string(), 0, "", -1, 0});
+  const auto plan = ReadPlan(pattern.string());
   if (!plan) return PrintError(plan.error());
   FetchedFiles fetched(folder->path());
   const auto scans = FetchScans(arguments, session, *sheet, recordings, fetched);

@@ -10,8 +10,11 @@
 
 #include "app/number_range.h"
 #include "app/slow_work.h"
+#include "files/whole_file.h"
 #include "machine/page/page_file.h"
 #include "tool_offset/offset/photo_join.h"
+#include "tool_offset/original/original_gcode.h"
+#include "tool_offset/sheet/sheet_comments.h"
 
 namespace trammel::app {
 namespace {
@@ -58,6 +61,17 @@ void JoinThePhotos(const tool_offset::SheetPlan& plan,
   const bool all = std::all_of(sheet.begin(), sheet.end(),
                                [](const auto& result) { return result.photo.has_value(); });
   if (all && sheet.size() > 1) sheet = {tool_offset::JoinPhotos(plan, sheet)};
+}
+
+Result<tool_offset::SheetPlan> PlanOfText(const std::string& text) {
+  if (tool_offset::IsOriginalGcode(text)) {
+    const auto sheet = tool_offset::ReadOriginalGcode(text);
+    if (!sheet) return tl::unexpected(sheet.error());
+    return PlanOriginal(*sheet);
+  }
+  const auto settings = tool_offset::ReadSheetFile(text);
+  if (!settings) return tl::unexpected(settings.error());
+  return tool_offset::PlanSheet(*settings);
 }
 
 /// Reads every page of one file; pages are large, and each is gone when it has been read and drawn.
@@ -115,6 +129,16 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options) {
       ->check(NumberIn(20.0, 20000.0))
       ->excludes(photo)
       ->excludes("--film-focal");
+}
+
+Result<tool_offset::SheetPlan> ReadPlan(const std::string& pattern) {
+  constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+  const auto text = files::ReadWholeFile(pattern, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  auto plan = PlanOfText(*text);
+  if (plan) return plan;
+  return tl::unexpected(
+      Error{plan.error().kind, fmt::format("--pattern {}: {}", pattern, plan.error().message)});
 }
 
 ReadSheets ReadScans(const std::vector<std::string>& files, const tool_offset::SheetPlan& plan,

@@ -1,4 +1,4 @@
-// Reads files with scans or photos of a sheet.
+// Reads the plan of a sheet, and files with its scans or photos.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -24,6 +24,10 @@ struct ReadingOptions {
 
 /// Adds --dpi, --photo and --film-focal.
 void AddReadingOptions(CLI::App& command, ReadingOptions& options);
+
+/// Reads the plan of a printed sheet from its G-code, ours or the original generator's. Errors
+/// (kInput) name the file.
+[[nodiscard]] Result<tool_offset::SheetPlan> ReadPlan(const std::string& pattern);
 
 /// Among the files: the next ones are of another print of the sheet.
 inline constexpr const char* kNextSheet = "+";

@@ -25,7 +25,6 @@
 #include "session/run_journal.h"
 #include "settings/material.h"
 #include "tool_offset/commands/offset_commands.h"
-#include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/offset_setting.h"
 #include "tool_offset/commands/printer_sheet.h"
@@ -191,7 +190,7 @@ Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
   auto record = files::ReadStart(folder);
   if (!record) return tl::unexpected(record.error());
   const std::string pattern = (folder / procedure::kSheetGcodeName).string();
-  auto plan = PlanOf({pattern, 0, "", -1, 0});
+  auto plan = ReadPlan(pattern);
   if (!plan) return tl::unexpected(plan.error());
   if (record->stage == files::StartStage::kPrinting) {
     const std::string by_hand = fmt::format(

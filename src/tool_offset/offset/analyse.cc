@@ -12,7 +12,6 @@
 #include "tool_offset/offset/original_checks.h"
 #include "tool_offset/reading/comb_fit.h"
 #include "tool_offset/reading/foreign_ink.h"
-#include "tool_offset/reading/original_finder.h"
 #include "tool_offset/reading/page_kind.h"
 #include "tool_offset/reading/photo_checks.h"
 #include "tool_offset/reading/structure_reader.h"
@@ -247,8 +246,7 @@ PageKind LikelyKind(const PageView& page, const SheetPlan& plan, const AnalyseOp
 Result<PageKind> FindSheetAndKind(const PageView& page, const SheetPlan& plan,
                                   const AnalyseOptions& options, SheetOnPage& found) {
   if (options.kind == PageKind::kPhoto && plan.original) return Fail(kNoOriginalPhoto);
-  auto sheet = plan.original ? FindOriginalSheet(page, plan)
-                             : FindSheet(page, plan, LikelyKind(page, plan, options));
+  auto sheet = FindSheet(page, plan, LikelyKind(page, plan, options));
   if (!sheet) return tl::unexpected(sheet.error());
   found = std::move(*sheet);
   if (options.kind) return *options.kind;

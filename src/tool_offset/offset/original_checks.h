@@ -1,4 +1,4 @@
-// What an original sheet shows of the file that it was printed from.
+// Compares an original sheet with the file that it was printed from.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,10 @@
 
 namespace trammel::tool_offset {
 
-/// Refuses what contradicts the plan by more than a method's bias can be.
-///
-/// A tool against itself has the offset that the file gives it, and nothing else: where a control
-/// or a self-test reads another one, the sheet was not printed from this file, and no tool's value
-/// counts. A tool that is listed several times has one offset: where its pairs differ, its own
-/// value does not count. On a tool that is listed once another offset on purpose cannot be seen: it
-/// looks like the tool's own.
-/// @param result  with all its answers.
-/// @returns why the sheet is not the file's; nothing where it may be.
+/// Compares the reference tool's own pairs with their programmed offset: they have no other one.
+/// Another tool's programmed offset looks like the tool's own.
+/// @returns why the sheet was not printed from this file; nothing where it may have been.
 [[nodiscard]] std::optional<std::string> CheckAgainstFile(const SheetPlan& plan,
-                                                          SheetResult& result);
+                                                          const SheetResult& result);
 
 }  // namespace trammel::tool_offset

@@ -117,16 +117,6 @@ TEST(OriginalRead, NoticesOnTheControlThatTheFileIsAnother) {
   EXPECT_THAT(result.error().message, HasSubstr("+0.080 mm along u"));
 }
 
-TEST(OriginalRead, NoticesOnAToolThatIsListedTwiceThatTheFileIsAnother) {
-  OriginalSheet printed = OfTools({1, 2, 1});
-  printed.moved[2] = {0, 0.1};
-  const auto result = Read(PlanOriginal(printed), PlanOriginal(OfTools({1, 2, 1})), Scene());
-  ASSERT_TRUE(result) << result.error().message;
-  ASSERT_EQ(result->tools.size(), 1U);
-  EXPECT_EQ(result->tools[0].dx_mm.verdict(), Verdict::kRefused);
-  EXPECT_THAT(result->tools[0].dx_mm.reason(), HasSubstr("two of its pairs differ by +0.100 mm"));
-}
-
 TEST(OriginalRead, TakesOffWhatTheFileMovesOnPurposeAndSaysSo) {
   OriginalSheet sheet = OfTools({1, 2, 3});
   sheet.moved[0] = {0.1, -0.1};

@@ -11,14 +11,13 @@ namespace trammel::tool_offset {
 /// Whether the text has the comments that the original generator puts before its combs.
 [[nodiscard]] bool IsOriginalGcode(std::string_view gcode);
 
-/// Follows the moves and says which sheet they draw: tools, reference tool, how it is turned, how
-/// far each pair is moved on purpose. Where on the bed it is printed does not matter.
+/// Reads the tools, the reference tool, the turn on the bed and the programmed offset of each pair
+/// from the moves. The place on the bed does not matter.
 ///
-/// Every leg is compared with the published geometry, so that a file of another geometry, a changed
-/// or a cut-off one is refused.
-/// Errors name the line or the comb: a word that is no number, more lines than such a file has, a
-/// box or a leg elsewhere than the generator draws it, a comb of another tool than its pair's.
-/// Cost: one pass; memory for a thousand moves, whatever the file holds.
+/// Compares every leg, in the file's order, with the published geometry.
+/// Errors name the line: a word that is no number, a box or a leg elsewhere than the generator
+/// draws it, a comb of another tool than its pair's, a file that is cut off.
+/// Cost: one pass; memory for 1400 legs, whatever the file holds.
 [[nodiscard]] Result<OriginalSheet> ReadOriginalGcode(std::string_view gcode);
 
 }  // namespace trammel::tool_offset

@@ -20,7 +20,6 @@ constexpr double kBoxLine_mm = 0.4;  // from one line to the next
 constexpr double kPitch_mm = 4;
 constexpr int kTeeth = 17;
 constexpr double kSpacing_mm = 0.75;
-constexpr double kLeg_mm = 6;
 constexpr double kOverlap_mm = 4;
 constexpr double kReferenceStart_mm = 2;  // of the reference comb's first leg along the structure
 constexpr double kLineWidth_mm = 0.44;    // 0.4 mm nozzle, 1.1 times the filament
@@ -63,6 +62,41 @@ Structure OneStructure(const OriginalSheet& sheet, std::size_t pair, Axis axis, 
   structure.middle =
       axis == Axis::kX ? SheetPoint{along_mm, middle_mm} : SheetPoint{middle_mm, along_mm};
   return structure;
+}
+
+/// What cannot be told from this sheet; goes with every result of it.
+std::vector<std::string> NoticesOf(const OriginalSheet& sheet) {
+  std::vector<std::string> notices{
+      "identity not checked: an original sheet carries no number. Another sheet of as many tools, "
+      "another order of the tools or another reference tool than were stated cannot be noticed"};
+  const bool control =
+      std::find(sheet.tools.begin(), sheet.tools.end(), sheet.reference_tool) != sheet.tools.end();
+  if (!control) {
+    notices.push_back(fmt::format(
+        "no control: T{} is not in the list of tools, so that no structure of a known offset shows "
+        "the method's own bias; the intervals hold the scatter of the lines alone",
+        sheet.reference_tool));
+  }
+  const bool alone = std::all_of(sheet.tools.begin(), sheet.tools.end(),
+                                 [&](int tool) { return tool == sheet.reference_tool; });
+  if (alone) {
+    notices.push_back(fmt::format("T{} alone has drawn this sheet: no tool has an offset on it",
+                                  sheet.reference_tool));
+  }
+  std::string moved;
+  for (std::size_t i = 0; i < sheet.tools.size(); ++i) {
+    const SheetPoint& by = sheet.moved[i];
+    if (sheet.tools[i] == sheet.reference_tool || (by.u_mm == 0 && by.v_mm == 0)) continue;
+    moved += fmt::format("{}T{} by {:+.3f} / {:+.3f} mm", moved.empty() ? "" : ", ", sheet.tools[i],
+                         by.u_mm, by.v_mm);
+  }
+  if (!moved.empty()) {
+    notices.push_back(fmt::format(
+        "the file moves combs on purpose along the print's axes ({}), which is taken off. Whether "
+        "the sheet was printed with just these cannot be seen on a tool that is listed once",
+        moved));
+  }
+  return notices;
 }
 
 }  // namespace
@@ -120,7 +154,7 @@ SheetPlan PlanOriginal(const OriginalSheet& sheet) {
   settings.pitch_mm = kPitch_mm;
   settings.teeth = kTeeth;
   settings.leg_spacing_mm = kSpacing_mm;
-  settings.leg_length_mm = kLeg_mm;
+  settings.leg_length_mm = kOriginalLeg_mm;
   settings.overlap_mm = kOverlap_mm;
   settings.structure_gap_mm = kGap_mm;
   settings.tilt_deg = sheet.rotation_deg;
@@ -150,48 +184,8 @@ SheetPlan PlanOriginal(const OriginalSheet& sheet) {
       }
     }
   }
-  plan.notices = OriginalNotices(sheet);
+  plan.notices = NoticesOf(sheet);
   return plan;
-}
-
-std::vector<std::string> OriginalNotices(const OriginalSheet& sheet) {
-  std::vector<std::string> notices{
-      "identity not checked: an original sheet carries no number. Another sheet of as many tools, "
-      "another order of the tools or another reference tool than were stated cannot be noticed"};
-  const bool control =
-      std::find(sheet.tools.begin(), sheet.tools.end(), sheet.reference_tool) != sheet.tools.end();
-  if (!control) {
-    notices.push_back(fmt::format(
-        "no control: T{} is not in the list of tools, so that no structure of a known offset shows "
-        "the method's own bias; the intervals hold the scatter of the lines alone",
-        sheet.reference_tool));
-  }
-  const bool alone = std::all_of(sheet.tools.begin(), sheet.tools.end(),
-                                 [&](int tool) { return tool == sheet.reference_tool; });
-  if (alone) {
-    notices.push_back(fmt::format("T{} alone has drawn this sheet: no tool has an offset on it",
-                                  sheet.reference_tool));
-  }
-  std::string moved;
-  for (std::size_t i = 0; i < sheet.tools.size(); ++i) {
-    const SheetPoint& by = sheet.moved[i];
-    if (sheet.tools[i] == sheet.reference_tool || (by.u_mm == 0 && by.v_mm == 0)) continue;
-    moved += fmt::format("{}T{} by {:+.3f} / {:+.3f} mm", moved.empty() ? "" : ", ", sheet.tools[i],
-                         by.u_mm, by.v_mm);
-  }
-  if (!moved.empty()) {
-    notices.push_back(fmt::format(
-        "the file moves combs on purpose along the print's axes ({}), which is taken off. Whether "
-        "the sheet was printed with just these cannot be seen on a tool that is listed once",
-        moved));
-  }
-  if (sheet.offsets_not_printed) {
-    notices.push_back(
-        "the settings ask for offsets on purpose (x_offsets, y_offsets): the published generator "
-        "moves the whole print by the last of them and no comb against another, and so it is read. "
-        "Of a generator that was repaired give the G-code");
-  }
-  return notices;
 }
 
 }  // namespace trammel::tool_offset

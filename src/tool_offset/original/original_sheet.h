@@ -1,4 +1,4 @@
-// The sheet of the method's original generator: what its owner can say of it, and what is where.
+// The sheet of the method's original generator: its geometry, and what differs between prints.
 #pragma once
 
 #include <string>
@@ -8,9 +8,10 @@
 
 namespace trammel::tool_offset {
 
-/// Of a list of tools, as many as the published sheets have.
+/// As many as the published sheets have.
 inline constexpr int kMostOriginalPairs = 5;
 inline constexpr int kHighestOriginalTool = 99;
+inline constexpr double kOriginalLeg_mm = 6;
 
 /// All that differs between sheets of the published generator as far as a scan is concerned.
 struct OriginalSheet {
@@ -20,11 +21,6 @@ struct OriginalSheet {
   /// Of each pair, how far its tested combs are moved on purpose, along the print's axes; as many
   /// as tools.
   std::vector<SheetPoint> moved = std::vector<SheetPoint>(5);
-  /// The tested combs were seen in G-code: `moved` is what the file prints. Otherwise it is what
-  /// the published generator makes of its settings.
-  bool from_gcode = false;
-  /// Settings ask for offsets that the published generator does not print.
-  bool offsets_not_printed = false;
 };
 
 /// The first thing that cannot be a sheet, as an error.
@@ -37,8 +33,5 @@ struct OriginalSheet {
 /// itself is a control, or a self-test where it is moved on purpose.
 /// REQUIRES a valid sheet.
 [[nodiscard]] SheetPlan PlanOriginal(const OriginalSheet& sheet);
-
-/// Words on what cannot be told from this sheet, for every result of it.
-[[nodiscard]] std::vector<std::string> OriginalNotices(const OriginalSheet& sheet);
 
 }  // namespace trammel::tool_offset

@@ -10,62 +10,11 @@
 namespace trammel::tool_offset {
 namespace {
 
-constexpr double kExact_mm = 1e-9;
-
 OriginalSheet OfTools(const std::vector<int>& tools) {
   OriginalSheet sheet;
   sheet.tools = tools;
   sheet.moved.assign(tools.size(), {});
   return sheet;
-}
-
-TEST(OriginalSheet, HasThePublishedBoxForEveryNumberOfTools) {
-  const std::map<int, std::pair<double, double>> published{
-      {2, {122, 78}}, {3, {144, 78}}, {4, {166, 95}}, {5, {188, 117}}};
-  for (const auto& [count, size] : published) {
-    const SheetPlan plan =
-        PlanOriginal(OfTools(std::vector<int>(static_cast<std::size_t>(count), 1)));
-    EXPECT_NEAR(plan.width_mm, size.first, kExact_mm);
-    EXPECT_NEAR(plan.height_mm, size.second, kExact_mm);
-  }
-}
-
-TEST(OriginalSheet, ShiftsBothCombsByHalfAPitchOnEitherSide) {
-  const SheetPlan plan = PlanOriginal(OfTools({1, 2, 3}));
-  for (const Structure& structure : plan.structures) {
-    const std::size_t reference = structure.swapped ? 0 : 1;
-    EXPECT_EQ(structure.combs[reference].tool, plan.settings.reference_tool);
-    const double apart_mm =
-        FingerPosition_mm(plan, structure, 1, 0) - FingerPosition_mm(plan, structure, 0, 0);
-    EXPECT_NEAR(apart_mm, 2, kExact_mm);
-    EXPECT_FALSE(structure.FromLowSide(reference));
-    // Each spine's legs on its side, 8 mm apart.
-    const Leg low = FingerLegs(plan, structure, 1 - reference, 3)[0];
-    const Leg high = FingerLegs(plan, structure, reference, 3)[0];
-    const auto across = [&](const SheetPoint& p) {
-      return structure.axis == Axis::kX ? p.v_mm : p.u_mm;
-    };
-    EXPECT_NEAR(std::max(across(high.start), across(high.end)) -
-                    std::min(across(low.start), across(low.end)),
-                8, kExact_mm);
-  }
-}
-
-TEST(OriginalSheet, DrawsEachFingerThereAndBack) {
-  const SheetPlan plan = PlanOriginal(OfTools({1, 2}));
-  for (const Structure& structure : plan.structures) {
-    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-      const auto legs = FingerLegs(plan, structure, comb, 5);
-      const bool is_x = structure.axis == Axis::kX;
-      const auto way = [&](const Leg& leg) {
-        return is_x ? leg.end.v_mm - leg.start.v_mm : leg.end.u_mm - leg.start.u_mm;
-      };
-      EXPECT_NEAR(way(legs[0]), -way(legs[1]), kExact_mm);
-      // The first leg leads from the spine into the overlap.
-      const Leg& first = legs[structure.combs[comb].direction > 0 ? 0 : 1];
-      EXPECT_EQ(way(first) > 0, structure.FromLowSide(comb));
-    }
-  }
 }
 
 TEST(OriginalSheet, KeepsAllOfItsInkInItsBoxAndItsNamesApart) {

@@ -10,13 +10,25 @@
 #include "tool_offset/reading/box_candidates.h"
 #include "tool_offset/reading/box_start.h"
 #include "tool_offset/reading/line_spacing.h"
+#include "tool_offset/reading/original_match.h"
 #include "tool_offset/reading/small_page.h"
 
 namespace trammel::tool_offset {
 namespace {
 
-/// What a rectangle of lines turned out to be, in the order of how much it says.
-enum class Finding { kNothing, kPart, kUnreadable, kBroken, kMerged, kOther, kMirrored, kSheet };
+/// What a rectangle of lines turned out to be, in the order of how much it shows.
+enum class Finding {
+  kNothing,
+  kPart,
+  kOtherShape,  ///< of an original sheet, as kNoWayRound
+  kNoWayRound,
+  kUnreadable,
+  kBroken,
+  kMerged,
+  kOther,
+  kMirrored,
+  kSheet
+};
 
 struct Attempt {
   Finding finding = Finding::kNothing;
@@ -134,16 +146,56 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
     }
     if (attempt.finding <= best.finding) continue;
     best = std::move(attempt);
-    for (std::size_t i = 0; i < 4; ++i) {
-      best.sheet.corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
-    }
-    best.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
   }
   if (best.finding <= Finding::kMerged) {
     Attempt other = TryOtherSheet(page, small, plan, candidate, mix);
     if (other.finding > best.finding) best = std::move(other);
   }
   return best;
+}
+
+/// Tries all ways round that the box of an original sheet allows: nothing on it tells which, and a
+/// mirrored page is read as it was drawn.
+Attempt TryOriginal(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                    const BoxCandidate& candidate, int threshold) {
+  constexpr double kLeastMatch = 0.45;
+  constexpr double kLeastLead = 0.25;  // a wrong way round has single legs under its own
+  const SheetPlan bar = BarOf(plan);
+  const ChannelMix mix = MixOfSides(small, candidate, threshold);
+  Attempt attempt;
+  double best = -1e9;
+  double second = -1e9;
+  bool other_shape = !candidate.straightened;
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const auto start = StartMap(small, candidate, side, bar);
+    if (!start) continue;
+    const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
+    if (std::abs(std::log(ratio)) > kAnisotropy) continue;
+    other_shape = false;
+    const BoxFit box = FitBox(page, mix, bar, *start);
+    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
+    for (const bool flip_u : {false, true}) {
+      for (const bool flip_v : {false, true}) {
+        const PageMap map = Turned(box.map, flip_u, flip_v);
+        const double match = ReferenceMatch(page, plan, mix, map);
+        second = std::max(second, std::min(best, match));
+        if (match <= best) continue;
+        best = match;
+        attempt.sheet.map = map;
+        attempt.sheet.box_places = Turned(box.places, flip_u, flip_v);
+        attempt.sheet.box_rms_mm = box.rms_mm;
+      }
+    }
+  }
+  if (best == -1e9) {
+    attempt.finding = other_shape ? Finding::kOtherShape : Finding::kNothing;
+    return attempt;
+  }
+  const bool sure = best >= kLeastMatch && best >= second + kLeastLead;
+  attempt.finding = sure ? Finding::kSheet : Finding::kNoWayRound;
+  attempt.sheet.reference_mix = mix;
+  DescribeTurn(attempt.sheet);
+  return attempt;
 }
 
 /// Everything that one threshold shows.
@@ -166,7 +218,14 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
     if (known) continue;
     Attempt attempt;
     if (candidate.sides() == 4 && ++tried <= kMostTried) {
-      attempt = TryCandidate(page, small, plan, candidate, threshold);
+      attempt =
+          (plan.original ? TryOriginal : TryCandidate)(page, small, plan, candidate, threshold);
+      const ChannelMix& mix = attempt.sheet.reference_mix;
+      attempt.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        attempt.sheet.corners[i] =
+            small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
+      }
       if (attempt.finding >= Finding::kOther) {
         ++search.sheets;
         read.push_back(candidate);
@@ -250,6 +309,17 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan, PageKind kin
           "{} lines of the sheet's code are missing, too many to tell its number: look why its "
           "lines do not stick or break off (nozzle height, flow, clean paper), and print it again",
           attempt.missing_cells);
+    case Finding::kNoWayRound:
+      return fmt::format(
+          "a box was found, but whichever way round, the lines of T{} are not where an original "
+          "sheet of {} pairs has them: check that it is the sheet of this file, and that all lines "
+          "of T{} stuck",
+          plan.settings.reference_tool, plan.structures.size() / 4, plan.settings.reference_tool);
+    case Finding::kOtherShape:
+      return fmt::format(
+          "the box on the page has not the shape of {:.0f} x {:.0f} mm, as that of {} pairs has: "
+          "check that it is the sheet of this file",
+          plan.width_mm, plan.height_mm, plan.structures.size() / 4);
     case Finding::kPart:
       return fmt::format(
           "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
