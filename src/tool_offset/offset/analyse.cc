@@ -94,11 +94,6 @@ std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan,
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     tools[i].tool = numbers[i];
     tools[i].coarse_reading = readings[i];
-    for (const CoarseMark& mark : plan.coarse_marks) {
-      if (mark.tool != numbers[i]) continue;
-      tools[i].coarse_place = map.ToPage(
-          {mark.middle.u_mm + readings[i].shift.u_mm, mark.middle.v_mm + readings[i].shift.v_mm});
-    }
   }
   return tools;
 }

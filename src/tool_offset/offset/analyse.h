@@ -23,7 +23,7 @@ struct AnalyseOptions {
 /// A tool that did not print, is too faint or cannot be told from its surroundings is refused by
 /// name in its own reading; so is a structure. Fails only where the sheet itself cannot be used, or
 /// where nobody says whether it is a scan or a photo and both may be.
-/// Offsets that bring teeth to touch are read from the coarse mark and carry a notice.
+/// Offsets that bring teeth to touch are read from whole combs and carry a notice.
 /// @param plan  of the sheet that was printed.
 /// Accuracy: below 0.1 µm on a clean drawn scan; with scatter s of each leg and n teeth, an
 /// offset's

@@ -6,7 +6,7 @@
 
 namespace trammel::tool_offset {
 
-/// Fills in every answer of a sheet whose structures and coarse marks have been read: offsets,
+/// Fills in every answer of a sheet whose structures have been read: offsets,
 /// play, bias, scale, pick-ups, self-test, notices.
 void EstimateOffsets(const SheetPlan& plan, SheetResult& result);
 

@@ -61,7 +61,6 @@ struct ToolReading {
   bool coarse = false;           ///< too far off for its teeth: read from its combs as a whole
   std::string notice;            ///< advice that goes with a value
   SheetPoint coarse_mm;          ///< from the combs as a whole, bed axes (u is dx, v is dy)
-  PagePoint coarse_place;        ///< of the coarse mark's middle, on sheets that have them
   CoarseReading coarse_reading;  ///< where it prints roughly
 };
 

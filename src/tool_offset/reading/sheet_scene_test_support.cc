@@ -54,9 +54,6 @@ class Press {
         }
       }
     }
-    for (const CoarseMark& mark : plan_.coarse_marks) {
-      for (const Leg& leg : CoarseLegs(plan_, mark)) Line(leg, mark.tool, true);
-    }
     return std::move(strokes_);
   }
 

@@ -65,9 +65,6 @@ void VisitBox(const to::SheetPlan& plan, const LegVisitor& visit) {
 void VisitAll(const to::SheetPlan& plan, const LegVisitor& visit) {
   VisitBox(plan, visit);
   for (const to::Structure& structure : plan.structures) VisitStructure(plan, structure, visit);
-  for (const to::CoarseMark& mark : plan.coarse_marks) {
-    for (const to::Leg& leg : to::CoarseLegs(plan, mark)) visit(mark.tool, leg);
-  }
   for (const to::PrimeLine& line : plan.prime_lines) visit(line.tool, line.leg);
 }
 

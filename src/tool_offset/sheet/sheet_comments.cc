@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <span>
 
@@ -17,20 +16,8 @@ constexpr std::string_view kPrefix = "; trammel sheet: ";
 constexpr std::string_view kFormatKey = "format";
 constexpr std::string_view kIdKey = "sheet_id";
 constexpr std::string_view kEnd = "end";
-/// What a scan is not read with, and files of the first format do not have.
-constexpr std::array<std::string_view, 3> kSinceFormat2{
-    "filament.material", "tool_offset_pattern.start_gcode", "tool_offset_pattern.paper_clearance"};
-
-/// Files of older formats are of the first layout, on whatever paper took them.
-constexpr std::string_view kPaperKey = "tool_offset_pattern.paper";
-constexpr int kSinceLayout2 = 3;
-/// Stands only in files of sheets that are arranged so; without it they are as they always were.
+/// Stands only in files of sheets that are arranged so.
 constexpr std::string_view kForPhotoKey = "tool_offset_pattern.for_photo";
-
-bool IsNew(std::string_view key) {
-  return key == kForPhotoKey ||
-         std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
-}
 
 struct Entry {
   std::string key;  ///< with its section
@@ -93,18 +80,13 @@ class Reader {
   /// REQUIRES that the last comment was taken.
   Result<SheetSettings> Finish() {
     for (const Entry& entry : entries_) {
-      const bool later = IsNew(entry.key) || (format_ < kSinceLayout2 && entry.key == kPaperKey);
-      if (!seen_.contains(entry.key) && !later &&
+      if (!seen_.contains(entry.key) && entry.key != kForPhotoKey &&
           !std::holds_alternative<std::optional<double>*>(entry.value)) {
         return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", entry.key));
       }
     }
     if (!seen_.contains(std::string(kIdKey))) {
       return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", kIdKey));
-    }
-    if (format_ < kSinceLayout2) {
-      settings_.layout = 1;
-      settings_.paper = "any";
     }
     if (auto valid = Validate(settings_); !valid) return tl::unexpected(valid.error());
     if (const int made = PlanSheet(settings_).sheet_id; made != sheet_id_) {
@@ -132,10 +114,11 @@ class Reader {
 
   Result<bool> TakeFormat(long line, std::string_view value) {
     const Result<bool> taken = TakeNumber(line, std::string(kFormatKey), value, format_);
-    if (taken && (format_ < 1 || format_ > kSheetFormat)) {
-      return FailAt(
-          line, fmt::format("format {} is none of 1 ... {}, those that this trammel reads", format_,
-                            kSheetFormat));
+    if (taken && format_ != kSheetFormat) {
+      return FailAt(line,
+                    fmt::format("format {}: this trammel reads format {}; make the sheet anew "
+                                "and print that",
+                                format_, kSheetFormat));
     }
     return taken;
   }
@@ -150,13 +133,10 @@ class Reader {
 }  // namespace
 
 std::string FormatSheetComments(const SheetPlan& plan) {
-  const bool first_layout = plan.settings.layout == 1;
-  std::string out =
-      fmt::format("{}{} = {}\n{}{} = {}\n", kPrefix, kFormatKey,
-                  first_layout ? kSinceLayout2 - 1 : kSheetFormat, kPrefix, kIdKey, plan.sheet_id);
+  std::string out = fmt::format("{}{} = {}\n{}{} = {}\n", kPrefix, kFormatKey, kSheetFormat,
+                                kPrefix, kIdKey, plan.sheet_id);
   SheetSettings settings = plan.settings;
   for (const Entry& entry : Entries(settings)) {
-    if (first_layout && entry.key == kPaperKey) continue;
     if (!settings.for_photo && entry.key == kForPhotoKey) continue;
     if (const auto value = FormatSheetValue(entry.value)) {
       out += fmt::format("{}{} = {}\n", kPrefix, entry.key, *value);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include "base/random.h"
@@ -14,7 +13,6 @@ namespace trammel::tool_offset {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 SheetSettings Unusual() {
   SheetSettings settings;
@@ -58,42 +56,6 @@ TEST(SheetFile, SettingsReadBackAsTheyWere) {
   }
 }
 
-// What format 1 does not have, a scan is not read with.
-TEST(SheetFile, OfTheFirstFormatIsReadAsWell) {
-  SheetSettings first = Unusual();
-  first.layout = 1;
-  first.paper = "any";
-  std::string old;
-  std::istringstream now(FormatSheetComments(PlanSheet(first)));
-  for (std::string line; std::getline(now, line);) {
-    if (line == "; trammel sheet: format = 2") line.back() = '1';
-    const bool is_new = line.find("filament.material") != std::string::npos ||
-                        line.find("tool_offset_pattern.start_gcode") != std::string::npos ||
-                        line.find("tool_offset_pattern.paper_clearance") != std::string::npos;
-    if (!is_new) old += line + "\n";
-  }
-  const Result<SheetSettings> read = ReadSheetFile(old);
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(PlanSheet(*read).sheet_id, PlanSheet(first).sheet_id);
-}
-
-// The numbers are those that sheets of the first layout had when they were printed.
-TEST(SheetFile, OfTheFirstLayoutDescribesTheSheetThatWasPrinted) {
-  SheetSettings first;
-  first.layout = 1;
-  first.paper = "any";
-  const SheetPlan two = PlanSheet(first);
-  EXPECT_EQ(two.sheet_id, 10322);
-  const std::string text = FormatSheetComments(two);
-  EXPECT_THAT(text, HasSubstr("format = 2\n"));
-  EXPECT_THAT(text, Not(HasSubstr("tool_offset_pattern.paper = ")));
-  const Result<SheetSettings> read = ReadSheetFile(text);
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->layout, 1);
-  EXPECT_EQ(PlanSheet(*read).coarse_marks.size(), 1U);
-  EXPECT_NE(PlanSheet({}).sheet_id, two.sheet_id);
-}
-
 TEST(SheetFile, LineEndsOfWindowsAndLinesInFrontDoNoHarm) {
   std::string text = "; uploaded by somebody\n" + FormatSheetComments(PlanSheet({}));
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) {
@@ -122,8 +84,7 @@ TEST(SheetFile, WhatIsNotAPatternIsSaidToBeNone) {
 
 TEST(SheetFile, EachFaultIsNamedWithItsLine) {
   const std::string pitch = "tool_offset_pattern.pitch = 4.19";
-  EXPECT_THAT(Fault(Changed("format = 3", "format = 4")), HasSubstr("line 1: format 4"));
-  EXPECT_THAT(Fault(Changed("format = 3", "format = 0")), HasSubstr("line 1: format 0"));
+  EXPECT_THAT(Fault(Changed("format = 3", "format = 2")), HasSubstr("line 1: format 2"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = nan")), HasSubstr("pitch: nan mm"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 4.19 ")),
               HasSubstr("must be a number"));

@@ -224,11 +224,6 @@ class Writer {
         if (cell.dark) pen_.DrawLeg(CodeLeg(plan_, cell));
       }
     }
-    for (const CoarseMark& mark : plan_.coarse_marks) {
-      if (mark.tool != tool || turn.pick_up != 0) continue;
-      pen_.Line("; coarse mark");
-      for (const Leg& leg : CoarseLegs(plan_, mark)) pen_.DrawLeg(leg);
-    }
     for (const Structure& structure : plan_.structures) {
       for (std::size_t comb = 0; comb < 2; ++comb) {
         if (structure.combs[comb].tool != tool || structure.combs[comb].pick_up != turn.pick_up) {

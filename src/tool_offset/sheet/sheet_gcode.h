@@ -31,7 +31,7 @@ enum class PaperComes {
 [[nodiscard]] std::string ParkAsideGcode(const SheetPlan& plan);
 
 /// Each tool is picked up once (and once more for each pick-up): the reference tool first, which
-/// draws box, code and its combs, then every other with its coarse mark and combs. Before each leg
+/// draws box, code and its combs, then every other with its combs. Before each leg
 /// the nozzle travels the leg's own way, so that the play of both axes is taken up.
 /// Of paper that lies there before, the file runs neither start nor end G-code, leaves the motors
 /// on, and ends with all heaters off and the head parked out of the way of hands.

@@ -103,9 +103,6 @@ TEST(SheetGcode, EveryLegOfThePlanIsDrawnOnceByItsToolWhereItShouldBe) {
       }
     }
   }
-  for (const CoarseMark& mark : plan.coarse_marks) {
-    for (const Leg& leg : CoarseLegs(plan, mark)) expect(mark.tool, leg);
-  }
   for (const CodeCell& cell : plan.code) {
     if (cell.dark) expect(0, CodeLeg(plan, cell));
   }
@@ -168,8 +165,8 @@ TEST(SheetGcode, BothAxesRunTheLegsWayFor2MillimetresBeforeItBegins) {
     EXPECT_GT(std::abs(run_in.y_mm - run_in.from_y_mm), 0.2);
     ++legs;
   }
-  // 2 x 6 structures, 2 x 17 fingers and 2 legs each, 4 of the mark, and the dark cells.
-  EXPECT_GT(legs, 12 * 68 + 4);
+  // 2 x 6 structures, 2 x 17 fingers and 2 legs each, and the dark cells.
+  EXPECT_GT(legs, 12 * 68);
 }
 
 TEST(SheetGcode, NothingIsDraggedOverThePaperAndNoFilamentIsLost) {

@@ -12,10 +12,7 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// White that has to stay between two things when both move by the reach of the coarse marks.
-constexpr double kClear_mm = 1;
-
-enum Kind : std::size_t { kX, kY, kMarks, kCode, kKinds };
+enum Kind : std::size_t { kX, kY, kCode, kKinds };
 
 /// Some of the blocks, put together without gaps (each cell has its margin inside).
 struct Packing {
@@ -91,38 +88,15 @@ Packings StackOrStandBeside(const Packings& a, const Packings& b) {
   return Smallest(std::move(all));
 }
 
-void Append(const Packings& more, Packings& all) {
-  all.insert(all.end(), more.begin(), more.end());
-}
-
-Packings AllPackings(const SheetSettings& settings, const LayoutCounts& counts) {
+Packings AllPackings(const SheetSettings& settings, int x_structures, int y_structures) {
   const double gap_mm = settings.structure_gap_mm;
   const double length_mm = StructureLength_mm(settings) + gap_mm;
   const double thickness_mm = StructureThickness_mm(settings) + gap_mm;
-  const Packings x = Shapes(kX, counts.x_structures, length_mm, thickness_mm);
-  const Packings y = Shapes(kY, counts.y_structures, thickness_mm, length_mm);
-  // Half of what two marks keep between them, which both may move; the structures' own margin
-  // makes up for the rest towards them.
-  const double mark_margin_mm =
-      std::max(kMarkReach_mm + kClear_mm / 2, 2 * kMarkReach_mm + kClear_mm - gap_mm / 2);
-  const double mark_mm = kCoarseLegStart_mm + kCoarseLeg_mm + settings.leg_spacing_mm / 2 +
-                         settings.line_width_mm + 2 * mark_margin_mm;
-  const Packings marks = Shapes(kMarks, counts.coarse_marks, mark_mm, mark_mm);
-  const double code_margin_mm =
-      settings.layout == 1 ? 2 * (kMarkReach_mm + kClear_mm) : settings.structure_gap_mm;
-  const Packings code = Shapes(kCode, 1, kCodeCells * kCodeCell_mm + code_margin_mm,
-                               kCodeLeg_mm + settings.line_width_mm + code_margin_mm);
-
-  const Packings structures = StackOrStandBeside(x, y);
-  if (marks.empty()) return Stack(code, structures);
-  Packings all;
-  Packings strip;
-  for (const Packing& mark : marks) strip.push_back(Join(code.front(), mark, true));
-  Append(Stack(strip, structures), all);
-  Append(Stack(code, StackOrStandBeside(structures, marks)), all);
-  Append(Stack(code, StackOrStandBeside(StackOrStandBeside(x, marks), y)), all);
-  Append(Stack(code, StackOrStandBeside(x, StackOrStandBeside(y, marks))), all);
-  return Smallest(std::move(all));
+  const Packings x = Shapes(kX, x_structures, length_mm, thickness_mm);
+  const Packings y = Shapes(kY, y_structures, thickness_mm, length_mm);
+  const Packings code = Shapes(kCode, 1, kCodeCells * kCodeCell_mm + gap_mm,
+                               kCodeLeg_mm + settings.line_width_mm + gap_mm);
+  return Stack(code, StackOrStandBeside(x, y));
 }
 
 /// 0 for the smallest paper that takes the turned outline, lying or standing.
@@ -161,10 +135,10 @@ SheetCost CostOfSheet(const SheetSettings& settings, double width_mm, double hei
           x_mm * y_mm};
 }
 
-Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, double border_mm) {
-  const Packings packings = AllPackings(settings, counts);
-  TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", counts.x_structures,
-                counts.y_structures);
+Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
+                    double border_mm) {
+  const Packings packings = AllPackings(settings, x_structures, y_structures);
+  TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", x_structures, y_structures);
   const auto cost = [&](const Packing& packing) {
     return CostOfSheet(settings, packing.width_mm + 2 * border_mm,
                        packing.height_mm + 2 * border_mm);
@@ -172,8 +146,7 @@ Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, d
   const Packing& best =
       *std::min_element(packings.begin(), packings.end(),
                         [&](const Packing& a, const Packing& b) { return cost(a) < cost(b); });
-  return {best.width_mm,  best.height_mm,     best.grids[kX],
-          best.grids[kY], best.grids[kMarks], best.grids[kCode]};
+  return {best.width_mm, best.height_mm, best.grids[kX], best.grids[kY], best.grids[kCode]};
 }
 
 }  // namespace trammel::tool_offset

@@ -14,16 +14,9 @@ inline constexpr int kBoxLines = 3;
 /// From one leg of the code to the next, and how long one is: at 300 dpi 23 px and 47 px.
 inline constexpr double kCodeCell_mm = 2;
 inline constexpr double kCodeLeg_mm = 4;
-/// Of a coarse mark: how long a leg is, and how far it stays from where the middle lines cross.
-inline constexpr double kCoarseLeg_mm = 6;
-inline constexpr double kCoarseLegStart_mm = 1;
-
-/// Up to which coarse marks keep clear of everything else, in the first layout.
-inline constexpr double kMarkReach_mm = 3;
-
 /// From the box to the first row of prime lines, more than most tools are off; from row to row; and
 /// from one to the next in a row.
-inline constexpr double kPrimeGap_mm = kMarkReach_mm + 2;
+inline constexpr double kPrimeGap_mm = 5;
 inline constexpr double kPrimeRow_mm = 3;
 inline constexpr double kPrimeLength_mm = 40;
 
@@ -54,15 +47,7 @@ struct Layout {
   double height_mm = 0;
   Grid x_structures;
   Grid y_structures;
-  Grid coarse_marks;  ///< cells of no size where there are none
-  Grid code;          ///< one cell, in the lower left corner
-};
-
-/// How much there is of each.
-struct LayoutCounts {
-  int x_structures = 0;
-  int y_structures = 0;
-  int coarse_marks = 0;
+  Grid code;  ///< one cell, in the lower left corner
 };
 
 /// In the order of what matters: whether it leaves the bed, and the paper of the settings; which
@@ -76,7 +61,7 @@ using SheetCost = std::tuple<bool, bool, int, double>;
 /// smallest sheet of paper, turned by the tilt, and of those the one with the smallest turned
 /// outline. X structures stand in columns, Y structures in rows.
 /// @param border_mm  what lies around the layout on each side: box, clearance.
-[[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts,
+[[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
                                   double border_mm);
 
 }  // namespace trammel::tool_offset

@@ -29,7 +29,6 @@ Point Outline(const SheetPlan& plan) {
 
 struct Ink {
   std::string of;  ///< what it belongs to
-  bool reference = true;
   Leg leg;
 };
 
@@ -39,19 +38,13 @@ std::vector<Ink> AllInk(const SheetPlan& plan) {
     for (std::size_t comb = 0; comb < 2; ++comb) {
       for (int finger = 0; finger < plan.settings.teeth; ++finger) {
         for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) {
-          ink.push_back(
-              {structure.name, structure.combs[comb].tool == plan.settings.reference_tool, leg});
+          ink.push_back({structure.name, leg});
         }
       }
     }
   }
-  for (const CoarseMark& mark : plan.coarse_marks) {
-    for (const Leg& leg : CoarseLegs(plan, mark)) {
-      ink.push_back({"mark " + std::to_string(mark.tool), false, leg});
-    }
-  }
   for (const CodeCell& cell : plan.code) {
-    if (cell.dark) ink.push_back({"code", true, CodeLeg(plan, cell)});
+    if (cell.dark) ink.push_back({"code", CodeLeg(plan, cell)});
   }
   return ink;
 }
@@ -85,27 +78,6 @@ TEST(SheetLayout, NothingTouchesAndEverythingLiesInTheBox) {
       }
     }
     EXPECT_GE(nearest_mm, plan.settings.structure_gap_mm);
-  }
-}
-
-TEST(SheetLayout, MarksOfTheFirstLayoutStayClearOfAllElseWithin3Millimetres) {
-  for (const int tools : {2, 3, 5, 8}) {
-    SheetSettings settings = WithTools(tools);
-    settings.layout = 1;
-    settings.paper = "any";
-    const SheetPlan plan = PlanSheet(settings);
-    ASSERT_FALSE(plan.coarse_marks.empty());
-    const std::vector<Ink> ink = AllInk(plan);
-    for (const Ink& mark : ink) {
-      if (!mark.of.starts_with("mark")) continue;
-      for (const Ink& other : ink) {
-        if (other.of == mark.of) continue;
-        // Where both are drawn by tested tools, both may move.
-        const double reach_mm = other.reference ? kMarkReach_mm : 2 * kMarkReach_mm;
-        EXPECT_GT(Distance_mm(mark.leg, other.leg), reach_mm + plan.settings.line_width_mm)
-            << mark.of << " and " << other.of << " of " << tools;
-      }
-    }
   }
 }
 

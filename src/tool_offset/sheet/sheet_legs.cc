@@ -42,10 +42,6 @@ std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool) {
       legs.insert(legs.end(), joins.begin(), joins.end());
     }
   }
-  for (const CoarseMark& mark : plan.coarse_marks) {
-    if (mark.tool != tool) continue;
-    for (const Leg& leg : CoarseLegs(plan, mark)) legs.push_back(leg);
-  }
   for (const PrimeLine& line : plan.prime_lines) {
     if (line.tool == tool) legs.push_back(line.leg);
   }
@@ -114,19 +110,6 @@ std::vector<Leg> JoinsOfComb(const SheetPlan& plan, const Structure& structure, 
          across_mm + (from_low ? -spine_mm : spine_mm));
   }
   return joins;
-}
-
-std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark) {
-  const double half_mm = plan.settings.leg_spacing_mm / 2;
-  const double tilt_deg = plan.settings.tilt_deg;
-  const auto leg = [&](Axis axis, double position_mm, double across_mm) {
-    return AcrossLeg(axis, position_mm, across_mm + kCoarseLegStart_mm,
-                     across_mm + kCoarseLegStart_mm + kCoarseLeg_mm,
-                     TowardsHigherCoordinate(axis, 1, tilt_deg));
-  };
-  const SheetPoint& at = mark.middle;
-  return {leg(Axis::kY, at.v_mm - half_mm, at.u_mm), leg(Axis::kY, at.v_mm + half_mm, at.u_mm),
-          leg(Axis::kX, at.u_mm - half_mm, at.v_mm), leg(Axis::kX, at.u_mm + half_mm, at.v_mm)};
 }
 
 Leg CodeLeg(const SheetPlan& plan, const CodeCell& cell) {

@@ -40,8 +40,9 @@ class CheckSum {
 };
 
 std::uint16_t SheetId(const SheetPlan& plan) {
+  constexpr int kArrangement = 2;  // another one draws other sheets of the same settings
   CheckSum sum;
-  sum.Add(plan.settings.layout);
+  sum.Add(kArrangement);
   sum.Add(plan.settings.reference_tool);
   sum.AddLength(plan.settings.tilt_deg);
   sum.AddLength(plan.width_mm);
@@ -54,10 +55,6 @@ std::uint16_t SheetId(const SheetPlan& plan) {
         for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) sum.Add(leg);
       }
     }
-  }
-  for (const CoarseMark& mark : plan.coarse_marks) {
-    sum.Add(mark.tool);
-    for (const Leg& leg : CoarseLegs(plan, mark)) sum.Add(leg);
   }
   return sum.value();
 }
@@ -102,33 +99,21 @@ SheetPoint OnSheet(SheetPoint in_layout, double width_mm, double height_mm) {
   return {in_layout.u_mm - width_mm / 2, in_layout.v_mm - height_mm / 2};
 }
 
-/// Sets the box's size and all structures and marks into it.
+/// Sets the box's size and all structures into it.
 /// @returns the middle of the code.
 SheetPoint Place(const std::vector<Structure>& x, const std::vector<Structure>& y, double border_mm,
                  SheetPlan& plan) {
-  const SheetSettings& settings = plan.settings;
-  const Layout layout = ArrangeSheet(settings,
-                                     {static_cast<int>(x.size()), static_cast<int>(y.size()),
-                                      static_cast<int>(plan.coarse_marks.size())},
-                                     border_mm);
+  const Layout layout = ArrangeSheet(plan.settings, static_cast<int>(x.size()),
+                                     static_cast<int>(y.size()), border_mm);
   plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
   plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
-  const auto on_sheet = [&](const SheetPoint& in_layout, double right_mm, double up_mm) {
-    return Rounded({in_layout.u_mm - layout.width_mm / 2 + right_mm,
-                    in_layout.v_mm - layout.height_mm / 2 + up_mm});
-  };
   for (std::size_t i = 0; i < x.size() + y.size(); ++i) {
     const bool is_x = i < x.size();
     const std::size_t in_grid = is_x ? i : i - x.size();
     plan.structures.push_back(is_x ? x[in_grid] : y[in_grid]);
     const Grid& grid = is_x ? layout.x_structures : layout.y_structures;
-    plan.structures.back().middle = on_sheet(CellOf(grid, static_cast<int>(in_grid), is_x), 0, 0);
-  }
-  for (std::size_t i = 0; i < plan.coarse_marks.size(); ++i) {
-    // The legs reach to one side only: the middle of the ink belongs into the middle of the cell.
-    const double aside_mm = (kCoarseLegStart_mm + kCoarseLeg_mm - settings.leg_spacing_mm / 2) / 2;
-    plan.coarse_marks[i].middle =
-        on_sheet(CellOf(layout.coarse_marks, static_cast<int>(i), false), -aside_mm, -aside_mm);
+    plan.structures.back().middle = Rounded(
+        OnSheet(CellOf(grid, static_cast<int>(in_grid), is_x), layout.width_mm, layout.height_mm));
   }
   return OnSheet(layout.code.CellMiddle(0, 0), layout.width_mm, layout.height_mm);
 }
@@ -161,11 +146,6 @@ SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   }
   const std::vector<Structure> x = ListStructures(settings, Axis::kX);
   const std::vector<Structure> y = ListStructures(settings, Axis::kY);
-  for (const int tool : settings.tools) {
-    if (settings.layout == 1 && tool != settings.reference_tool) {
-      plan.coarse_marks.push_back({tool, {}});
-    }
-  }
   // Cells have half of the gap inside.
   const double border_mm = plan.box_insets_mm.back() + settings.structure_gap_mm / 2;
   const SheetPoint code_middle =

@@ -62,13 +62,6 @@ struct Structure {
   [[nodiscard]] bool FromLowSide(std::size_t comb) const { return (comb == 0) != swapped; }
 };
 
-/// Legs of a tested tool alone, far from everything else: two along u, two along v, whose middle
-/// lines cross at `middle`; the legs begin beside it, towards higher u and v, and touch nothing.
-/// Sheets of the first layout have them.
-struct CoarseMark {
-  int tool = 0;
-  SheetPoint middle;
-};
 /// The most that a tool may be off along each of the bed's axes and still be answered.
 inline constexpr double kCoarseReach_mm = 10;
 /// On an original sheet, whose structures stand nearer to each other.
@@ -95,7 +88,6 @@ struct SheetPlan {
   std::vector<double>
       box_insets_mm;  ///< Of each nested box's middle line from the outermost; 0 first.
   std::vector<Structure> structures;
-  std::vector<CoarseMark> coarse_marks;
   std::vector<CodeCell> code;
   std::vector<PrimeLine> prime_lines;
   std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
@@ -126,9 +118,6 @@ struct SheetPlan {
 /// Both legs of a finger, the one with the lower coordinate first; with the programmed offset.
 [[nodiscard]] std::array<Leg, 2> FingerLegs(const SheetPlan& plan, const Structure& structure,
                                             std::size_t comb, int finger);
-
-/// Legs of a mark: two along u (lower v first), then two along v (lower u first).
-[[nodiscard]] std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark);
 
 /// Straight pieces for the turns and spines that join a comb's legs; none where legs are not
 /// joined.

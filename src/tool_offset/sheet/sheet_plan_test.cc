@@ -37,10 +37,6 @@ TEST(SheetPlan, EachToolHasItsFourStructuresAndTheReferenceItsControlsAndBacklas
                                           "control Y+", "control Y-", "backlash X 1",
                                           "backlash X 2", "backlash Y 1", "backlash Y 2"}));
   EXPECT_EQ(names.size(), plan.structures.size());
-  EXPECT_EQ(plan.coarse_marks.size(), 0u);
-  SheetSettings first = WithTools(3);
-  first.layout = 1;
-  EXPECT_EQ(PlanSheet(first).coarse_marks.size(), 2u);
 }
 
 TEST(SheetPlan, MinusStructuresSwapTheRolesOfTheTools) {
@@ -166,7 +162,6 @@ TEST(SheetPlan, SelfTestsMoveEachStructureByAnOffsetOfItsOwn) {
   }
   EXPECT_EQ(offsets_mm[Axis::kX].size(), 8u);
   EXPECT_EQ(offsets_mm[Axis::kY].size(), 8u);
-  EXPECT_TRUE(plan.coarse_marks.empty());
 }
 
 TEST(SheetPlan, EachToolIsSetAgainstItselfAfterEachPickUp) {

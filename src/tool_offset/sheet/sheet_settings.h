@@ -14,9 +14,6 @@ namespace trammel::tool_offset {
 /// Paper on a hotter bed curls, and the tape that holds it comes off.
 inline constexpr double kWarmestPaper_c = 60;
 
-/// The arrangement of new sheets.
-inline constexpr int kSheetLayout = 2;
-
 /// What is drawn, and with what; ranges stand in SheetFields() (sheet_fields.h), how the fields
 /// have to fit together in FindProblem().
 struct SheetSettings {
@@ -68,10 +65,6 @@ struct SheetSettings {
 
   settings::PrinterSettings printer;
   settings::FilamentSettings filament;
-
-  /// How the blocks are arranged: 1, with a coarse mark for each tool, of files up to format 2; 2,
-  /// without. Not a setting: the file's format says it.
-  int layout = kSheetLayout;
 };
 
 /// Fewer teeth than these are not planned to make a sheet fit: they measure too little.

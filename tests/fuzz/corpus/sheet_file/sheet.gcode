@@ -1,5 +1,5 @@
-; trammel sheet: format = 1
-; trammel sheet: sheet_id = 10322
+; trammel sheet: format = 3
+; trammel sheet: sheet_id = 13749
 ; trammel sheet: tool_offset_pattern.tools = [0, 1]
 ; trammel sheet: tool_offset_pattern.reference_tool = 0
 ; trammel sheet: tool_offset_pattern.controls = 2
@@ -25,6 +25,9 @@
 ; trammel sheet: tool_offset_pattern.tool_change_gcode = "T{tool}"
 ; trammel sheet: tool_offset_pattern.prime_gcode = ""
 ; trammel sheet: tool_offset_pattern.wipe_gcode = ""
+; trammel sheet: tool_offset_pattern.paper = "A4"
+; trammel sheet: tool_offset_pattern.start_gcode = "G28\n"
+; trammel sheet: tool_offset_pattern.paper_clearance = 50
 ; trammel sheet: tool_offset_pattern.pause = true
 ; trammel sheet: tool_offset_pattern.pause_gcode = ""
 ; trammel sheet: printer.dialect = klipper
@@ -44,9 +47,6 @@
 ; trammel sheet: printer.park_lift = 20
 ; trammel sheet: printer.start_gcode = "M140 S{bed_temperature_c}\nM104 S{idle_nozzle_temperature_c}\nG28\nM190 S{bed_temperature_c}\nM109 S{nozzle_temperature_c}\n"
 ; trammel sheet: printer.end_gcode = "M104 S0\nM140 S0\nM84\n"
+; trammel sheet: filament.material = "pla"
 ; trammel sheet: filament.filament_diameter = 1.75
-; trammel sheet: filament.density = 1.04
-; trammel sheet: filament.nozzle_temperature = 255
-; trammel sheet: filament.idle_nozzle_temperature = 200
-; trammel sheet: filament.bed_temperature = 110
 ; trammel sheet: end
