@@ -103,42 +103,6 @@ void DrawOnBed(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
   });
 }
 
-void DrawDirection(Canvas& canvas, const PointPx& from, const PointPx& to) {
-  constexpr double kSizePx = 4;
-  const double length = std::hypot(to.x - from.x, to.y - from.y);
-  const double x = (to.x - from.x) / length * kSizePx;
-  const double y = (to.y - from.y) / length * kSizePx;
-  const PointPx head[] = {
-      to, {to.x - x * 2 - y, to.y - y * 2 + x}, {to.x - x * 2 + y, to.y - y * 2 - x}};
-  canvas.Polygon(head, kPaper, Stroke{.color = kInk, .width_px = 0.6});
-}
-
-/// A few fingers of the first structure that two tools share, or of the first of all.
-void DrawCloseUp(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
-  const auto shared =
-      std::find_if(plan.structures.begin(), plan.structures.end(),
-                   [](const to::Structure& s) { return s.combs[0].tool != s.combs[1].tool; });
-  const to::Structure& structure =
-      shared == plan.structures.end() ? plan.structures.front() : *shared;
-  constexpr double kFingers = 5.5;
-  const double half_u_mm = kFingers / 2 * plan.settings.pitch_mm;
-  const double half_v_mm = plan.settings.leg_length_mm - plan.settings.overlap_mm / 2 + 1;
-  const to::SheetPoint& middle = structure.middle;
-  const Plot plot =
-      EvenPlot(canvas, room, {"u (mm)", {middle.u_mm - half_u_mm, middle.u_mm + half_u_mm}, 6},
-               {"v (mm)", {middle.v_mm - half_v_mm, middle.v_mm + half_v_mm}, 4},
-               fmt::format("Middle of {}: the way each leg is drawn", structure.name));
-  canvas.FillRect(plot.inner(), kPlate);
-  const double px_per_mm = plot.X(1) - plot.X(0);
-  const auto at = [&](const to::SheetPoint& point) { return plot.At({point.u_mm, point.v_mm}); };
-  canvas.Clip(plot.inner());
-  VisitStructure(plan, structure, [&](int tool, const to::Leg& leg) {
-    DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
-    DrawDirection(canvas, at(leg.start), at(leg.end));
-  });
-  canvas.Unclip();
-}
-
 void DrawNames(Canvas& canvas, const Plot& plot, const to::SheetPlan& plan) {
   for (const to::Structure& structure : plan.structures) {
     const PointPx at = plot.At({structure.middle.u_mm, structure.middle.v_mm});
@@ -193,7 +157,6 @@ Canvas SheetPreview(const to::SheetPlan& plan) {
   TRAMMEL_CHECK(!plan.structures.empty(), "{} structures", plan.structures.size());
   Canvas canvas(kWidthPx, kHeightPx);
   DrawOnBed(canvas, {70, 40, 370, 370}, plan);
-  DrawCloseUp(canvas, {70, 490, 370, 160}, plan);
   DrawSheet(canvas, {540, 40, 620, 600}, plan);
   if (!to::FindTemperatureProblem(plan.settings)) {
     canvas.Text({24, kHeightPx - 52},

@@ -166,6 +166,18 @@ std::optional<PaperSize> LargerPaper(SheetSettings settings) {
   return std::nullopt;
 }
 
+/// The most tools whose sheet would fit, in words; empty where two do not.
+std::string FewerTools(SheetSettings settings) {
+  while (settings.tools.size() > 2) {
+    const bool last_is_reference = settings.tools.back() == settings.reference_tool;
+    settings.tools.erase(settings.tools.end() - (last_is_reference ? 2 : 1));
+    if (!Fits(settings)) continue;
+    return fmt::format("{} tools would fit: print several sheets, each with the reference",
+                       settings.tools.size());
+  }
+  return {};
+}
+
 /// A sheet that the paper does not take, however few teeth it has.
 Problem CheckFitsPaper(const SheetSettings& settings) {
   const SheetPlan plan = PlanSheet(settings);
@@ -174,13 +186,8 @@ Problem CheckFitsPaper(const SheetSettings& settings) {
   const BedBounds bounds = SheetBounds(settings, plan.width_mm, plan.height_mm);
   const auto larger = LargerPaper(settings);
   std::string remedy = larger ? fmt::format("paper = {} would take it", larger->name) : "";
-  for (SheetSettings fewer = settings; fewer.tools.size() > 2;) {
-    const bool last_is_reference = fewer.tools.back() == fewer.reference_tool;
-    fewer.tools.erase(fewer.tools.end() - (last_is_reference ? 2 : 1));
-    if (!Fits(fewer)) continue;
-    remedy += fmt::format("{}{} tools would fit: print several sheets, each with the reference",
-                          remedy.empty() ? "" : ", or ", fewer.tools.size());
-    break;
+  if (const std::string fewer = FewerTools(settings); !fewer.empty()) {
+    remedy += (remedy.empty() ? "" : ", or ") + fewer;
   }
   if (remedy.empty()) remedy = "take fewer teeth, a smaller pitch or fewer controls";
   return InSheet(
@@ -204,14 +211,7 @@ std::string Remedy(SheetSettings settings) {
     --fewer.teeth;
     if (Fits(fewer)) return fmt::format("teeth = {} would fit", fewer.teeth);
   }
-  for (SheetSettings fewer = settings; fewer.tools.size() > 2;) {
-    const bool last_is_reference = fewer.tools.back() == fewer.reference_tool;
-    fewer.tools.erase(fewer.tools.end() - (last_is_reference ? 2 : 1));
-    if (Fits(fewer)) {
-      return fmt::format("{} tools would fit: print several sheets, each with the reference",
-                         fewer.tools.size());
-    }
-  }
+  if (std::string fewer = FewerTools(settings); !fewer.empty()) return fewer;
   return "take fewer teeth, a smaller pitch or fewer controls";
 }
 
