@@ -28,7 +28,7 @@ class OffsetPhoto : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     pattern_ = std::make_unique<PatternFile>(WritePattern(Settings()));
-    sheet_ = std::make_unique<sim::PrintedSheet>(PrintForPhoto(*pattern_, kName));
+    sheet_ = std::make_unique<sim::PrintedSheet>(PrintPattern(pattern_->gcode, kName));
   }
   static void TearDownTestSuite() {
     pattern_.reset();

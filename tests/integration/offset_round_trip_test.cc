@@ -140,12 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
-  tool_offset::SheetSettings settings;
-  settings.tools = {0, 1, 2, 3, 4, 5, 6, 7};
-  settings.filament.material = "pla";
-  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
-  ASSERT_TRUE(tool_offset::Validate(settings));
-  const PatternFile pattern = WritePattern(settings);
+  const PatternFile pattern = SheetOfTools(8);
   ASSERT_TRUE(tool_offset::FitsItsPaper(pattern.plan));
   const SeenSheet seen =
       SeeSheet(pattern, {78, 0, 0},
@@ -170,27 +165,23 @@ TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
   }
 }
 
-// Reads a sheet of seven tools that print up to 12 mm off, drawn as offset_neighbourhood_study
-// draws it, and counts the tools that are answered: each has to be right.
+// Reads a sheet of seven tools that print up to 12 mm off, drawn as offset_study draws it, and
+// counts the tools that are answered: each has to be right.
 int CountRightAnswers(std::uint64_t seed) {
-  tool_offset::SheetSettings settings;
-  settings.tools = {0, 1, 2, 3, 4, 5, 6};
-  settings.filament.material = "pla";
-  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
   Random random = Random(seed).Fork(7'000'000);
-  const SeenSheet seen =
-      SeeSheet(WritePattern(settings), {seed, 0, 0},
-               [&](sim::SheetMachine& machine, sim::SheetPaper&) {
-                 for (std::size_t tool = 1; tool < settings.tools.size(); ++tool) {
-                   const double far_mm = random.Uniform(0, 12);
-                   const double other_mm = random.Uniform(-far_mm, far_mm);
-                   const double sign = random.Below(2) == 0 ? 1 : -1;
-                   machine.tools[tool].offset_mm = random.Below(2) == 0
-                                                       ? sim::PlaneMm{sign * far_mm, other_mm}
-                                                       : sim::PlaneMm{other_mm, sign * far_mm};
-                 }
-               },
-               {});
+  const SeenSheet seen = SeeSheet(SheetOfTools(7), {seed, 0, 0},
+                                  [&](sim::SheetMachine& machine, sim::SheetPaper&) {
+                                    for (std::size_t tool = 1; tool < 7; ++tool) {
+                                      const double far_mm = random.Uniform(0, 12);
+                                      const double other_mm = random.Uniform(-far_mm, far_mm);
+                                      const double sign = random.Below(2) == 0 ? 1 : -1;
+                                      machine.tools[tool].offset_mm =
+                                          random.Below(2) == 0
+                                              ? sim::PlaneMm{sign * far_mm, other_mm}
+                                              : sim::PlaneMm{other_mm, sign * far_mm};
+                                    }
+                                  },
+                                  {});
   if (!seen.result) return 0;
   constexpr double kRight_mm = 0.1;
   int answered = 0;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <numeric>
 #include <stdexcept>
 
+#include "base/statistics.h"
 #include "sim/sheet/sheet_gcode.h"
+#include "tool_offset/original/original_gcode.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel {
@@ -16,22 +18,44 @@ PatternFile WritePattern(const tool_offset::SheetSettings& settings) {
   return pattern;
 }
 
-SeenSheet SeeSheet(const PatternFile& pattern, const sim::SheetName& name,
-                   const std::function<void(sim::SheetMachine&, sim::SheetPaper&)>& machine_change,
-                   const std::function<void(sim::ScannerTraits&)>& scanner_change,
-                   sim::SheetScene scene) {
+PatternFile SheetOfTools(int count) {
+  tool_offset::SheetSettings settings;
+  settings.tools.resize(static_cast<std::size_t>(count));
+  std::iota(settings.tools.begin(), settings.tools.end(), 0);
+  settings.filament.material = "pla";
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  return WritePattern(settings);
+}
+
+PatternFile OriginalPattern(const sim::OriginalSheet& sheet) {
+  PatternFile pattern{{}, sim::OriginalGcode(sheet)};
+  const auto read = tool_offset::ReadOriginalGcode(pattern.gcode);
+  if (!read) throw std::runtime_error(read.error().message);
+  pattern.plan = tool_offset::PlanOriginal(*read);
+  return pattern;
+}
+
+sim::PrintedSheet PrintPattern(const std::string& gcode, const sim::SheetName& name,
+                               const MachineChange& change) {
+  constexpr auto kScene = sim::SheetScene::kBlackOnWhite;
   sim::SheetSetup setup;
-  setup.firmware = sim::GuessSheetFirmware(pattern.gcode);
-  const auto program = sim::InterpretSheet(pattern.gcode, setup);
+  setup.firmware = sim::GuessSheetFirmware(gcode);
+  const auto program = sim::InterpretSheet(gcode, setup);
   if (!program) throw std::runtime_error(program.error().message);
-  sim::SheetMachine machine = sim::MachineOf(name, scene);
-  sim::SheetPaper paper = sim::PaperOf(name, scene);
-  if (machine_change) machine_change(machine, paper);
+  sim::SheetMachine machine = sim::MachineOf(name, kScene);
+  sim::SheetPaper paper = sim::PaperOf(name, kScene);
+  if (change) change(machine, paper);
   auto sheet = sim::PrintSheet(*program, machine, paper, sim::PrintingOf(name));
   if (!sheet) throw std::runtime_error(sheet.error().message);
-  sim::ScannerTraits scanner = sim::ScannerOf(name, *sheet);
+  return std::move(*sheet);
+}
+
+SeenSheet SeeSheet(const PatternFile& pattern, const sim::SheetName& name,
+                   const MachineChange& machine, const ScannerChange& scanner_change) {
+  sim::PrintedSheet sheet = PrintPattern(pattern.gcode, name, machine);
+  sim::ScannerTraits scanner = sim::ScannerOf(name, sheet);
   if (scanner_change) scanner_change(scanner);
-  const auto scanned = sim::ScanSheet(*sheet, scanner, sim::ScanningOf(name));
+  const auto scanned = sim::ScanSheet(sheet, scanner, sim::ScanningOf(name));
   if (!scanned) throw std::runtime_error(scanned.error().message);
   // The scanner has red, green, blue; pages have blue first.
   std::vector<std::uint8_t> samples = scanned->samples;
@@ -41,7 +65,7 @@ SeenSheet SeeSheet(const PatternFile& pattern, const sim::SheetName& name,
   }
   const PageView page = {samples.data(), scanned->format.width_px, scanned->format.height_px,
                          channels, static_cast<std::ptrdiff_t>(scanned->format.row_bytes())};
-  return {std::move(*sheet), tool_offset::AnalyseSheet(page, pattern.plan)};
+  return {std::move(sheet), tool_offset::AnalyseSheet(page, pattern.plan)};
 }
 
 void Tally::Add(const Measured& measured, double truth_mm) {
@@ -56,12 +80,12 @@ void Tally::Add(const Measured& measured, double truth_mm) {
   covered += q.interval95.lo <= truth_mm && truth_mm <= q.interval95.hi;
 }
 
+double Tally::Mean() const { return error_um.empty() ? 0 : trammel::Mean(error_um); }
+
 double Tally::Quantile(double share) const {
   std::vector<double> size;
   for (const double e : error_um) size.push_back(std::abs(e));
-  std::sort(size.begin(), size.end());
-  if (size.empty()) return 0;
-  return size[static_cast<std::size_t>(share * static_cast<double>(size.size() - 1))];
+  return size.empty() ? 0 : trammel::Quantile(size, share);
 }
 
 double Tally::Coverage() const {
@@ -69,14 +93,7 @@ double Tally::Coverage() const {
 }
 
 double Tally::MeanHalfWidth_um() const {
-  double sum = 0;
-  for (const double half : half_width_um) sum += half;
-  return sum / std::max(1.0, static_cast<double>(half_width_um.size()));
-}
-
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+  return half_width_um.empty() ? 0 : trammel::Mean(half_width_um);
 }
 
 }  // namespace trammel

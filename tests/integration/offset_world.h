@@ -1,7 +1,7 @@
-// Virtual sheets for the studies of tool offset: printed and scanned by sim, read by tool_offset.
+// Virtual sheets for the study and the tests of tool offset: printed and scanned by sim, read by
+// tool_offset.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -9,23 +9,28 @@
 #include "base/result.h"
 #include "sim/scanner/scanner_page.h"
 #include "sim/scanner/sheet_world.h"
+#include "sim/sheet/original_sheet.h"
 #include "sim/sheet/sheet_print.h"
 #include "tool_offset/offset/analyse.h"
 
 namespace trammel {
-
-/// The printer, its paper and the scanner of one world, before anything is printed.
-struct SheetWorld {
-  sim::SheetMachine machine;
-  sim::SheetPaper paper;
-  sim::ScannerTraits scanner;  ///< drawn for the print as the seed has it
-};
 
 struct PatternFile {
   tool_offset::SheetPlan plan;
   std::string gcode;
 };
 [[nodiscard]] PatternFile WritePattern(const tool_offset::SheetSettings& settings);
+/// The sheet of tools 0 … count - 1, of PLA on a bed of 300 mm.
+[[nodiscard]] PatternFile SheetOfTools(int count);
+/// The original generator's sheet, with the plan that its G-code gives. Throws where it is refused.
+[[nodiscard]] PatternFile OriginalPattern(const sim::OriginalSheet& sheet);
+
+using MachineChange = std::function<void(sim::SheetMachine&, sim::SheetPaper&)>;
+using ScannerChange = std::function<void(sim::ScannerTraits&)>;
+
+/// Prints the pattern, black on white, by the machine that the name draws.
+[[nodiscard]] sim::PrintedSheet PrintPattern(const std::string& gcode, const sim::SheetName& name,
+                                             const MachineChange& machine = {});
 
 struct SeenSheet {
   sim::PrintedSheet sheet;
@@ -33,15 +38,10 @@ struct SeenSheet {
 };
 
 /// Prints, scans and reads the sheet that the name draws.
-/// @param machine  changes printer and paper before the print.
-/// @param scanner  changes how it is scanned.
-[[nodiscard]] SeenSheet SeeSheet(
-    const PatternFile& pattern, const sim::SheetName& name,
-    const std::function<void(sim::SheetMachine&, sim::SheetPaper&)>& machine,
-    const std::function<void(sim::ScannerTraits&)>& scanner,
-    sim::SheetScene scene = sim::SheetScene::kBlackOnWhite);
+[[nodiscard]] SeenSheet SeeSheet(const PatternFile& pattern, const sim::SheetName& name,
+                                 const MachineChange& machine, const ScannerChange& scanner);
 
-/// Errors and what was claimed of them.
+/// Errors and their stated intervals.
 struct Tally {
   std::vector<double> error_um;
   std::vector<double> half_width_um;
@@ -49,12 +49,10 @@ struct Tally {
   int missing = 0;
 
   void Add(const Measured& measured, double truth_mm);
-  [[nodiscard]] double Quantile(double share) const;
+  [[nodiscard]] double Mean() const;
+  [[nodiscard]] double Quantile(double share) const;  ///< of the errors without sign
   [[nodiscard]] double Coverage() const;
   [[nodiscard]] double MeanHalfWidth_um() const;
 };
-
-/// A whole number from the environment.
-[[nodiscard]] std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise);
 
 }  // namespace trammel

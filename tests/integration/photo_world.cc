@@ -8,21 +8,8 @@
 #include <string>
 
 #include "image/jpeg_reader.h"
-#include "sim/sheet/sheet_gcode.h"
 
 namespace trammel {
-
-sim::PrintedSheet PrintForPhoto(const PatternFile& pattern, const sim::SheetName& name) {
-  constexpr auto kScene = sim::SheetScene::kBlackOnWhite;
-  sim::SheetSetup setup;
-  setup.firmware = sim::GuessSheetFirmware(pattern.gcode);
-  const auto program = sim::InterpretSheet(pattern.gcode, setup);
-  if (!program) throw std::runtime_error(program.error().message);
-  auto sheet = sim::PrintSheet(*program, sim::MachineOf(name, kScene), sim::PaperOf(name, kScene),
-                               sim::PrintingOf(name));
-  if (!sheet) throw std::runtime_error(sheet.error().message);
-  return std::move(*sheet);
-}
 
 sim::PhoneTraits TakenAgain(const sim::PrintedSheet& sheet, const sim::PhoneTraits& phone,
                             Random random) {
@@ -45,8 +32,7 @@ sim::PhoneTraits TakenAgain(const sim::PrintedSheet& sheet, const sim::PhoneTrai
 Result<tool_offset::SheetResult> SeePhoto(const PatternFile& pattern,
                                           const sim::PrintedSheet& sheet,
                                           const sim::PhoneTraits& phone, const sim::SheetName& name,
-                                          std::uint64_t photo,
-                                          const tool_offset::RadialSpread& spread) {
+                                          std::uint64_t photo) {
   const auto frame = sim::PhotographSheet(sheet, phone, sim::ScanningOf(name).Fork(1 + photo));
   if (!frame) throw std::runtime_error(frame.error().message);
   const std::string file = sim::PhoneJpeg(*frame, phone);
@@ -63,7 +49,6 @@ Result<tool_offset::SheetResult> SeePhoto(const PatternFile& pattern,
   }
   tool_offset::AnalyseOptions options;
   options.kind = tool_offset::PageKind::kPhoto;
-  options.photo.spread = spread;
   if (const auto focal_mm = jpeg->header().film_focal_mm) options.photo.film_focal_mm = *focal_mm;
   return tool_offset::AnalyseSheet({pixels.data(), frame->width, frame->height, 3, stride},
                                    pattern.plan, options);

@@ -344,43 +344,6 @@ std::string WithoutExif(const std::string& jpeg) {
   return kept + jpeg.substr(at);
 }
 
-// The same with FocalLengthIn35mmFilm 0, as many phones write it.
-std::string WithFilmFocalZero(std::string jpeg) {
-  const std::string tag("\x05\xA4\x03\x00\x01\x00\x00\x00", 8);  // one short, low byte first
-  std::size_t at = jpeg.find(tag);
-  if (at == std::string::npos) at = jpeg.find(std::string("\xA4\x05\x00\x03\x00\x00\x00\x01", 8));
-  EXPECT_NE(at, std::string::npos);
-  jpeg.replace(at + tag.size(), 2, 2, '\0');
-  return jpeg;
-}
-
-// An A4 page with the picture on it, as scan apps and printers' "save as PDF" make it.
-std::string AsPdf(const std::string& jpeg, int width, int height) {
-  constexpr double kWidth_pt = 595;
-  const double height_pt = kWidth_pt * height / width;
-  std::string pdf = "%PDF-1.4\n";
-  std::vector<std::size_t> at;
-  const auto add = [&](const std::string& object) {
-    at.push_back(pdf.size());
-    pdf += fmt::format("{} 0 obj\n{}\nendobj\n", at.size(), object);
-  };
-  add("<< /Type /Catalog /Pages 2 0 R >>");
-  add("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
-  add("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 595 842] /Contents 4 0 R /Resources << /XObject "
-      "<< /Im0 5 0 R >> >> >>");
-  const std::string draw = fmt::format("q {} 0 0 {} 0 20 cm /Im0 Do Q", kWidth_pt, height_pt);
-  add(fmt::format("<< /Length {} >>\nstream\n{}\nendstream", draw.size(), draw));
-  add(
-      fmt::format("<< /Type /XObject /Subtype /Image /Width {} /Height {} /ColorSpace /DeviceRGB "
-                  "/BitsPerComponent 8 /Filter /DCTDecode /Length {} >>\nstream\n{}\nendstream",
-                  width, height, jpeg.size(), jpeg));
-  const std::size_t table = pdf.size();
-  pdf += fmt::format("xref\n0 {}\n0000000000 65535 f \n", at.size() + 1);
-  for (const std::size_t offset : at) pdf += fmt::format("{:010} 00000 n \n", offset);
-  return pdf + fmt::format("trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
-                           at.size() + 1, table);
-}
-
 Page OnlyPage(const std::filesystem::path& path) {
   auto pages = machine::ReadPages(path);
   EXPECT_TRUE(pages && pages->size() == 1);
@@ -399,9 +362,7 @@ TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
             0);
   const std::string phone = ReadWhole(Path("phone.jpg"));
   WriteWhole(Path("bare.jpg"), WithoutExif(phone));
-  WriteWhole(Path("zero.jpg"), WithFilmFocalZero(phone));
   Page picture = OnlyPage(Path("phone.jpg"));
-  WriteWhole(Path("app.pdf"), AsPdf(WithoutExif(phone), picture.width, picture.height));
   picture.film_focal_mm = {};
   WriteWhole(Path("heic.png"), image::PngOf(picture));
   const auto as_photo = [&](const std::string& file, const std::string& more) {
@@ -412,7 +373,7 @@ TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
   };
   const json told = as_photo("bare.jpg", "--photo");
   ASSERT_FALSE(told.is_null());
-  for (const char* file : {"bare.jpg", "zero.jpg", "app.pdf", "heic.png"}) {
+  for (const char* file : {"bare.jpg", "heic.png"}) {
     const json found = as_photo(file, "");
     ASSERT_FALSE(found.is_null()) << file;
     ASSERT_FALSE(found["scans"][0]["photo"].is_null()) << file;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/statistics.h"
 #include "tool_offset/reading/sheet_scene_test_support.h"
 
 namespace trammel::tool_offset {
@@ -279,6 +280,61 @@ TEST(AnalyseSheet, RefusesAScanOfTooFewDotsWhateverTheFileStates) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().kind, ErrorKind::kMeasurement);
   EXPECT_THAT(result.error().message, HasSubstr("120 dpi, at least 150"));
+}
+
+/// A printer with 5 µm of placement noise, rough edges and wrinkled paper.
+SheetScene NoisyScene(Random& random) {
+  SheetScene scene;
+  scene.paper.dpi_x = 402;
+  scene.paper.dpi_y = 400;
+  scene.paper.blur_px = 0.6;
+  scene.paper.rough_mm = 0.02;
+  scene.paper.noise = 3;
+  scene.paper.gradient = random.Uniform(-0.1, 0.1);
+  scene.angle_rad = random.Uniform(0, 2 * std::numbers::pi);
+  scene.placement_mm = 0.005;
+  scene.wrinkle_mm = 0.02;
+  scene.wrinkle_length_mm = random.Uniform(40, 70);
+  scene.backlash_x_mm = random.Uniform(0, 0.08);
+  scene.backlash_y_mm = random.Uniform(0, 0.08);
+  for (const int tool : {1, 2, 3, 4}) {
+    scene.offset_mm[tool] = {random.Uniform(-0.4, 0.4), random.Uniform(-0.4, 0.4)};
+  }
+  return scene;
+}
+
+TEST(AnalyseSheet, IntervalsOfNoisySheetsCoverTheTruthNineteenTimesInTwenty) {
+  constexpr int kSheets = 10;
+  SheetSettings settings;
+  settings.tools = {0, 1, 2, 3, 4};
+  settings.teeth = 9;
+  const SheetPlan plan = PlanSheet(settings);
+  std::vector<double> scaled;  // errors over their standard uncertainty
+  int covered = 0;
+  for (std::uint64_t seed = 100; seed < 100 + kSheets; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const SheetScene scene = NoisyScene(random);
+    const ScannedScene scan = Scan(plan, scene, random);
+    const auto result = AnalyseSheet(scan.view(), plan);
+    ASSERT_TRUE(result) << result.error().message;
+    for (const ToolReading& tool : result->tools) {
+      const SheetPoint truth = scene.offset_mm.at(tool.tool);
+      for (const auto& [value, truth_mm] :
+           {std::pair{tool.dx_mm, truth.u_mm}, {tool.dy_mm, truth.v_mm}}) {
+        ASSERT_TRUE(value.good()) << value.reason();
+        const Quantity& quantity = value.quantity();
+        scaled.push_back((quantity.value - truth_mm) / quantity.standard_uncertainty);
+        covered += quantity.interval95.lo <= truth_mm && truth_mm <= quantity.interval95.hi;
+      }
+    }
+    EXPECT_NEAR(result->backlash_mm.x.quantity().value, scene.backlash_x_mm, 0.005);
+    EXPECT_NEAR(result->backlash_mm.y.quantity().value, scene.backlash_y_mm, 0.005);
+  }
+  // 80 values: four standard deviations of a coverage of 0.95 are 0.097, of a ratio 0.32. (Scatter
+  // from 25 degrees of freedom makes the ratio 1.04.)
+  EXPECT_GT(covered, (0.95 - 0.097) * static_cast<double>(scaled.size()));
+  EXPECT_NEAR(StandardDeviation(scaled), 1.04, 0.32);
 }
 
 /// Along the sheet's own axes.
