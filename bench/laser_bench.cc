@@ -6,12 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
-#include "image/jpeg_reader.h"
+#include "machine/video/video_cutter.h"
 #include "machine/video/video_file.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/laser/deviation.h"
@@ -59,43 +57,35 @@ void SetBytes(benchmark::State& state, const std::filesystem::path& video) {
       1e-3 * static_cast<double>(std::filesystem::file_size(video)) / kFrames;
 }
 
-void Decode(benchmark::State& state, Light light, bool crop) {
+enum class Read {
+  kWhole,
+  kCrop,     ///< of whole frames
+  kCutCrop,  ///< of frames that were cut to it
+};
+
+void Decode(benchmark::State& state, Light light, Read read) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "bench.avi";
-  test::WriteAvi(path, Frames(light), kFrames);
+  std::vector<Frame> stored = Frames(light);
+  if (read == Read::kCutCrop)
+    for (int i = 0; i < kFrames; ++i) stored.push_back(Frames(light)[static_cast<std::size_t>(i)]);
+  test::WriteAvi(path, stored, static_cast<std::uint32_t>(stored.size()));
+  if (read == Read::kCutCrop) {  // but for the first of sixty, as recordings are
+    auto cut = machine::CutVideo::Write(path, {kPaperCrop, stored.size(), 30}, {});
+    if (!cut || !cut->TakePlace()) return state.SkipWithError("the video stays whole");
+  }
   std::int64_t frames = 0;
   for (auto _ : state) {
     auto video = machine::VideoFile::Open(path);
     while (*video->Advance()) {
-      const auto frame = video->Decode(crop ? kPaperCrop : PixelRect{0, 0, 1280, 720});
+      const auto frame =
+          video->Decode(read == Read::kWhole ? PixelRect{0, 0, 1280, 720} : kPaperCrop);
       benchmark::DoNotOptimize((*frame)->bgr.data());
       ++frames;
     }
   }
   SetFrames(state, frames);
   SetBytes(state, path);
-}
-
-/// libjpeg alone on a part of each frame, which stops behind its last row.
-void DecodeBare(benchmark::State& state, Light light) {
-  std::vector<std::vector<std::uint8_t>> jpegs;
-  for (const Frame& frame : Frames(light)) {
-    const cv::Mat image(frame.height, frame.width, CV_8UC3,
-                        const_cast<std::uint8_t*>(frame.bgr.data()));
-    cv::imencode(".jpg", image, jpegs.emplace_back(), {cv::IMWRITE_JPEG_QUALITY, 95});
-  }
-  std::vector<std::uint8_t> row(3 * 1280);
-  std::int64_t frames = 0;
-  for (auto _ : state) {
-    for (const auto& jpeg : jpegs) {
-      auto reader = image::JpegReader::Open(jpeg, image::JpegDamage::kRefuse);
-      (void)reader->StartPart(image::JpegPixels::kBgr, kPaperCrop);
-      for (int y = 0; y < kPaperCrop.height; ++y) (void)reader->ReadRow(row.data());
-      benchmark::DoNotOptimize(row.data());
-      ++frames;
-    }
-  }
-  SetFrames(state, frames);
 }
 
 /// A recording of ten lines, from its folder to heights and scores.
@@ -170,12 +160,12 @@ void LearnLine(benchmark::State& state, Light light) {
 
 void Names(benchmark::internal::Benchmark* bench) { bench->Unit(benchmark::kMillisecond); }
 
-BENCHMARK_CAPTURE(Decode, dark_whole, Light::kDark, false)->Apply(Names);
-BENCHMARK_CAPTURE(Decode, bright_whole, Light::kBright, false)->Apply(Names);
-BENCHMARK_CAPTURE(Decode, dark_crop, Light::kDark, true)->Apply(Names);
-BENCHMARK_CAPTURE(Decode, bright_crop, Light::kBright, true)->Apply(Names);
-BENCHMARK_CAPTURE(DecodeBare, dark_crop, Light::kDark)->Apply(Names);
-BENCHMARK_CAPTURE(DecodeBare, bright_crop, Light::kBright)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, dark_whole, Light::kDark, Read::kWhole)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, bright_whole, Light::kBright, Read::kWhole)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, dark_crop, Light::kDark, Read::kCrop)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, bright_crop, Light::kBright, Read::kCrop)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, dark_cut, Light::kDark, Read::kCutCrop)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, bright_cut, Light::kBright, Read::kCutCrop)->Apply(Names);
 BENCHMARK_CAPTURE(Measure, dark, Light::kDark)->Apply(Names)->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(Measure, bright, Light::kBright)->Apply(Names)->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(Filter, whole_frame, false)

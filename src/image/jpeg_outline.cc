@@ -86,7 +86,7 @@ Result<JpegOutline> FrameOf(std::uint8_t marker, std::span<const std::uint8_t> s
 
 }  // namespace
 
-Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes, JpegScans scans) {
+Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return tl::unexpected(NoSize());
   Markers markers(bytes);
   std::optional<JpegOutline> outline;
@@ -114,7 +114,6 @@ Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes, JpegScans sca
     } else if (*marker == kStartOfScan) {
       ++outline->scans;
       if (!segment->empty() && (*segment)[0] < outline->components) outline->whole = true;
-      if (scans == JpegScans::kRead && !outline->whole) return *outline;
     }
   }
 }

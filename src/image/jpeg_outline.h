@@ -20,16 +20,9 @@ struct JpegOutline {
   bool ends_early = false;  ///< the marker of the picture's end is missing
 };
 
-/// Which scans an outline is of.
-enum class JpegScans {
-  kAll,
-  kRead,  ///< by JpegReader: of all colours together the first alone, whose end is not looked for
-};
-
 /// Walks the markers as decoders do, without decoding. Errors (kInput): no header that states a
 /// size, or one that decoders would read differently.
-[[nodiscard]] Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes,
-                                            JpegScans scans = JpegScans::kAll);
+[[nodiscard]] Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes);
 
 /// Refuses what would cost a decoder far more than such a picture should: more than 100 scans, more
 /// than 4000 million pixels in all scans, and sizes that so few bytes cannot hold (512 pixels a

@@ -54,9 +54,8 @@ Result<void> VideoBudget::AddTime(std::chrono::steady_clock::duration time) {
                   frames_ + 1, limits_.max_decoding_s));
 }
 
-Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg, std::size_t most_pixels,
-                             image::JpegScans scans) {
-  const auto outline = image::OutlineOf(jpeg, scans);
+Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg, std::size_t most_pixels) {
+  const auto outline = image::OutlineOf(jpeg);
   if (!outline) return tl::unexpected(outline.error());
   if (static_cast<double>(outline->width_px) * outline->height_px >
       static_cast<double>(most_pixels)) {

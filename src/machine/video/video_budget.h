@@ -7,7 +7,6 @@
 #include <span>
 
 #include "base/result.h"
-#include "image/jpeg_outline.h"
 #include "machine/video/video_file.h"
 
 namespace trammel::machine {
@@ -38,9 +37,7 @@ class VideoBudget {
 };
 
 /// Whether a frame of an MJPEG video may be decoded: its size, and the work that it asks for.
-/// @param scans  that the decoder reads.
 [[nodiscard]] Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg,
-                                           std::size_t most_pixels,
-                                           image::JpegScans scans = image::JpegScans::kAll);
+                                           std::size_t most_pixels);
 
 }  // namespace trammel::machine

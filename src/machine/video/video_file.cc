@@ -49,9 +49,7 @@ struct VideoFile::State {
 /// Opens `stored`. Messages of this and the next do not name the file.
 Result<void> VideoFile::State::OpenFrame() {
   const std::size_t number = budget.frames() + 1;
-  if (auto cost =
-          CheckMjpegFrame(stored.bytes, budget.limits().max_pixels, image::JpegScans::kRead);
-      !cost) {
+  if (auto cost = CheckMjpegFrame(stored.bytes, budget.limits().max_pixels); !cost) {
     return Fail(fmt::format("frame {}: {}", number, cost.error().message));
   }
   auto reader = image::JpegReader::Open(stored.bytes, image::JpegDamage::kRefuse);
