@@ -12,9 +12,7 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr int kWindow_px = 41;    ///< of the mean: a disc's gap and the half of its edge fit in
-constexpr int kShrunk = 4;        ///< times, a picture in which large discs are looked for
-constexpr double kLarge_px = 30;  ///< radius from which on a shrunk picture shows a disc
+constexpr int kWindow_px = 15;  ///< of the mean: small enough to see the gap about a small disc
 
 /// The radii that are looked for, px of the picture that is searched.
 struct Radii {
@@ -99,23 +97,28 @@ std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
     soft = softer;
     noise = kBlurred * rules.noise;
   }
+  const double step = std::max(kLeastStep, std::ceil(kSigmas * noise) - 1);
+  const double most = 1.1 * rules.max_radius_px + kFoot_px;
+  constexpr double kSpan = 2.8;  // of radii that one scale shows; the next one's are twice as large
+  Radii radii{rules.min_radius_px - 0.5, kSpan * rules.min_radius_px};
   std::vector<Blob> blobs;
-  const Radii all{rules.min_radius_px - 0.5, 1.1 * rules.max_radius_px + kFoot_px};
-  AddBlobs(soft, all, std::max(kLeastStep, std::ceil(kSigmas * noise) - 1), rules, blobs);
-  const bool fits = std::min(picture.width, picture.height) > 2 * kLarge_px;
-  if (rules.max_radius_px > kLarge_px && fits) {
-    cv::Mat shrunk;
-    cv::resize(soft, shrunk, {}, 1.0 / kShrunk, 1.0 / kShrunk, cv::INTER_AREA);
+  for (double scale = 1; radii.least * scale < most; scale *= 2) {
     const std::size_t before = blobs.size();
-    AddBlobs(shrunk, {kLarge_px / kShrunk, all.most / kShrunk}, kLeastStep, rules, blobs);
+    AddBlobs(soft, {radii.least, std::min(radii.most, most / scale)}, step, rules, blobs);
     for (std::size_t i = before; i < blobs.size(); ++i) {
       Middle& of = blobs[i].middle;
-      of.column_px = kShrunk * (of.column_px + 0.5) - 0.5;
-      of.row_px = kShrunk * (of.row_px + 0.5) - 0.5;
-      of.xx *= kShrunk;
-      of.xy *= kShrunk;
-      of.yy *= kShrunk;
+      of.column_px = scale * (of.column_px + 0.5) - 0.5;
+      of.row_px = scale * (of.row_px + 0.5) - 0.5;
+      of.xx *= scale;
+      of.xy *= scale;
+      of.yy *= scale;
     }
+    if (std::min(soft.cols, soft.rows) < 2 * kWindow_px) break;
+    const cv::Size size(soft.cols / 2, soft.rows / 2);
+    cv::Mat half;
+    cv::resize(soft({0, 0, 2 * size.width, 2 * size.height}), half, size, 0, 0, cv::INTER_AREA);
+    soft = half;
+    radii.least = rules.min_radius_px;
   }
   std::stable_sort(blobs.begin(), blobs.end(), [](const Blob& a, const Blob& b) {
     return RadiusOf(a.middle) > RadiusOf(b.middle);

@@ -32,7 +32,7 @@ struct BlobRules {
 
 /// Finds outlines of what is darker or brighter than the mean of the pixels around it, and that are
 /// ellipses by their moments: the axes are 1 : 4 at most. Small discs come with up to 1.5 px more
-/// of radius. The largest come first; large ones may come twice.
+/// of radius. The largest come first; some come twice.
 /// @param picture  1 channel, of Quieten.
 [[nodiscard]] std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules);
 
