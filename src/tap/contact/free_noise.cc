@@ -13,15 +13,7 @@ namespace {
 
 constexpr std::size_t kLeast = 16;  // samples that tell anything
 
-/// Samples [first, end) of the tap.
-struct Range {
-  std::size_t first = 0;
-  std::size_t end = 0;
-
-  [[nodiscard]] std::size_t size() const { return end - first; }
-};
-
-Range Between(const CleanTap& clean, double from_s, double to_s) {
+Stretch Between(const CleanTap& clean, double from_s, double to_s) {
   const std::span<const float> times = clean.samples.time_s;
   const auto first = std::lower_bound(times.begin(), times.end(), from_s);
   const auto end = std::lower_bound(first, times.end(), to_s);
@@ -30,14 +22,14 @@ Range Between(const CleanTap& clean, double from_s, double to_s) {
 }
 
 // After the break and before the touch.
-std::array<Range, 2> FreeRanges(const CleanTap& clean, const TapMotion& motion,
-                                const FreeNozzle& nozzle) {
+std::array<Stretch, 2> FreeRanges(const CleanTap& clean, const TapMotion& motion,
+                                  const FreeNozzle& nozzle) {
   constexpr double kClear_mm = 0.01;  // of the bed
   constexpr double kClearSamples = 4;
   const double shift_s = nozzle.latency_s - clean.origin_s;
   const double clear_s = kClearSamples * clean.period_s;
   const double clear_z_mm = nozzle.break_z_mm + kClear_mm;
-  std::array<Range, 2> ranges{};
+  std::array<Stretch, 2> ranges{};
   ranges[0] = Between(clean, motion.CruiseTime(clear_z_mm) + clear_s + shift_s,
                       std::numeric_limits<double>::infinity());
   if (motion.has_approach) {
@@ -156,7 +148,7 @@ void DrawIn(std::span<double> force, std::span<double> scratch) {
 }
 
 // The forces of a range without drift, hum and wild samples; empty where they tell nothing.
-std::span<double> Cleaned(const CleanTap& clean, const Range& range, const FreeNozzle& nozzle,
+std::span<double> Cleaned(const CleanTap& clean, const Stretch& range, const FreeNozzle& nozzle,
                           Workspace& workspace) {
   const std::size_t n = range.size();
   const std::span<double> force = workspace.Take<double>(n);
@@ -184,8 +176,8 @@ std::span<double> Cleaned(const CleanTap& clean, const Range& range, const FreeN
 
 FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle) {
   constexpr double kSignificant = 2.3;
-  const std::array<Range, 2> ranges = FreeRanges(clean, motion, nozzle);
-  const Range& before = ranges[1];
+  const std::array<Stretch, 2> ranges = FreeRanges(clean, motion, nozzle);
+  const Stretch& before = ranges[1];
   FreeSteps steps;
   if (before.size() < kLeast) {
     return steps;
@@ -195,7 +187,7 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
   double drift = 0;
   double level = 0;
   double level_s = 0;
-  for (const Range& range : ranges) {
+  for (const Stretch& range : ranges) {
     if (range.size() < kLeast) {
       continue;
     }
@@ -241,13 +233,13 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
 double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle,
                        const BreakFit& fit, Workspace& workspace) {
   const Workspace::Scope scope(workspace);
-  const std::array<Range, 2> ranges = FreeRanges(clean, motion, nozzle);
+  const std::array<Stretch, 2> ranges = FreeRanges(clean, motion, nozzle);
   bool correlated = nozzle.correlated;
   {
     const Workspace::Scope check(workspace);
     const std::span<double> scratch =
         workspace.Take<double>(std::max(ranges[0].size(), ranges[1].size()));
-    for (const Range& range : ranges) {
+    for (const Stretch& range : ranges) {
       const auto force = clean.samples.force_g.subspan(range.first, range.size());
       correlated = correlated || IsCorrelated(force, nozzle.noise_g, scratch);
     }

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <span>
 
+#include "tap/samples/sample_statistics.h"
+
 namespace trammel::tap {
 namespace {
 
@@ -35,21 +37,16 @@ struct State {
   double rest_g = 0;
 };
 
-struct Range {
-  std::size_t first = 0;
-  std::size_t end = 0;
-};
-
 // From before the earliest touch to some samples after the halt.
-Range Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& press,
-               double most_s) {
+Stretch Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& press,
+                 double most_s) {
   const auto& times = clean.samples.time_s;
   const double break_mm = press.z0_mm + press.shape.t * press.span_mm;
   const double depth_s = std::max(0.0, break_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
   const double halt_s = motion.approach_end_s - clean.origin_s;
   const std::size_t touch = IndexAt(times, halt_s - 1.5 * depth_s);
   const double rest_s = std::max(kRest_s, kLeastRest * clean.period_s);
-  Range range;
+  Stretch range;
   const auto before =
       std::max(kLeastBefore, static_cast<std::size_t>(0.5 * depth_s / clean.period_s));
   range.first = touch - std::min(touch, before);
@@ -85,7 +82,7 @@ double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPres
 
 class Fit {
  public:
-  Fit(const CleanTap& clean, const TapMotion& motion, const SeenPress& press, const Range& range,
+  Fit(const CleanTap& clean, const TapMotion& motion, const SeenPress& press, const Stretch& range,
       double prior_s, double play_mm)
       : clean_(clean),
         motion_(motion),
@@ -142,7 +139,7 @@ class Fit {
   [[nodiscard]] double Inflation(const State& state) const {
     constexpr double kMost = 0.9;
     std::array<double, kMostSamples> left;
-    const std::size_t n = range_.end - range_.first;
+    const std::size_t n = range_.size();
     double base = 0;
     for (std::size_t i = 0; i < n; ++i) {
       left[i] = Left(range_.first + i, state);
@@ -233,7 +230,7 @@ class Fit {
   const CleanTap& clean_;
   const TapMotion& motion_;
   const SeenPress& press_;
-  Range range_;
+  Stretch range_;
   double prior_s_;
   double play_mm_;
 };
@@ -268,7 +265,7 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
   if (!motion.has_approach) {
     return unknown;
   }
-  const Range range = Approach(clean, motion, press, 4 * prior_s);
+  const Stretch range = Approach(clean, motion, press, 4 * prior_s);
   if (range.end < range.first + kLeastBefore + kLeastRest) {
     return unknown;
   }
@@ -279,7 +276,7 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
   double variance = press.noise_g * press.noise_g;
   double deviation_s = prior_s;
   double apart_mm = kOffset_mm;
-  const double samples = static_cast<double>(range.end - range.first);
+  const double samples = static_cast<double>(range.size());
   for (int step = 0; step < kMostSteps; ++step) {
     Normal m = fit.Sum(state, variance);
     if (!Eliminate(m)) {

@@ -14,6 +14,8 @@ namespace trammel::tap {
 struct Stretch {
   std::size_t first = 0;
   std::size_t end = 0;
+
+  [[nodiscard]] std::size_t size() const { return end - first; }
 };
 
 /// Median of up to kMost values spread evenly over a stretch; NaN where it is empty.
