@@ -17,15 +17,6 @@ constexpr int kTaps = 200;
 // At most 2 % of good taps may be refused.
 constexpr int kMostRefused = kTaps / 50;
 
-bool HasNotice(const TapAnalysis& result, FindingCode code) {
-  for (const Finding& notice : result.Notices()) {
-    if (notice.code == code) {
-      return true;
-    }
-  }
-  return false;
-}
-
 // What all methods are asked, without what a method adds.
 struct Checked {
   TapAnalysis result;

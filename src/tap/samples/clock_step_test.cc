@@ -81,13 +81,6 @@ RecordedTap WithStep(std::uint64_t seed, double after_pull_back_s, double step_s
   return tap;
 }
 
-bool HasNotice(const TapAnalysis& analysis, FindingCode code) {
-  for (const Finding& notice : analysis.Notices()) {
-    if (notice.code == code) return true;
-  }
-  return false;
-}
-
 TEST(ClockStep, IsRefusedByNameWhereItMovesTheBreakByMicrons) {
   for (const double step_s : {4e-3, 5e-3, 20e-3}) {
     for (const double at_s : {0.03, 0.1, 0.2}) {

@@ -1,6 +1,7 @@
 // Drawn taps (tests/support) as this room takes them.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "support/drawn_tap.h"
@@ -29,6 +30,12 @@ inline TapAnalysis AnalyseTwoLine(const TapView& tap) {
   TapOptions options;
   options.method = Method::kTwoLine;
   return TapAnalyser(options).Analyse(tap);
+}
+
+inline bool HasNotice(const TapAnalysis& analysis, FindingCode code) {
+  const auto notices = analysis.Notices();
+  return std::any_of(notices.begin(), notices.end(),
+                     [code](const Finding& notice) { return notice.code == code; });
 }
 
 }  // namespace trammel::tap
