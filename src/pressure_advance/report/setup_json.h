@@ -26,8 +26,8 @@ struct SetupView {
 
 /// A value of the setup under the name by which people know it.
 struct SetupValue {
-  std::string name;   ///< "offset x"
-  std::string key;    ///< as in JSON, with its unit: "offset_x_mm"
+  std::string name;  ///< "offset x"
+  std::string key;   ///< as in JSON, with its unit: "offset_x_mm"
   const Measured* value = nullptr;
   IntervalStyle style;
   double json_scale = 1;  ///< of the key's unit, per unit of the value

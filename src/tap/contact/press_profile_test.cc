@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "tap/contact/press_test_support.h"
 
 namespace trammel::tap {
 namespace {
@@ -35,49 +36,20 @@ World MakeWorld(std::uint64_t seed, bool weighted) {
   return world;
 }
 
-// Independent of the code under test: the columns written out, orthogonalised one after the other
-// (modified Gram-Schmidt), no moments, no normal equations.
 double SumSquaresByColumns(const World& world, double t, std::size_t order) {
-  const std::size_t n = world.y.size();
-  std::vector<std::vector<double>> columns(2 + order, std::vector<double>(n));
-  std::vector<double> rest(n);
-  for (std::size_t s = 0; s < n; ++s) {
+  std::vector<std::vector<double>> columns(2 + order);
+  std::vector<double> force;
+  for (std::size_t s = 0; s < world.y.size(); ++s) {
     const double root = world.weight.empty() ? 1 : std::sqrt(world.weight[s]);
-    columns[0][s] = root;
-    columns[1][s] = root * world.y[s];
+    columns[0].push_back(root);
+    columns[1].push_back(root * world.y[s]);
     for (std::size_t i = 0; i < order; ++i) {
-      columns[2 + i][s] =
-          root * std::pow(std::max(0.0, t - world.y[s]), static_cast<double>(i + 1));
+      columns[2 + i].push_back(root *
+                               std::pow(std::max(0.0, t - world.y[s]), static_cast<double>(i + 1)));
     }
-    rest[s] = root * world.force[s];
+    force.push_back(root * world.force[s]);
   }
-  const auto remove = [n](const std::vector<double>& from_unit, std::vector<double>& of) {
-    double product = 0;
-    for (std::size_t s = 0; s < n; ++s) {
-      product += from_unit[s] * of[s];
-    }
-    for (std::size_t s = 0; s < n; ++s) {
-      of[s] -= product * from_unit[s];
-    }
-  };
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    double length = 0;
-    for (const double value : columns[k]) {
-      length += value * value;
-    }
-    for (double& value : columns[k]) {
-      value /= std::sqrt(length);
-    }
-    for (std::size_t j = k + 1; j < columns.size(); ++j) {
-      remove(columns[k], columns[j]);
-    }
-    remove(columns[k], rest);
-  }
-  double sum = 0;
-  for (const double value : rest) {
-    sum += value * value;
-  }
-  return sum;
+  return test::Unexplained(columns, force);
 }
 
 // Sums of 10^6 gf^2 in double, through a third-order elimination: eight digits are left of them.

@@ -140,4 +140,29 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
   return tap;
 }
 
+/// What no combination of the columns explains of the force: orthogonalised one after the other
+/// (modified Gram-Schmidt), without moments and normal equations.
+inline double Unexplained(std::vector<std::vector<double>> columns, std::vector<double> rest) {
+  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      sum += a[i] * b[i];
+    }
+    return sum;
+  };
+  const auto take_out = [&](const std::vector<double>& column, std::vector<double>& from) {
+    const double share = product(column, from) / product(column, column);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      from[i] -= share * column[i];
+    }
+  };
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    for (std::size_t j = k + 1; j < columns.size(); ++j) {
+      take_out(columns[k], columns[j]);
+    }
+    take_out(columns[k], rest);
+  }
+  return product(rest, rest);
+}
+
 }  // namespace trammel::tap::test

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "tap/contact/break_search.h"
+#include "tap/contact/press_test_support.h"
 
 namespace trammel::tap {
 namespace {
@@ -50,30 +51,6 @@ TwoZonePress Fit(const World& world, double t) {
   return FitTwoZones(profile, t);
 }
 
-// What no combination of the columns explains of the force (modified Gram-Schmidt).
-double Unexplained(std::vector<std::vector<double>> columns, std::vector<double> rest) {
-  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      sum += a[i] * b[i];
-    }
-    return sum;
-  };
-  const auto take_out = [&](const std::vector<double>& column, std::vector<double>& from) {
-    const double share = product(column, from) / product(column, column);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      from[i] -= share * column[i];
-    }
-  };
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    for (std::size_t j = k + 1; j < columns.size(); ++j) {
-      take_out(columns[k], columns[j]);
-    }
-    take_out(columns[k], rest);
-  }
-  return product(rest, rest);
-}
-
 TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
   Hollow hollow;
   hollow.noise_g = 3;
@@ -95,9 +72,9 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
     const double other = 0.5 * s;  // works beside it and leaves it alone
     const TwoZones at = EvaluateTwoZones(profile, end.outer, Pair{other, s});
     constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
-    EXPECT_NEAR(at.sum_squares_curved[1], Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares_curved[1], test::Unexplained(columns, world.force), kRounding);
     columns.pop_back();
-    EXPECT_NEAR(at.sum_squares[1], Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares[1], test::Unexplained(columns, world.force), kRounding);
   }
 }
 
@@ -238,10 +215,10 @@ TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
       }
       curve.push_back(e * e);
     }
-    EXPECT_NEAR(at.sum_squares[side], Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares[side], test::Unexplained(columns, world.force), kRounding);
     if (v[side] > 0) {
       columns.push_back(curve);
-      EXPECT_NEAR(at.sum_squares_curved[side], Unexplained(columns, world.force), kRounding);
+      EXPECT_NEAR(at.sum_squares_curved[side], test::Unexplained(columns, world.force), kRounding);
     } else {
       EXPECT_EQ(at.sum_squares_curved[side], at.sum_squares[side]);
     }
