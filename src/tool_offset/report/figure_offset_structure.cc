@@ -138,23 +138,6 @@ void DrawFingerDot(Plot& plot, const to::FingerReading& finger, double y_um) {
   }
 }
 
-void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room) {
-  std::vector<double> values;
-  for (const to::FingerReading& finger : shown.reading.fingers) {
-    if (finger.left_out.empty()) values.push_back(finger.position_mm * kUmPerMm);
-  }
-  Axis x = AlongAxis(shown);
-  x.shown = false;
-  x.label.clear();
-  Plot plot = Plot::Around(canvas, Inner(room), x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
-                           "Each tooth, from its planned place");
-  for (const to::FingerReading& finger : shown.reading.fingers) {
-    if (finger.left_out.empty()) {
-      DrawFingerDot(plot, finger, finger.position_mm * kUmPerMm);
-    }
-  }
-}
-
 void DrawResiduals(Canvas& canvas, const Shown& shown, const RectPx& room) {
   std::vector<double> values{-1, 1};
   for (const to::FingerReading& finger : shown.reading.fingers) {
@@ -242,7 +225,7 @@ Canvas Draw(Shown shown, double width_px) {
   const double px_per_mm = (width_px - 2 * kSidePx) * rows / (2 * shown.half_mm);
   const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
   const bool read = !shown.reading.fingers.empty();
-  Canvas canvas(width_px, top_px + rows * (row_px + kRowGapPx) + (read ? 2 * kPlotPx + 36 : 0));
+  Canvas canvas(width_px, top_px + rows * (row_px + kRowGapPx) + (read ? kPlotPx + 36 : 0));
   const std::string name = NameOf(shown);
   const std::string value = OffsetWords(shown.reading.offset_mm);
   const TextStyle title{.size_px = shown.broad ? 13.5 : 11.5, .bold = true};
@@ -250,8 +233,7 @@ Canvas Draw(Shown shown, double width_px) {
   if (!shown.broad) canvas.Text({kSidePx, 34}, value, title);
   const double top = DrawRows(canvas, shown, rows, row_px, top_px);
   if (read) {
-    DrawPositions(canvas, shown, {0, top, width_px, kPlotPx});
-    DrawResiduals(canvas, shown, {0, top + kPlotPx, width_px, kPlotPx});
+    DrawResiduals(canvas, shown, {0, top, width_px, kPlotPx});
   }
   return canvas;
 }
