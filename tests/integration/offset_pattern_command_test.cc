@@ -39,8 +39,7 @@ TEST(OffsetPatternCommand, TakesThePrinterFromTheFileAndItsOwnKeysBeforeOthers) 
              "[printer]\ndialect = \"marlin\"\nbed_size_x = 300\n[filament]\n"
              "nozzle_temperature = 210\n[tool_offset_pattern]\nreference_tool = 1\n");
   const CommandResult run = RunTrammel(
-      "offset pattern --material pla --tool 4 --set line_width=0.5 -o a.gcode --preview b.svg",
-      folder.path());
+      "offset pattern --material pla --tool 4 --set line_width=0.5 -o a.gcode", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   const std::string gcode = ReadWhole(folder.path() / "a.gcode");
   EXPECT_THAT(gcode, AllOf(HasSubstr("\nM109 T4 S210\n"), HasSubstr("\nM0 ")));
@@ -49,8 +48,8 @@ TEST(OffsetPatternCommand, TakesThePrinterFromTheFileAndItsOwnKeysBeforeOthers) 
   EXPECT_EQ(settings->tools, (std::vector<int>{1, 4}));
   EXPECT_EQ(settings->line_width_mm, 0.5);
   EXPECT_EQ(settings->printer.bed_size_x_mm, 300);
-  EXPECT_TRUE(std::filesystem::exists(folder.path() / "b.svg"));
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "a.svg"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "a.png"));
 }
 
 TEST(OffsetPatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
@@ -62,7 +61,7 @@ TEST(OffsetPatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
        {Mistake{"--set 'tools=[0]'", "tools: 1 tool(s)"},
         Mistake{"--set overlap=6", "overlap: 6 mm is above 5 mm"},
         Mistake{"--set bed_size_x=115", "reaches x ="},
-        Mistake{"--preview a.jpg", "must end in .svg or .png"},
+        Mistake{"-o a.png", "must end as G-code does"},
         Mistake{"--tool-change magnet", "must be t, activate-extruder or idex"},
         Mistake{"--tool 1 --self-test", "leave one of them out"}}) {
     const TemporaryFolder folder;

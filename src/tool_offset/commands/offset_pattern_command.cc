@@ -12,8 +12,8 @@
 #include "app/output_files.h"
 #include "files/new_file.h"
 #include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/sheet_options.h"
-#include "tool_offset/report/sheet_preview.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel::app {
@@ -26,26 +26,8 @@ using tool_offset::SheetPlan;
 struct OffsetPatternArguments {
   SheetOptions sheet;
   std::string out = "offset.gcode";
-  std::vector<std::string> previews;
   bool force = false;
 };
-
-/// Where previews go: as asked, else beside the G-code.
-Result<std::vector<fs::path>> PreviewPaths(const OffsetPatternArguments& arguments) {
-  std::vector<fs::path> paths;
-  for (const std::string& preview : arguments.previews) {
-    const fs::path path = preview;
-    if (path.extension() != ".svg" && path.extension() != ".png") {
-      return Fail(fmt::format("--preview {}: must end in .svg or .png", preview));
-    }
-    paths.push_back(path);
-  }
-  if (!paths.empty()) return paths;
-  for (const char* extension : {".svg", ".png"}) {
-    paths.push_back(fs::path(arguments.out).replace_extension(extension));
-  }
-  return paths;
-}
 
 Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
   const Result<SheetConfig> config = ConfigureSheet(arguments.sheet);
@@ -56,26 +38,18 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
   if (!gcode_path.has_filename()) {
     return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
   }
-  const Result<std::vector<fs::path>> previews = PreviewPaths(arguments);
-  if (!previews) return tl::unexpected(previews.error());
-  std::vector<fs::path> paths = *previews;
-  paths.push_back(gcode_path);
+  const std::vector<fs::path> paths = SheetFiles(gcode_path);
+  if (paths[1] == gcode_path || paths[2] == gcode_path) {
+    return Fail(
+        fmt::format("--out {}: must end as G-code does, .gcode for example", arguments.out));
+  }
   if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
-
   const SheetPlan plan = PlanSheet(config->sheet);
   const SheetGcode gcode = WriteSheetGcode(plan);
-  if (auto done = files::WriteWholeFile(gcode_path, gcode.text, files::ReplaceIf(arguments.force));
-      !done)
-    return done;
-  const report::Canvas preview = report::SheetPreview(plan);
-  std::string shown;
-  for (const fs::path& path : *previews) {
-    const std::string bytes = path.extension() == ".svg" ? preview.ToSvg() : preview.ToPng();
-    if (auto done = files::WriteWholeFile(path, bytes, files::ReplaceIf(arguments.force)); !done)
-      return done;
-    shown += " " + path.string();
-  }
-  fmt::print("G-code     {}\npreview   {}\n", gcode_path.string(), shown);
+  auto done = WriteSheet(gcode_path, plan, gcode, files::ReplaceIf(arguments.force));
+  if (!done) return done;
+  fmt::print("G-code     {}\npreview    {} {}\n", paths[0].string(), paths[1].string(),
+             paths[2].string());
   PrintSheetPlan(config->sheet, plan, gcode);
   SayNext("next",
           fmt::format("print it, scan the paper, then trammel offset analyze SCAN --pattern {} "
@@ -89,12 +63,11 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
 
 void AddOffsetPatternCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "pattern", "write the G-code of a sheet of combs, printed on paper by all tools");
+      "pattern",
+      "write the G-code of a sheet of combs, printed on paper by all tools, and pictures of it");
   auto arguments = std::make_shared<OffsetPatternArguments>();
   command->add_option("-o,--out", arguments->out, "G-code file; the scan is read with it")
       ->capture_default_str();
-  command->add_option("--preview", arguments->previews,
-                      "picture of the sheet, .svg or .png; left out: both, beside the G-code");
   AddSheetOptions(*command, arguments->sheet);
   command->add_option("--tool", arguments->sheet.tool,
                       "check this tool alone again, against the reference tool");

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <map>
 #include <system_error>
@@ -20,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDrawings[] = {"pattern.svg", "pattern.png"};
+constexpr const char* kDrawings[] = {".svg", ".png"};
 
 std::string WhyNoTool(const report::OffsetAnalysis& analysis) {
   std::string why;
@@ -47,25 +46,28 @@ std::vector<report::KeptChange> KeptOf(const files::StartRecord& record,
 
 }  // namespace
 
-Result<void> WriteSheet(const fs::path& folder, const tool_offset::SheetPlan& plan,
-                        const tool_offset::SheetGcode& gcode) {
+std::vector<fs::path> SheetFiles(const fs::path& gcode) {
+  std::vector<fs::path> paths = {gcode};
+  for (const char* ending : kDrawings) paths.push_back(fs::path(gcode).replace_extension(ending));
+  return paths;
+}
+
+Result<void> WriteSheet(const fs::path& path, const tool_offset::SheetPlan& plan,
+                        const tool_offset::SheetGcode& gcode, files::IfThere there) {
   const report::Canvas drawing = report::SheetPreview(plan);
-  const std::array<std::pair<const char*, std::string>, 3> written = {
-      {{procedure::kSheetGcodeName, gcode.text},
-       {kDrawings[0], drawing.ToSvg()},
-       {kDrawings[1], drawing.ToPng()}}};
-  for (const auto& [name, bytes] : written) {
-    auto done = files::WriteWholeFile(folder / name, bytes, files::IfThere::kRefuse);
-    if (!done) return done;
+  for (const fs::path& file : SheetFiles(path)) {
+    const std::string ending = file.extension().string();
+    const std::string bytes = ending == kDrawings[0]   ? drawing.ToSvg()
+                              : ending == kDrawings[1] ? drawing.ToPng()
+                                                       : gcode.text;
+    if (auto done = files::WriteWholeFile(file, bytes, there); !done) return done;
   }
   return {};
 }
 
-void RemoveSheet(const fs::path& folder) {
+void RemoveSheet(const fs::path& path) {
   std::error_code ignored;
-  for (const char* name : {procedure::kSheetGcodeName, kDrawings[0], kDrawings[1]}) {
-    fs::remove(folder / name, ignored);
-  }
+  for (const fs::path& file : SheetFiles(path)) fs::remove(file, ignored);
 }
 
 Result<fs::path> ScanFolderOf(const fs::path& folder) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "files/new_file.h"
 #include "tool_offset/commands/offset_reading.h"
 #include "tool_offset/files/start_file.h"
 #include "tool_offset/sheet/sheet_gcode.h"
@@ -14,13 +15,17 @@
 
 namespace trammel::app {
 
-/// Writes the G-code and the drawing. Errors name the file.
-[[nodiscard]] Result<void> WriteSheet(const std::filesystem::path& folder,
-                                      const tool_offset::SheetPlan& plan,
-                                      const tool_offset::SheetGcode& gcode);
+/// The G-code of a sheet, and its drawings beside it: .svg, .png.
+[[nodiscard]] std::vector<std::filesystem::path> SheetFiles(const std::filesystem::path& gcode);
 
-/// Takes away what WriteSheet wrote, where nothing was printed of it.
-void RemoveSheet(const std::filesystem::path& folder);
+/// Writes these files. Errors name the file. @param path  of the G-code.
+[[nodiscard]] Result<void> WriteSheet(const std::filesystem::path& path,
+                                      const tool_offset::SheetPlan& plan,
+                                      const tool_offset::SheetGcode& gcode,
+                                      files::IfThere there = files::IfThere::kRefuse);
+
+/// Removes what WriteSheet wrote, where nothing was printed of it.
+void RemoveSheet(const std::filesystem::path& path);
 
 /// The picture of the answer in the folder, for a printer's screen.
 inline constexpr const char* kOffsetPicture = "answer.png";

@@ -163,7 +163,8 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
                               {},
                               RecordOf(config, *found)};
   const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
-  Result<void> done = WriteSheet(folder->path(), print.plan, gcode);
+  const fs::path pattern = folder->path() / procedure::kSheetGcodeName;
+  Result<void> done = WriteSheet(pattern, print.plan, gcode);
   if (done) {
     PrintTools(config, *found);
     PrintSheetPlan(config.sheet, print.plan, gcode);
@@ -174,7 +175,7 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
     done = DoneOf(PrintSheet(session, print, person));
   }
   std::error_code ignored;
-  if (!fs::exists(folder->path() / files::kStartFile, ignored)) RemoveSheet(folder->path());
+  if (!fs::exists(folder->path() / files::kStartFile, ignored)) RemoveSheet(pattern);
   // What was printed can be read, whatever else is not as it was.
   if (!done && print.record.stage != files::StartStage::kPrinted) {
     return tl::unexpected(done.error());
