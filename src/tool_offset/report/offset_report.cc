@@ -37,9 +37,11 @@ std::string Head(const OffsetAnalysis& analysis) {
     return VerdictOf(tool) == Verdict::kGood;
   });
   const int reference = analysis.plan.settings.reference_tool;
-  std::string body =
-      fmt::format("<p class=\"reason\">{} of {} tools have an offset against T{}.</p>\n", good,
-                  tools.size(), reference);
+  std::string body;
+  if (!tools.empty()) {
+    body = fmt::format("<p class=\"reason\">{} of {} tools have an offset against T{}.</p>\n", good,
+                       tools.size(), reference);
+  }
   Table table({{""}, {"x"}, {"y"}, {"verdict"}});
   for (const OffsetRow& row : OffsetTable(analysis)) AddRow(row, table);
   return HeadCard(
