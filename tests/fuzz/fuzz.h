@@ -11,20 +11,15 @@
 
 #include "base/result.h"
 
-/// Begins the target NAME, a function of one input, (const std::uint8_t* data, std::size_t size).
-/// libFuzzer drives each as a program of its own; the tests replay the corpora of all in one.
-#ifdef TRAMMEL_FUZZ
-#define TRAMMEL_FUZZ_TARGET(name) extern "C" int LLVMFuzzerTestOneInput
-#else
+/// Begins the target NAME, a function of one input: (const std::uint8_t* data, std::size_t size).
 #define TRAMMEL_FUZZ_TARGET(name)                                                     \
   static int Fuzz_##name(const std::uint8_t* data, std::size_t size);                 \
   static const trammel::fuzz::RegisteredTarget registered_##name(#name, Fuzz_##name); \
   static int Fuzz_##name
-#endif
 
 namespace trammel::fuzz {
 
-/// Makes a target known to the replay. Lives as long as the program.
+/// Adds a target to the driver's table. Lives as long as the program.
 struct RegisteredTarget {
   using Run = int (*)(const std::uint8_t* data, std::size_t size);
   RegisteredTarget(const char* name, Run run);

@@ -1,5 +1,6 @@
-// Runs a fuzz target over files, without libFuzzer: what the ordinary tests do with each corpus.
-//   fuzz_replay TARGET PLACE…   files, or folders of them
+// Runs a fuzz target. With libFuzzer (TRAMMEL_FUZZ) the environment names it, TRAMMEL_FUZZ_TARGET;
+// else the tests replay each corpus:
+//   fuzz_targets TARGET PLACE…   files, or folders of them
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -16,6 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using Target = trammel::fuzz::RegisteredTarget::Run;
+
+std::map<std::string, Target>& Targets() {
+  static std::map<std::string, Target> targets;
+  return targets;
+}
+
+#ifndef TRAMMEL_FUZZ
+
 std::vector<fs::path> FilesOf(const fs::path& place) {
   if (!fs::is_directory(place)) return {place};
   std::vector<fs::path> files;
@@ -30,13 +40,6 @@ std::string BytesOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   trammel::fuzz::Require(file.good(), "an input of the corpus can be read");
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-using Target = trammel::fuzz::RegisteredTarget::Run;
-
-std::map<std::string, Target>& Targets() {
-  static std::map<std::string, Target> targets;
-  return targets;
 }
 
 void Run(Target target, std::string_view bytes) {
@@ -62,17 +65,30 @@ int Replay(Target target, const fs::path& place) {
   return inputs;
 }
 
+#endif
+
 }  // namespace
 
 trammel::fuzz::RegisteredTarget::RegisteredTarget(const char* name, Run run) {
   Targets().emplace(name, run);
 }
 
+#ifdef TRAMMEL_FUZZ
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Target target = [] {
+    const char* name = std::getenv("TRAMMEL_FUZZ_TARGET");
+    const auto found = Targets().find(name == nullptr ? "" : name);
+    trammel::fuzz::Require(found != Targets().end(), "TRAMMEL_FUZZ_TARGET names a target");
+    return found->second;
+  }();
+  return target(data, size);
+}
+#else
 int main(int count, char** arguments) {
   try {
     const auto target = Targets().find(count > 1 ? arguments[1] : "");
     if (target == Targets().end()) {
-      std::fprintf(stderr, "usage: fuzz_replay TARGET PLACE..., TARGET one of\n");
+      std::fprintf(stderr, "usage: fuzz_targets TARGET PLACE..., TARGET one of\n");
       for (const auto& [name, run] : Targets()) std::fprintf(stderr, "  %s\n", name.c_str());
       return 1;
     }
@@ -85,3 +101,4 @@ int main(int count, char** arguments) {
     return 1;
   }
 }
+#endif

@@ -1,9 +1,0 @@
-// Scanned pages as TIFF.
-#include "page_input.h"
-
-TRAMMEL_FUZZ_TARGET(page_tiff)(const std::uint8_t* data, std::size_t size) {
-  using namespace trammel;
-  static const fuzz::MemoryFile file("page.tiff");
-  fuzz::ReadAsPages(file, fuzz::Text(data, size));
-  return 0;
-}
