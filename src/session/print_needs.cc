@@ -207,7 +207,7 @@ std::optional<Check> FindStops(const PrinterFacts& facts) {
 // A longer smoothing spreads filament from one speed change to the other: answers of virtual lines
 // come out 1 to 5 ms too high.
 std::optional<Check> FindSmoothing(const PrinterFacts& facts) {
-  constexpr double kLongest_s = 0.06;  // response_study; tuned on virtual prints, seeds below 1000
+  constexpr double kLongest_s = 0.06;  // tuned on virtual prints, seeds below 1000
   for (const auto& [section, smooth_s] : facts.smooth_times_s) {
     if (smooth_s <= kLongest_s * (1 + kRounding)) continue;
     return Unsafe("smoothing",

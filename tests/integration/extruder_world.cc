@@ -13,6 +13,7 @@ namespace pa = pressure_advance;
 constexpr double kStep_s = 0.0005;
 constexpr double kCell_mm = 0.05;
 constexpr double kFootprint_mm = 0.4;
+constexpr double kNominal_mm2 = 0.11;  // of a line's cross-section
 
 // Flow over stored filament, tabulated over the square root of flow: thinning laws are steep at 0.
 class HotEnd {
@@ -145,6 +146,31 @@ std::vector<double> Lay(const ExtruderWorld& world, double k_star_s, double pres
   return cells;
 }
 
+std::vector<double> ReadingPositions_mm(const ExtruderWorld& world) {
+  std::vector<double> positions_mm;
+  for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm;
+       s += world.reading_mm) {
+    positions_mm.push_back(s);
+  }
+  return positions_mm;
+}
+
+double LineLag_s(const ExtruderWorld& world, std::size_t line, double scatter_s) {
+  const auto count = static_cast<double>(world.pressure_advance_s.size());
+  const double along = static_cast<double>(line) / (count - 1) - 0.5;
+  return std::max(0.0, world.k_star_s * (1 + world.lag_drift * along) + scatter_s);
+}
+
+std::vector<double> LaidAreas(const ExtruderWorld& world, double k_star_s,
+                              double pressure_advance_s) {
+  const std::vector<double> cells = Lay(world, k_star_s, pressure_advance_s);
+  std::vector<double> areas;
+  for (const double s : ReadingPositions_mm(world)) {
+    areas.push_back(cells[static_cast<std::size_t>(s / kCell_mm + 0.5)]);
+  }
+  return areas;
+}
+
 }  // namespace
 
 StoredLaw PowerLaw(double exponent) {
@@ -172,13 +198,6 @@ double TruePressureAdvance(const ExtruderWorld& world) {
   return (first + second) / (world.fast_mm_s - world.slow_mm_s) / (1 - world.slip / 3);
 }
 
-double TrueLag(const ExtruderWorld& world, double flow_mm_s) {
-  const double step = 1e-4 * flow_mm_s;
-  const double slope = (world.law(flow_mm_s + step) - world.law(flow_mm_s - step)) / (2 * step);
-  return (1 - world.second_share) * Scale(world, world.k_star_s) * slope +
-         world.second_share * world.k_star_s;
-}
-
 ExtruderWorld WorldOf(pa::PatternPreset preset) {
   constexpr double kFrames_per_s = 30;
   pa::PatternConfig pattern;
@@ -194,31 +213,6 @@ ExtruderWorld WorldOf(pa::PatternPreset preset) {
   world.left_out_mm = scan.skip_mm;
   world.reading_mm = scan.scan_speed_mm_s / kFrames_per_s;
   return world;
-}
-
-std::vector<double> ReadingPositions_mm(const ExtruderWorld& world) {
-  std::vector<double> positions_mm;
-  for (double s = world.left_out_mm; s <= world.length_mm - world.left_out_mm;
-       s += world.reading_mm) {
-    positions_mm.push_back(s);
-  }
-  return positions_mm;
-}
-
-double LineLag_s(const ExtruderWorld& world, std::size_t line, double scatter_s) {
-  const auto count = static_cast<double>(world.pressure_advance_s.size());
-  const double along = static_cast<double>(line) / (count - 1) - 0.5;
-  return std::max(0.0, world.k_star_s * (1 + world.lag_drift * along) + scatter_s);
-}
-
-std::vector<double> LaidAreas(const ExtruderWorld& world, double k_star_s,
-                              double pressure_advance_s) {
-  const std::vector<double> cells = Lay(world, k_star_s, pressure_advance_s);
-  std::vector<double> areas;
-  for (const double s : ReadingPositions_mm(world)) {
-    areas.push_back(cells[static_cast<std::size_t>(s / kCell_mm + 0.5)]);
-  }
-  return areas;
 }
 
 std::vector<pa::LineProfile> PrintPattern(const ExtruderWorld& world, Random& random) {

@@ -49,23 +49,8 @@ struct ExtruderWorld {
 /// The pressure advance that supplies just what the mean line's speed change stores, slip counted.
 [[nodiscard]] double TruePressureAdvance(const ExtruderWorld& world);
 
-/// What a small change of speed lags by at a flow, of the mean line, s.
-[[nodiscard]] double TrueLag(const ExtruderWorld& world, double flow_mm_s);
-
 /// The lines and the scan of a preset.
 [[nodiscard]] ExtruderWorld WorldOf(pressure_advance::PatternPreset preset);
-
-/// Where a line is read.
-[[nodiscard]] std::vector<double> ReadingPositions_mm(const ExtruderWorld& world);
-
-/// One line's lag: the pattern's, drifted, and what it scatters by; >= 0.
-[[nodiscard]] double LineLag_s(const ExtruderWorld& world, std::size_t line, double scatter_s);
-
-/// Areas that one line has where it is read, over the nominal one, without any noise.
-[[nodiscard]] std::vector<double> LaidAreas(const ExtruderWorld& world, double k_star_s,
-                                            double pressure_advance_s);
-
-inline constexpr double kNominal_mm2 = 0.11;  ///< of a line's cross-section
 
 /// Areas as a laser reads them, a reading every reading_mm.
 [[nodiscard]] std::vector<pressure_advance::LineProfile> PrintPattern(const ExtruderWorld& world,

@@ -14,8 +14,8 @@
 
 #include "fault_kinds.h"
 #include "frame_truth.h"
-#include "from_environment.h"
 #include "play_all.h"
+#include "support/study.h"
 
 namespace trammel::test {
 namespace {
@@ -54,35 +54,34 @@ void PrintRow(const std::string& name, const Tally& tally) {
 }
 
 TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber) {
-  const int runs = std::max(1, FromEnvironment("TRAMMEL_STUDY_RUNS", 500));
-  const int first = std::max(0, FromEnvironment("TRAMMEL_STUDY_FIRST", 0));
-  SideBySide side(std::clamp(FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth), 1, SideBySide::kMost));
+  const StudySeeds seeds = SeedsOfStudy(500, kFirstSeed);
+  SideBySide side(kWidth);
   const auto& kinds = FaultKinds();
   const auto& stages = StageWords();
   // The numbers of kinds and of stages have no common divisor: all pairs come in turn.
   ASSERT_EQ(std::gcd(kinds.size(), stages.size()), 1U);
-  const auto kind_of = [&](int number) -> const FaultKind& {
-    return kinds[static_cast<std::size_t>(number) % kinds.size()];
+  const auto kind_of = [&](std::uint64_t seed) -> const FaultKind& {
+    return kinds[seed % kinds.size()];
   };
-  const auto stage_of = [&](int number) -> const std::string& {
-    return stages[static_cast<std::size_t>(number) % stages.size()];
+  const auto stage_of = [&](std::uint64_t seed) -> const std::string& {
+    return stages[seed % stages.size()];
   };
-  for (int i = first; i < first + runs; ++i) {
-    Scenario scenario =
-        FaultInStage(kind_of(i), stage_of(i), kFirstSeed + static_cast<std::uint64_t>(i));
-    scenario.name = std::to_string(i);
+  const std::uint64_t end = seeds.first + static_cast<std::uint64_t>(seeds.count);
+  for (std::uint64_t seed = seeds.first; seed < end; ++seed) {
+    Scenario scenario = FaultInStage(kind_of(seed), stage_of(seed), seed);
+    scenario.name = std::to_string(seed);
     side.Start(scenario);
   }
   std::map<std::string, Tally> by_kind;
   Tally all;
-  for (int i = first; i < first + runs; ++i) {
-    const Outcome& outcome = side.Of(std::to_string(i));
-    const auto wrong = Violations(kind_of(i), outcome);
-    Count(outcome, wrong, by_kind[kind_of(i).name]);
+  for (std::uint64_t seed = seeds.first; seed < end; ++seed) {
+    const Outcome& outcome = side.Of(std::to_string(seed));
+    const auto wrong = Violations(kind_of(seed), outcome);
+    Count(outcome, wrong, by_kind[kind_of(seed).name]);
     Count(outcome, wrong, all);
     for (const std::string& one : wrong) {
-      ADD_FAILURE() << "seed " << kFirstSeed + static_cast<std::uint64_t>(i) << ", "
-                    << kind_of(i).name << " at \"" << stage_of(i) << "\": " << one << "\n"
+      ADD_FAILURE() << "seed " << seed << ", " << kind_of(seed).name << " at \"" << stage_of(seed)
+                    << "\": " << one << "\n"
                     << outcome.end.standard_error;
     }
   }

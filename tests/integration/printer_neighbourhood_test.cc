@@ -5,8 +5,7 @@
 // trammel for a print. What Klipper would make of the file decides (klipper_model.h): a print is
 // refused by the name of a changed fact, or it is right. Prints the tally of each fact.
 //
-// TRAMMEL_STUDY_SEEDS: draws, 2000 without it. TRAMMEL_STUDY_FIRST_SEED: the first one's seed.
-// TRAMMEL_STUDY_WHY: unless 0, each refusal of a printer on which the model prints right.
+// TRAMMEL_STUDY_SEEDS: draws; TRAMMEL_STUDY_FIRST_SEED: the first (support/study.h).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,12 +17,12 @@
 #include <vector>
 
 #include "app/stated_settings.h"
-#include "from_environment.h"
 #include "machine/moonraker/moonraker_status.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "printer_draws.h"
 #include "session/fake_printer.h"
+#include "support/study.h"
 
 namespace trammel::test {
 namespace {
@@ -135,7 +134,7 @@ std::string FindWrongAdvance(const ModelLine& line, const ModelPrinter& printer,
       return fmt::format("{} has a pressure advance of {} instead of {}", section,
                          line.pressure_advance_s.at(section), planned_s);
     }
-    constexpr double kLongest_s = 0.06;  // response_study: longer ones make answers too high
+    constexpr double kLongest_s = 0.06;  // longer ones make answers too high
     if (motor.smooth_time_s > kLongest_s + 1e-9) {
       return fmt::format("{} smooths over {:.3f} s", section, motor.smooth_time_s);
     }
@@ -240,11 +239,7 @@ class Study {
                  row.refused, row.adapted, row.right, row.wrong, row.unnamed, row.refused_fine);
     }
     for (const auto& [reason, examples] : fine_) {
-      const bool all = FromEnvironment("TRAMMEL_STUDY_WHY", 0) != 0;
-      fmt::print("refused though right, {} times:\n", examples.size());
-      for (std::size_t i = 0; i < (all ? examples.size() : 1); ++i) {
-        fmt::print("  {}\n", examples[i]);
-      }
+      fmt::print("refused though right, {} times, as in:\n  {}\n", examples.size(), examples[0]);
     }
   }
 
@@ -303,11 +298,10 @@ TEST(PrinterNeighbourhood, AUsualPrinterPrintsThePatternAsItIsPlanned) {
 }
 
 TEST(PrinterNeighbourhood, APrintIsRefusedByTheFactsNameOrRight) {
-  const int draws = FromEnvironment("TRAMMEL_STUDY_SEEDS", 2000);
-  const int first = FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 1000);
+  const StudySeeds seeds = SeedsOfStudy(2000);
   Study study;
-  for (int i = 0; i < draws; ++i) {
-    const auto seed = static_cast<std::uint64_t>(first + i);
+  for (int i = 0; i < seeds.count; ++i) {
+    const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(i);
     Random random(seed);
     study.Run(random, seed);
   }

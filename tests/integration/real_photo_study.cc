@@ -4,12 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <map>
-#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -17,94 +13,13 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "support/photo_distortions.h"
 #include "support/real_photos.h"
+#include "support/study.h"
 #include "support/temporary_folder.h"
 
-namespace trammel {
+namespace trammel::test {
 namespace {
 
 namespace fs = std::filesystem;
-namespace pa = pressure_advance;
-
-using test::Distortion;
-using test::FromAccepted;
-using test::kHalfStep_s;
-using test::kLines;
-using test::kPhotos;
-using test::kStep_s;
-using test::RealPhoto;
-
-struct Tally {
-  int asked = 0, right = 0, off = 0, wrong = 0;
-  double least_u = 1e9;  // over that of the photo as it is
-  std::string reasons;
-};
-
-// Asks each photo under each distortion, and prints values and standard uncertainties.
-void Ask(const std::vector<Distortion>& distortions, Tally& tally) {
-  const char* data = std::getenv("TRAMMEL_TEST_DATA");
-  if (data == nullptr)
-    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
-  const test::TemporaryFolder folder;
-  const fs::path changed = folder.path() / "changed.png";
-  app::PhotoPlan plan;
-  for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
-  fmt::print("\nvalue and u (ms) of each photo as distorted\n{:32}", "");
-  for (const RealPhoto& photo : kPhotos) fmt::print(" | {:18}", photo.name);
-  fmt::print("\n");
-  const char* only = std::getenv("TRAMMEL_STUDY_ROW");
-  std::map<std::string, double> u_s;  // of each photo as it is
-  const auto answer = [&](const cv::Mat& picture) {
-    EXPECT_TRUE(cv::imwrite(changed.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
-    return app::AnalysePhoto(changed, plan);
-  };
-  for (const Distortion& distortion : distortions) {
-    if (only != nullptr && distortion.name.find(only) == std::string::npos) continue;
-    fmt::print("{:32}", distortion.name);
-    for (const RealPhoto& photo : kPhotos) {
-      const fs::path file =
-          fs::path(data) / "pressure_advance_photos" / (std::string(photo.name) + ".jpg");
-      const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_COLOR);
-      ASSERT_FALSE(picture.empty()) << file;
-      if (!u_s.contains(photo.name)) {
-        const auto as_it_is = answer(picture);
-        ASSERT_TRUE(as_it_is && as_it_is->analysis.pressure_advance.good()) << file;
-        u_s[photo.name] = as_it_is->analysis.pressure_advance.quantity().standard_uncertainty;
-      }
-      const auto run = answer(distortion.apply(picture));
-      ++tally.asked;
-      if (!run || !run->analysis.pressure_advance.good()) {
-        fmt::print(" | {:18}", "-");
-        tally.reasons +=
-            fmt::format("{}, {}: {}\n", distortion.name, photo.name,
-                        run ? run->analysis.pressure_advance.reason() : run.error().message);
-        continue;
-      }
-      const Quantity quantity = run->analysis.pressure_advance.quantity();
-      const bool near = FromAccepted(photo, quantity.value) <= kHalfStep_s;
-      tally.right += near;
-      const auto held = [&](double value_s) {
-        return quantity.interval95.lo <= value_s && value_s <= quantity.interval95.hi;
-      };
-      // Off by more than half a step, while the interval holds what a person accepted.
-      const bool holds = held(photo.accepted_s[0]) || held(photo.accepted_s[1]);
-      tally.off += !near && holds;
-      tally.wrong += !near && !holds;
-      tally.least_u = std::min(tally.least_u, quantity.standard_uncertainty / u_s[photo.name]);
-      fmt::print(" | {:6.2f} {:5.2f} {:5}", 1e3 * quantity.value,
-                 1e3 * quantity.standard_uncertainty,
-                 near    ? ""
-                 : holds ? "off"
-                         : "WRONG");
-    }
-    fmt::print("\n");
-    std::fflush(stdout);
-  }
-  fmt::print(
-      "{} of {} right, {} off within their intervals, {} wrong; u at least {:.2f} times that of "
-      "the "
-      "photo as it is; refused:\n{}",
-      tally.right, tally.asked, tally.off, tally.wrong, tally.least_u, tally.reasons);
-}
 
 // A worse picture must not claim more. The scatter of the same lines, read again from other pixels,
 // is itself uncertain by some per cent.
@@ -115,26 +30,62 @@ constexpr double kLeastU = 0.9;
 // they are cannot be told, in 6 pictures. The others' answers may lie half a step off by chance.
 constexpr int kFewestRight = 150;
 
+Measured AnswerOf(const cv::Mat& picture) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "photo.png";
+  app::PhotoPlan plan;
+  for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
+  EXPECT_TRUE(cv::imwrite(file.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
+  const auto run = app::AnalysePhoto(file, plan);
+  return run ? run->analysis.pressure_advance : Measured::Refused(run.error().message);
+}
+
+// @param least_u  stated uncertainty, over that of the photo as it is; 0: any
+void Ask(const std::vector<Distortion>& distortions, double least_u, int fewest_right) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
+  }
+  int asked = 0, right = 0, off = 0;
+  for (const RealPhoto& photo : kPhotos) {
+    const fs::path file =
+        fs::path(data) / "pressure_advance_photos" / (std::string(photo.name) + ".jpg");
+    const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_COLOR);
+    ASSERT_FALSE(picture.empty()) << file;
+    const Measured as_it_is = AnswerOf(picture);
+    ASSERT_TRUE(as_it_is.good()) << file << as_it_is.reason();
+    for (const Distortion& distortion : distortions) {
+      if (!RowIsWanted(distortion.name)) continue;
+      ++asked;
+      const Measured answer = AnswerOf(distortion.apply(picture));
+      if (!answer.good()) {
+        fmt::print("{}, {}: {}\n", photo.name, distortion.name, answer.reason());
+        continue;
+      }
+      const Quantity& q = answer.quantity();
+      const bool near = FromAccepted(photo, q.value) <= kHalfStep_s;
+      const bool held = std::any_of(
+          std::begin(photo.accepted_s), std::end(photo.accepted_s),
+          [&](double one_s) { return q.interval95.lo <= one_s && one_s <= q.interval95.hi; });
+      right += near, off += !near && held;
+      EXPECT_TRUE(near || held) << photo.name << ", " << distortion.name << ": " << q.value;
+      EXPECT_GE(q.standard_uncertainty, least_u * as_it_is.quantity().standard_uncertainty)
+          << photo.name << ", " << distortion.name;
+    }
+  }
+  fmt::print("{} of {} right, {} off within their intervals\n", right, asked, off);
+  if (std::getenv("TRAMMEL_STUDY_ROW") == nullptr) EXPECT_GE(right, fewest_right);
+}
+
 TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
-  Tally tally;
-  Ask(test::CommonDistortions(), tally);
-  EXPECT_EQ(tally.wrong, 0);
-  if (std::getenv("TRAMMEL_STUDY_ROW") == nullptr) EXPECT_GE(tally.right, kFewestRight);
-  EXPECT_GE(tally.least_u, kLeastU);
+  Ask(CommonDistortions(), kLeastU, kFewestRight);
 }
 
 TEST(RealPhotoStudy, PhotosBeyondWhatCanBeReadAreNeverWrong) {
-  Tally tally;
-  Ask(test::DistortionsBeyondUse(), tally);
-  EXPECT_EQ(tally.wrong, 0);
-  EXPECT_GE(tally.least_u, kLeastU);
+  Ask(DistortionsBeyondUse(), kLeastU, 0);
 }
 
-TEST(RealPhotoStudy, PhotosWithOtherThingsAndOtherLightAreNeverWrong) {
-  Tally tally;
-  Ask(test::Surroundings(), tally);
-  EXPECT_EQ(tally.wrong, 0);
-}
+TEST(RealPhotoStudy, PhotosWithOtherThingsAndOtherLightAreNeverWrong) { Ask(Surroundings(), 0, 0); }
 
 }  // namespace
-}  // namespace trammel
+}  // namespace trammel::test

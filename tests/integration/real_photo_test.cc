@@ -281,7 +281,7 @@ TEST_P(RealPhotos, AnswerStaysHoweverThePhotoIsStored) {
   }
 }
 
-// A few of real_photo_study's rows, another share for each photo.
+// A few of RealPhotoStudy's rows, another share for each photo.
 TEST_P(RealPhotos, AnswerIsRightHoweverThePhotoWasTaken) {
   constexpr std::size_t kEvery = 12;
   const cv::Mat picture = Picture();

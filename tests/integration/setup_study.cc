@@ -17,21 +17,16 @@
 
 #include "base/random.h"
 #include "setup_scene.h"
+#include "support/study.h"
 
 namespace trammel::test {
 namespace {
 
-constexpr std::uint64_t kFirstSeed = 1000;
 constexpr double kEnough_s = 300;
 
 // Plates without glinting bumps, and filament that can be told from them: else the mark is not
 // seen, which is said.
 constexpr const char* kConditions[] = {"matte-black-dark", "matte-white-dark", "pei-black-dark"};
-
-std::uint64_t Printers() {
-  const char* text = std::getenv("TRAMMEL_SETUP_STUDY_PRINTERS");
-  return text == nullptr ? 20 : std::strtoull(text, nullptr, 10);
-}
 
 TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
   const std::map<std::string, double> borne = {
@@ -39,7 +34,9 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
       {"rotation_deg", 0.3}, {"laser_turn_deg", 0.3}, {"laser_sheet_deg", 1.0}};
   std::map<std::string, std::vector<SetupError>> errors;
   int answered = 0;
-  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + Printers(); ++seed) {
+  const StudySeeds seeds = SeedsOfStudy(20);
+  for (int i = 0; i < seeds.count; ++i) {
+    const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(i);
     const sim::MountedRig rig = sim::DrawHeadRig(Random(seed).Fork(1));
     const auto condition = sim::ParseCondition(kConditions[seed % std::size(kConditions)]);
     ASSERT_TRUE(condition);
@@ -60,8 +57,8 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
     std::printf("\n");
     std::fflush(stdout);
   }
-  std::printf("%d of %lu answered\n", answered, static_cast<unsigned long>(Printers()));
-  EXPECT_EQ(static_cast<std::uint64_t>(answered), Printers());
+  std::printf("%d of %d answered\n", answered, seeds.count);
+  EXPECT_EQ(answered, seeds.count);
   for (const auto& [name, list] : errors) {
     double worst = 0, sum = 0, uncertainty = 0;
     int covered = 0;

@@ -16,7 +16,7 @@ constexpr int kFullScale = 250;   // of 255: JPEG does not keep 255
 constexpr int kPlateShare = 5;    // the fifth of the rows at either end has no bead
 constexpr double kLeastPeak = 8;  // grey levels; less is no line
 constexpr double kTop = 0.15;     // of the peak, below it: the middle there is the line's
-// Where answers scatter more, or more lines are refused, over virtual prints (laser_sight_study):
+// Where answers scatter more, or more lines are refused, over virtual prints (its study):
 constexpr double kWide_mm = 0.4;     // and
 constexpr double kSteep_per_px = 8;  // grey levels per pixel of width: a bright line may be wider
 constexpr double kBurnt_mm = 0.24;
