@@ -1,12 +1,9 @@
 #include "sim/casting/freeform_mesh.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <numbers>
 
 namespace trammel::sim {
@@ -114,22 +111,6 @@ std::string BinaryStl(const std::vector<Facet>& facets, double per_mm) {
     bytes.append(2, '\0');
   }
   return bytes;
-}
-
-std::string AsciiStl(const std::vector<Facet>& facets, double per_mm) {
-  std::string text = "solid part\n";
-  const auto out = std::back_inserter(text);
-  for (const Facet& facet : facets) {
-    const Vector3d normal = FacetNormal(facet);
-    fmt::format_to(out, "  facet normal {:.6e} {:.6e} {:.6e}\n    outer loop\n", normal.x(),
-                   normal.y(), normal.z());
-    for (const Vector3d& corner : facet) {
-      const Vector3d at = per_mm * corner;
-      fmt::format_to(out, "      vertex {:.9e} {:.9e} {:.9e}\n", at.x(), at.y(), at.z());
-    }
-    text += "    endloop\n  endfacet\n";
-  }
-  return text + "endsolid part\n";
 }
 
 }  // namespace trammel::sim

@@ -25,6 +25,5 @@ using Facet = std::array<Eigen::Vector3d, 3>;
 
 /// @param per_mm  units of the file in a mm
 [[nodiscard]] std::string BinaryStl(const std::vector<Facet>& facets, double per_mm = 1);
-[[nodiscard]] std::string AsciiStl(const std::vector<Facet>& facets, double per_mm = 1);
 
 }  // namespace trammel::sim
