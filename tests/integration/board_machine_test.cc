@@ -19,8 +19,8 @@
 #include "geometry/linear_systems.h"
 #include "machine/linuxcnc/linuxcnc.h"
 #include "part_alignment/files/camera_file.h"
-#include "support/background_trammel.h"
 #include "support/run_trammel.h"
+#include "support/trammel_process.h"
 
 namespace trammel {
 namespace {
@@ -47,7 +47,7 @@ class BoardMachine : public testing::Test {
         folder_.path());
     machine_ = mill_->WaitForLine("machine ");
     camera_ = mill_->WaitForLine("camera ");
-    ASSERT_FALSE(camera_.empty()) << mill_->standard_error();
+    ASSERT_FALSE(camera_.empty()) << mill_->StandardErrorSoFar();
   }
   [[nodiscard]] std::string Arguments(const std::string& more) const {
     return fmt::format(
@@ -90,7 +90,7 @@ class BoardMachine : public testing::Test {
 
   static inline const Eigen::Vector3d kStart_mm{600, 400, 520};
   test::TemporaryFolder folder_;
-  std::optional<test::BackgroundTrammel> mill_;
+  std::optional<test::TrammelProcess> mill_;
   std::string machine_;
   std::string camera_;
 };
@@ -209,15 +209,15 @@ TEST_F(BoardMachine, ABoardInTheDarkFromSomePlacesIsCalibratedByTheOthers) {
 
 TEST_F(BoardMachine, CtrlCInTheMiddleLeavesTheMachineStandingAndThePicturesKept) {
   Start();
-  test::BackgroundTrammel run(Arguments(std::string(kLocked) + kPlaced), folder_.path());
+  test::TrammelProcess run(Arguments(std::string(kLocked) + kPlaced), folder_.path());
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (!fs::exists(folder_.path() / "run/view-08.jpg") &&
          std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  run.Signal(SIGINT);
-  EXPECT_EQ(run.WaitForEnd(), 130) << run.standard_error();
-  EXPECT_THAT(run.standard_error(), HasSubstr("are kept in"));
+  run.Send(SIGINT);
+  EXPECT_EQ(run.Wait(30).exit_code, 130) << run.StandardErrorSoFar();
+  EXPECT_THAT(run.StandardErrorSoFar(), HasSubstr("are kept in"));
   EXPECT_TRUE(Stands().allFinite());
   EXPECT_GE(ReadJson("run/board.json")["views"].size(), 7U);
   EXPECT_GE(ReadJson("run/seen.json")["pictures"].size(), 7U);

@@ -7,15 +7,15 @@
 #include <filesystem>
 #include <string>
 
-#include "support/background_trammel.h"
 #include "support/run_trammel.h"
+#include "support/trammel_process.h"
 
 namespace trammel {
 namespace {
 
-using test::BackgroundTrammel;
 using test::CommandResult;
 using test::RunTrammel;
+using test::TrammelProcess;
 using ::testing::HasSubstr;
 
 constexpr const char* kPrinter = "sim printer --port 0 --machine-socket machine --seed 7";
@@ -31,30 +31,30 @@ class SimPrinterCommand : public testing::Test {
 };
 
 TEST_F(SimPrinterCommand, DoctorFindsTheCameraOfAnotherProcessBehindThePrintersAddress) {
-  BackgroundTrammel printer(kPrinter, path());
+  TrammelProcess printer(kPrinter, path());
   const std::string printer_address = printer.WaitForLine(kAddress);
-  ASSERT_FALSE(printer_address.empty()) << printer.standard_error();
-  BackgroundTrammel camera(kCamera, path());
+  ASSERT_FALSE(printer_address.empty()) << printer.StandardErrorSoFar();
+  TrammelProcess camera(kCamera, path());
   const std::string camera_address = camera.WaitForLine(kAddress);
-  ASSERT_FALSE(camera_address.empty()) << camera.standard_error();
+  ASSERT_FALSE(camera_address.empty()) << camera.StandardErrorSoFar();
   const CommandResult doctor = RunTrammel("doctor --printer " + printer_address, path());
   EXPECT_THAT(doctor.output, HasSubstr("http://" + camera_address + "/?action=stream, 160x120 px"));
-  camera.Signal(SIGTERM);
-  EXPECT_EQ(camera.WaitForEnd(), 0) << camera.standard_error();
-  printer.Signal(SIGTERM);
-  EXPECT_EQ(printer.WaitForEnd(), 0) << printer.standard_error();
+  camera.Send(SIGTERM);
+  EXPECT_EQ(camera.Wait(30).exit_code, 0) << camera.StandardErrorSoFar();
+  printer.Send(SIGTERM);
+  EXPECT_EQ(printer.Wait(30).exit_code, 0) << printer.StandardErrorSoFar();
   EXPECT_FALSE(std::filesystem::exists(path() / "machine"));
 }
 
 TEST_F(SimPrinterCommand, TheCameraSaysThatItsPrinterIsGone) {
-  BackgroundTrammel printer(kPrinter, path());
-  ASSERT_FALSE(printer.WaitForLine(kAddress).empty()) << printer.standard_error();
-  BackgroundTrammel camera(kCamera, path());
-  ASSERT_FALSE(camera.WaitForLine(kAddress).empty()) << camera.standard_error();
-  printer.Signal(SIGKILL);
-  EXPECT_EQ(camera.WaitForEnd(), 3);
-  EXPECT_THAT(camera.standard_error(), HasSubstr("machine socket machine"));
-  EXPECT_THAT(camera.standard_error(), HasSubstr("closed the connection"));
+  TrammelProcess printer(kPrinter, path());
+  ASSERT_FALSE(printer.WaitForLine(kAddress).empty()) << printer.StandardErrorSoFar();
+  TrammelProcess camera(kCamera, path());
+  ASSERT_FALSE(camera.WaitForLine(kAddress).empty()) << camera.StandardErrorSoFar();
+  printer.Send(SIGKILL);
+  EXPECT_EQ(camera.Wait(30).exit_code, 3);
+  EXPECT_THAT(camera.StandardErrorSoFar(), HasSubstr("machine socket machine"));
+  EXPECT_THAT(camera.StandardErrorSoFar(), HasSubstr("closed the connection"));
 }
 
 TEST_F(SimPrinterCommand, WhatCannotBeServedIsSaid) {

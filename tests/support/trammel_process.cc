@@ -12,6 +12,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -19,6 +21,8 @@
 
 namespace trammel::test {
 namespace {
+
+constexpr useconds_t kLook_us = 10'000;
 
 double Now() {
   timespec now{};
@@ -84,7 +88,15 @@ std::vector<char*> Pointers(std::vector<std::string>& words) {
   return pointers;
 }
 
+std::vector<std::string> WordsOf(const std::string& arguments) {
+  std::istringstream words(arguments);
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
 }  // namespace
+
+TrammelProcess::TrammelProcess(const std::string& arguments, const std::filesystem::path& folder)
+    : TrammelProcess(WordsOf(arguments), folder) {}
 
 TrammelProcess::TrammelProcess(const std::vector<std::string>& arguments,
                                const std::filesystem::path& folder, const ProcessLimits& limits)
@@ -188,8 +200,21 @@ std::string TrammelProcess::StandardErrorSoFar() const {
   return ReadWhole(aside_.path() / "stderr");
 }
 
+std::string TrammelProcess::WaitForLine(const std::string& label) {
+  constexpr double kPatience_s = 30;  // with a loaded host
+  const double until_s = Now() + kPatience_s;
+  for (bool running = true; running && Now() < until_s; usleep(kLook_us)) {
+    running = Running();
+    const std::string text = "\n" + ReadWhole(aside_.path() / "stdout");
+    const std::size_t begin = text.find("\n" + label);
+    const std::size_t end = begin == std::string::npos ? begin : text.find('\n', begin + 1);
+    if (end == std::string::npos) continue;
+    return text.substr(begin + 1 + label.size(), end - begin - 1 - label.size());
+  }
+  return "";
+}
+
 ProcessEnd TrammelProcess::Wait(double time_limit_s) {
-  constexpr useconds_t kLook_us = 10'000;
   const double until_s = Now() + kSanitizerSlowdown * time_limit_s;
   while (Running()) {
     if (Now() > until_s && !end_.timed_out) {

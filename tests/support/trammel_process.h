@@ -39,6 +39,8 @@ class TrammelProcess {
   /// @param folder     Its current folder; must exist. Its state folder is folder/state.
   TrammelProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                  const ProcessLimits& limits = {});
+  /// @param arguments  As typed, without quotes: split at blanks.
+  TrammelProcess(const std::string& arguments, const std::filesystem::path& folder);
   ~TrammelProcess();
   TrammelProcess(const TrammelProcess&) = delete;
   TrammelProcess& operator=(const TrammelProcess&) = delete;
@@ -53,6 +55,9 @@ class TrammelProcess {
   /// Looks; also keeps count of its memory, so ask often.
   [[nodiscard]] bool Running();
   [[nodiscard]] std::string StandardErrorSoFar() const;
+  /// Returns what follows `label` in the first whole line of its standard output that begins with
+  /// it; empty where it ends, or 30 s pass, without such a line.
+  [[nodiscard]] std::string WaitForLine(const std::string& label);
   /// As of the last look.
   [[nodiscard]] double PeakMemorySoFar_mb() const { return end_.peak_memory_mb; }
   /// Waits for its end, kills it where that does not come in time.

@@ -15,9 +15,9 @@
 #include <tuple>
 #include <utility>
 
-#include "support/background_trammel.h"
 #include "support/run_trammel.h"
 #include "support/scripted_linuxcnc.h"
+#include "support/trammel_process.h"
 
 namespace trammel {
 namespace {
@@ -211,7 +211,7 @@ TEST_F(AlignMeasure, RefusesASpindleThatTurnsIsNotHeldOrNotOriented) {
 TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   ScriptedLinuxCnc server;
   server.SetHurry(20);
-  test::BackgroundTrammel measuring(Arguments(Machine(server)), folder_.path());
+  test::TrammelProcess measuring(Arguments(Machine(server)), folder_.path());
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   const auto kept = [this] { return fs::exists(PrintError() / "observations.json"); };
   while (!kept() && std::chrono::steady_clock::now() < end) {
@@ -222,10 +222,10 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   while (!server.moving() && std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  measuring.Signal(SIGINT);
-  EXPECT_EQ(measuring.WaitForEnd(), 130) << measuring.standard_error();
+  measuring.Send(SIGINT);
+  EXPECT_EQ(measuring.Wait(30).exit_code, 130) << measuring.StandardErrorSoFar();
   EXPECT_FALSE(server.moving());
-  EXPECT_THAT(measuring.standard_error(),
+  EXPECT_THAT(measuring.StandardErrorSoFar(),
               AllOf(HasSubstr("the machine stands at"), HasSubstr("are kept in")));
   const json seen = json::parse(ReadWhole(PrintError() / "observations.json"));
   ASSERT_GE(seen["views"].size(), 1U);

@@ -5,8 +5,8 @@
 
 #include <csignal>
 
-#include "support/background_trammel.h"
 #include "support/run_trammel.h"
+#include "support/trammel_process.h"
 
 namespace trammel::test {
 namespace {
@@ -45,10 +45,10 @@ class OffsetApply : public testing::Test {
   OffsetApply() { WriteWhole(folder_.path() / "result.json", kResult); }
 
   void Serve(const std::string& more = "") {
-    printer_ = std::make_unique<BackgroundTrammel>(
+    printer_ = std::make_unique<TrammelProcess>(
         "sim printer --port 0 --speed 20 --tool 0:0,0 --tool 1:0.25,-0.5 " + more, folder_.path());
     address_ = printer_->WaitForLine("listening http://");
-    ASSERT_FALSE(address_.empty()) << printer_->standard_error();
+    ASSERT_FALSE(address_.empty()) << printer_->StandardErrorSoFar();
   }
   [[nodiscard]] CommandResult Apply(const std::string& more) const {
     return RunTrammel(fmt::format("offset apply result.json --printer {} {}", address_, more),
@@ -64,7 +64,7 @@ class OffsetApply : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  std::unique_ptr<BackgroundTrammel> printer_;
+  std::unique_ptr<TrammelProcess> printer_;
   std::string address_;
 };
 
