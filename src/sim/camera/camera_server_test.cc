@@ -19,6 +19,7 @@
 #include "base/check.h"
 #include "sim/camera/camera_test_client.h"
 #include "sim/laser/eye_test_support.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -180,7 +181,7 @@ TEST(CameraServer, FramesShowTheMachineAtTheirCaptureTimeWhateverTheDelivery) {
 }
 
 TEST(CameraServer, TruthNamesEveryFrameThatWasSent) {
-  const ScratchFolder folder;
+  const test::TemporaryFolder folder;
   CameraServerOptions options = Small();
   options.truth_file = folder.path() / "camera.jsonl";
   const auto server = Serve(options, [](double time_s) {
@@ -205,7 +206,7 @@ TEST(CameraServer, TruthNamesEveryFrameThatWasSent) {
                 28 + server->eye().dark.position_error_mm, 1e-9);
     EXPECT_GE(truth[i].sent_s, truth[i].capture_s + options.latency_s);
   }
-  const std::string text = ReadBytes(options.truth_file);
+  const std::string text = test::ReadWhole(options.truth_file);
   EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 20);
   EXPECT_TRUE(text.starts_with("{\"frame\": ")) << text.substr(0, 80);
 }

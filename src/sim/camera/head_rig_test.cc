@@ -10,6 +10,7 @@
 
 #include "sim/camera/camera_view.h"
 #include "sim/laser/eye_test_support.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -252,16 +253,16 @@ TEST(HeadRig, UnknownNamesAndWildNumbersAreRefused) {
 }
 
 TEST(HeadRig, TruthSaysWhereTheSpotIsAndOverwritesNothing) {
-  const ScratchFolder folder;
+  const test::TemporaryFolder folder;
   MountedRig rig;
   rig.rig.flip_x = true;
   const auto path = folder.path() / "rig.json";
   ASSERT_TRUE(WriteRigTruth(path, rig, IdealEye(), 7));
-  const std::string text = ReadBytes(path);
+  const std::string text = test::ReadWhole(path);
   EXPECT_NE(text.find("\"spot_column_px\": 408.0000"), std::string::npos) << text;
   EXPECT_NE(text.find("\"seed\": 7"), std::string::npos);
   EXPECT_FALSE(WriteRigTruth(path, rig, IdealEye(), 7));
-  EXPECT_EQ(ReadBytes(path), text);
+  EXPECT_EQ(test::ReadWhole(path), text);
 }
 
 }  // namespace

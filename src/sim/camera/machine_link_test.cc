@@ -20,6 +20,7 @@
 #include "sim/camera/camera_http.h"
 #include "sim/camera/unix_socket.h"
 #include "sim/laser/eye_test_support.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -85,7 +86,7 @@ class MachineLinkTest : public testing::Test {
     return *remote;
   }
 
-  ScratchFolder folder_;
+  test::TemporaryFolder folder_;
   std::shared_ptr<Machine> machine_ = std::make_shared<Machine>();
 };
 
@@ -334,7 +335,7 @@ TEST(MachineWire, ABedCutOffOrAlteredAnywhereNeverCrashes) {
 }
 
 TEST(UnixSocketTest, TakesThePlaceOfAServerThatIsGoneButOfNoOther) {
-  const ScratchFolder folder;
+  const test::TemporaryFolder folder;
   const auto path = folder.path() / "machine.socket";
   {
     const auto killed = UnixSocket::Listen(path);  // its end leaves the file
@@ -347,7 +348,7 @@ TEST(UnixSocketTest, TakesThePlaceOfAServerThatIsGoneButOfNoOther) {
 }
 
 TEST(UnixSocketTest, WaitsNoLongerThanItIsTold) {
-  const ScratchFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "socket";
   const UnixSocket listener = UnixSocket::Listen(path).value();
   const UnixSocket client = UnixSocket::Connect(path).value();

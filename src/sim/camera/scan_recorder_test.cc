@@ -8,6 +8,7 @@
 
 #include "sim/camera/jpeg.h"
 #include "sim/laser/eye_test_support.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -73,11 +74,11 @@ Result<void> Record(const Plan& plan, const ScanOptions& options, std::uint64_t 
 }
 
 TEST(ScanRecorder, WritesTheVideosAndTheDescriptionThatTheFormatAsksFor) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   const auto folder = scratch.path() / "scan";
   const Result<void> done = Record(TwoLines(30), SmallFrames(), 1, folder);
   ASSERT_TRUE(done) << done.error().message;
-  const auto scan = nlohmann::json::parse(ReadBytes(folder / "scan.json"));
+  const auto scan = nlohmann::json::parse(test::ReadWhole(folder / "scan.json"));
   EXPECT_EQ(scan["format"], 1);
   EXPECT_EQ(scan["eye"], "laser");
   ASSERT_EQ(scan["lines"].size(), 2);
@@ -99,29 +100,31 @@ TEST(ScanRecorder, WritesTheVideosAndTheDescriptionThatTheFormatAsksFor) {
 }
 
 TEST(ScanRecorder, EqualSeedsWriteEqualBytes) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   const Plan plan = TwoLines(10);
   ASSERT_TRUE(Record(plan, SmallFrames(), 4, scratch.path() / "a"));
   ASSERT_TRUE(Record(plan, SmallFrames(), 4, scratch.path() / "b"));
   ASSERT_TRUE(Record(plan, SmallFrames(), 5, scratch.path() / "c"));
   for (const char* name : {"scan.json", "line0.avi", "line1.avi"}) {
-    EXPECT_EQ(ReadBytes(scratch.path() / "a" / name), ReadBytes(scratch.path() / "b" / name));
+    EXPECT_EQ(test::ReadWhole(scratch.path() / "a" / name),
+              test::ReadWhole(scratch.path() / "b" / name));
   }
-  EXPECT_NE(ReadBytes(scratch.path() / "a/line0.avi"), ReadBytes(scratch.path() / "c/line0.avi"));
+  EXPECT_NE(test::ReadWhole(scratch.path() / "a/line0.avi"),
+            test::ReadWhole(scratch.path() / "c/line0.avi"));
 }
 
 TEST(ScanRecorder, LinesAlongYAreScannedWithTheEyeTurned) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   ScanOptions options = SmallFrames();
   options.pattern = 1;
   ASSERT_TRUE(Record(TwoLines(10), options, 4, scratch.path() / "y"));
-  const auto scan = nlohmann::json::parse(ReadBytes(scratch.path() / "y/scan.json"));
+  const auto scan = nlohmann::json::parse(test::ReadWhole(scratch.path() / "y/scan.json"));
   ASSERT_EQ(scan["lines"].size(), 1);
   EXPECT_EQ(scan["lines"][0]["print_direction"], "+y");
 }
 
 TEST(ScanRecorder, RefusesWhatItCannotDo) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   Result<void> done = Record(TwoLines(30), SmallFrames(), 1, scratch.path());
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().message, HasSubstr("exists already"));
@@ -140,9 +143,9 @@ TEST(ScanRecorder, RefusesWhatItCannotDo) {
 }
 
 TEST(ScanRecorder, TruthNamesTheWorld) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   ASSERT_TRUE(WriteTruth(scratch.path(), {0.0361}, 1007, "matte-black-dark"));
-  const auto truth = nlohmann::json::parse(ReadBytes(scratch.path() / "truth.json"));
+  const auto truth = nlohmann::json::parse(test::ReadWhole(scratch.path() / "truth.json"));
   EXPECT_EQ(truth, nlohmann::json::parse(R"({"format": 1, "pressure_advance_s": 0.0361,
                                              "seed": 1007, "condition": "matte-black-dark"})"));
 }

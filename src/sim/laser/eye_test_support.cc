@@ -3,11 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <numbers>
-#include <stdexcept>
 
 namespace trammel::sim {
 
@@ -40,22 +36,6 @@ int RedPeak(const Frame& frame, int row) {
   const std::uint8_t* pixels = frame.view().row(row);
   for (int x = 0; x < frame.width; ++x) peak = std::max<int>(peak, pixels[3 * x + 2]);
   return peak;
-}
-
-ScratchFolder::ScratchFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "trammel-eyes-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create " + name);
-  path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::string ReadBytes(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace trammel::sim

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <string>
 
 #include "base/frame.h"
 #include "sim/print/bed.h"
@@ -20,20 +18,5 @@ namespace trammel::sim {
 
 /// Largest red value in a row.
 [[nodiscard]] int RedPeak(const Frame& frame, int row);
-
-/// A folder that is removed with its owner.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-[[nodiscard]] std::string ReadBytes(const std::filesystem::path& path);
 
 }  // namespace trammel::sim

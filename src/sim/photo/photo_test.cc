@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sim/laser/eye_test_support.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -161,10 +162,10 @@ TEST(Photo, RefusesAnEmptyBedAndAnAbsurdSize) {
 }
 
 TEST(Photo, WritesAJpegAndOverwritesNothing) {
-  const ScratchFolder scratch;
+  const test::TemporaryFolder scratch;
   const Frame frame(64, 64);
   ASSERT_TRUE(WriteJpegFile(frame, 90, scratch.path() / "a.jpg"));
-  EXPECT_EQ(ReadBytes(scratch.path() / "a.jpg").substr(0, 2), "\xff\xd8");
+  EXPECT_EQ(test::ReadWhole(scratch.path() / "a.jpg").substr(0, 2), "\xff\xd8");
   const Result<void> again = WriteJpegFile(frame, 90, scratch.path() / "a.jpg");
   ASSERT_FALSE(again);
   EXPECT_THAT(again.error().message, HasSubstr("a.jpg: is there already"));

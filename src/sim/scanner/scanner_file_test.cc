@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,6 +13,8 @@
 #include <span>
 #include <string>
 
+#include "support/temporary_folder.h"
+
 namespace trammel::sim {
 namespace {
 
@@ -23,14 +24,7 @@ constexpr std::uint64_t kSeed = 31;  // development
 
 class ScannerFile : public ::testing::Test {
  protected:
-  ScannerFile()
-      : folder_(std::filesystem::temp_directory_path() /
-                ("trammel_scanner_file_" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~ScannerFile() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
 
   // A line of red ink on white paper.
   static SheetScan Scan(bool colour, int bits) {
@@ -58,7 +52,7 @@ class ScannerFile : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ScannerFile, PngHasTheScansPixelsInEveryForm) {
