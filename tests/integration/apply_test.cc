@@ -22,6 +22,7 @@
 #include "session/run_journal.h"
 #include "sim/moonraker/spoolman.h"
 #include "support/lag_recording.h"
+#include "support/study.h"
 
 namespace trammel::test {
 namespace {
@@ -352,9 +353,12 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
 }
 
 TEST(ApplyKilled, AtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {
-  const KilledApplies killed = KillApplies(15, 61);
-  std::printf("of 15 killed runs %d had noted nothing, %d were open, %d were noted to their end\n",
-              killed.unnoted, killed.open, killed.finished);
+  constexpr int kShowing = 100;  // of fewer, all may miss the moment between two notes
+  const StudySeeds seeds = SeedsOfStudy(15, 61);
+  const KilledApplies killed = KillApplies(seeds.count, seeds.first);
+  std::printf("of %d killed runs %d had noted nothing, %d were open, %d were noted to their end\n",
+              seeds.count, killed.unnoted, killed.open, killed.finished);
+  if (seeds.count >= kShowing) EXPECT_GE(killed.open, 1);
 }
 
 TEST_F(Apply, OfTwoAtOnceEachIsNotedAsItCameIntoForce) {
