@@ -25,7 +25,7 @@ struct VideoFacts {
 
 /// What an AVI's heads state, by Microsoft's description of them, and how many JPEGs follow.
 VideoFacts ProbeVideo(const std::filesystem::path& path) {
-  const std::string bytes = ReadBytes(path);
+  const std::string bytes = test::ReadWhole(path);
   const auto number = [&](std::size_t at) {
     std::uint32_t value = 0;
     for (std::size_t i = 4; i-- > 0;)
