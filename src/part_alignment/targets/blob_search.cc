@@ -97,7 +97,7 @@ std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
     soft = softer;
     noise = kBlurred * rules.noise;
   }
-  const double step = std::max(kLeastStep, std::ceil(kSigmas * noise) - 1);
+  const double step = std::max(kLeastStep, std::ceil(kSigmas * noise));
   const double most = 1.1 * rules.max_radius_px + kFoot_px;
   constexpr double kSpan = 2.8;  // of radii that one scale shows; the next one's are twice as large
   Radii radii{rules.min_radius_px - 0.5, kSpan * rules.min_radius_px};

@@ -25,8 +25,9 @@ namespace trammel::part_alignment {
 namespace {
 
 constexpr double kSmallestSeen_px = 3;
-constexpr double kFaintest = 6;  ///< grey levels of contrast of what is looked at
-constexpr double kSmall_px = 6;  ///< below it, less noise would blur the ring too much
+constexpr double kFaintest = 6;    ///< grey levels of contrast of what is looked at
+constexpr double kOfTarget = 3.4;  ///< radii, short of where another target may begin
+constexpr double kSmall_px = 6;    ///< below it, less noise would blur the ring too much
 
 // Of a cell that is not done with.
 constexpr std::uint8_t kLookedForBright = 32;
@@ -61,6 +62,12 @@ int EdgeStep(double noise) {
   return std::clamp(static_cast<int>(std::ceil(kSigmas * kQuietStepNoise * noise)), kLeast, kMost);
 }
 
+/// A clear ring that is none of the book's: one read in a target's ring around a gap of it is such.
+struct WrongCode {
+  DiscModel disc;
+  RejectReason reason;
+};
+
 /// One picture's search.
 class Search {
  public:
@@ -80,6 +87,7 @@ class Search {
                           IsWanted(false)};
     for (const Blob& blob : FindBlobs(quiet_, blobs)) Examine(blob);
     // What was read is known by now, and is no part of what is not.
+    RejectWrong();
     RunRules runs;
     runs.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
     runs.edge_step = EdgeStep(noise_);
@@ -156,6 +164,14 @@ class Search {
     seen |= kRingSeen;
   }
 
+  void RejectWrong() {
+    for (const WrongCode& one : wrong_) {
+      if (seen_.IsDone(one.disc.column_px, one.disc.row_px)) continue;
+      Reject(one.reason, one.disc);
+      seen_.MarkDone(one.disc, kOfTarget);
+    }
+  }
+
   void RejectUnread() {
     std::erase_if(unread_, [this](const UnreadTarget& one) {
       return seen_.IsDone(one.disc.column_px, one.disc.row_px);
@@ -201,7 +217,6 @@ class Search {
   /// Reads and measures the disc's target, or says why not.
   void Judge(const DiscModel& disc) {
     constexpr double kOfDisc = 0.85;
-    constexpr double kOfTarget = 3.4;  // short of where another target may begin
     const RingReading ring = Read(disc);
     std::optional<int> number;
     double done_radii = kOfDisc;
@@ -221,13 +236,13 @@ class Search {
         Reject(RejectReason::kAtBorder, disc);
         break;
       case RingState::kClear:
-        done_radii = kOfTarget;
         if (!IsFaint(disc)) number = TargetNumber(book_, AsPrinted(ring.word));
-        if (number) {
-          Measure(disc, ring, number);
-        } else {
-          Reject(ReasonFor(disc, ring), disc);
+        if (!number) {
+          wrong_.push_back({disc, ReasonFor(disc, ring)});
+          return;
         }
+        done_radii = kOfTarget;
+        Measure(disc, ring, number);
         break;
     }
     // Others may show the same disc, and the ring that was read.
@@ -303,6 +318,7 @@ class Search {
   FinderWorkspace& workspace_;
   SeenCells seen_;
   std::vector<UnreadTarget> unread_;
+  std::vector<WrongCode> wrong_;
   double noise_;
   PageView quiet_;  ///< the picture with less noise
   PageView shown_;  ///< that one where the picture is noisy, else the picture
