@@ -91,9 +91,8 @@ class Search {
     RunRules runs;
     runs.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
     runs.edge_step = EdgeStep(noise_);
-    // The widest chord of a disc of the least radius passes within half a step of its middle.
-    const int step = std::max(2, static_cast<int>(options_.min_radius_px));
-    for (int row = step / 2; row < picture_.height; row += step) {
+    constexpr int kStep = 2;  // rows: a shadow's edge leaves few of a small disc's chords whole
+    for (int row = kStep / 2; row < picture_.height; row += kStep) {
       for (const part_alignment::Run& run : RunsOfRow(quiet_, row, runs, workspace_.row)) {
         LookAgain(run);
       }
