@@ -89,7 +89,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
     return of_press;
   };
   const std::size_t below = profile.Below(guess.t);
-  const PressProfile::At near = profile.EvaluateUpTo(1, guess.t, below);
+  const PressProfile::At near = profile.Evaluate(guess.t, below);
   const double scale = BreakScale(near, below, unit);
   const Minimum middle = {guess.t, least_at_guess};
   // Outwards until it costs more; beyond the scan there is nothing.

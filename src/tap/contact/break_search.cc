@@ -69,7 +69,7 @@ double BreakScale(const PressProfile::At& at, std::size_t below, double variance
   return slope > 0 ? std::max(3 * std::sqrt(variance / n) / slope, kRounding) : 1;
 }
 
-Scan ScanSamples(const PressProfile& profile, Workspace& workspace, std::size_t orders) {
+Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
   constexpr std::size_t kMost = 32;
   const std::span<const double> y = profile.samples().y;
   if (y.size() < kLeastBelow + kLeastAbove + 1) {
@@ -80,7 +80,7 @@ Scan ScanSamples(const PressProfile& profile, Workspace& workspace, std::size_t 
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const std::size_t below = kLeastBelow + i * step;
-    scan[i] = profile.EvaluateUpTo(orders, y[below], below);
+    scan[i] = profile.Evaluate(y[below], below);
   }
   return scan;
 }
@@ -110,9 +110,7 @@ Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
   const std::size_t below = profile.Below(middle.t);
   return FindMinimum(
       of(scan[best - 1]), middle, of(scan[best + 1]),
-      [&](double t) {
-        return SumSquares(profile.EvaluateUpTo(model + 1, t, profile.Below(t)), model);
-      },
+      [&](double t) { return SumSquares(profile.Evaluate(t, profile.Below(t)), model); },
       [&](double least) {
         return kEnoughOfScale * BreakScale(scan[best], below, least / freedom);
       });

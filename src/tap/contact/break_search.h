@@ -23,8 +23,7 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Break points over the whole stretch, in order: at every sample of a slow converter, at every few
 /// of a fast one.
 using Scan = std::span<PressProfile::At>;
-[[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace,
-                               std::size_t orders = PressProfile::kOrders);
+[[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace);
 
 /// Of the break's standard deviation, to which minima and borders are searched.
 inline constexpr double kEnoughOfScale = 0.01;

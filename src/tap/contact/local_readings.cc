@@ -16,8 +16,7 @@ constexpr Part kParts[] = {{1, 0.5}, {0.5, 2}, {0.4, 0.4}, {0.25, 1}};
 constexpr std::size_t kLeastBelow = 8;
 constexpr std::size_t kLeastAbove = 6;
 constexpr double kSignificant = 2.8;
-constexpr std::size_t kOrders = 2;  // the quadratic press reads
-constexpr double kMargin = 1.1;     // for the slope between points of the scan
+constexpr double kMargin = 1.1;  // for the slope between points of the scan
 
 // Whether the part may read a break that is `near` from t or farther. Not where the least of its
 // scan lies next to t and the sum of squares rises from t to both sides within `near`: the search
@@ -30,7 +29,7 @@ bool MayReadBeyond(const PressProfile& profile, Scan scan, std::size_t best, dou
     return true;
   }
   const auto cost = [&](double at) {
-    return SumSquares(profile.EvaluateUpTo(kOrders, at, profile.Below(at)), 1);
+    return SumSquares(profile.Evaluate(at, profile.Below(at)), 1);
   };
   const double least = cost(t);
   return !(least < cost(from) && least < cost(to));
@@ -64,7 +63,7 @@ LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise, d
     };
     const PressProfile profile({cut(samples.y), cut(samples.force), cut(samples.weight)},
                                workspace);
-    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace, kOrders) : Scan{};
+    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
     if (scan.empty()) {
       continue;
     }
@@ -84,7 +83,7 @@ LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise, d
         !(found.t < scan.back().t)) {
       continue;
     }
-    const PressProfile::At here = profile.EvaluateUpTo(1, found.t, profile.Below(found.t));
+    const PressProfile::At here = profile.Evaluate(found.t, profile.Below(found.t));
     const double slope = here.start_slope[0];
     if (!(slope > 0)) {
       continue;

@@ -1,56 +1,38 @@
 #include "tap/contact/press_profile.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace trammel::tap {
-namespace {
-
-constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();  // as a slope
-
-}  // namespace
 
 PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
     : samples_(samples), prefix_(workspace.Take<Moments>(samples.y.size() + 1)) {
   if (prefix_.empty()) {
     return;
   }
-  // Two powers at a time.
-  std::array<Pair, 4> of_y{};
-  std::array<Pair, 2> of_force{};
+  Moments running{};
   double force_squares = 0;
-  const auto store = [&](Moments& sum) {
-    for (std::size_t j = 0; j < sum.y.size(); ++j) {
-      sum.y[j] = of_y[j / 2][j % 2];
-    }
-    for (std::size_t j = 0; j < sum.force.size(); ++j) {
-      sum.force[j] = of_force[j / 2][j % 2];
-    }
-  };
-  store(prefix_[0]);
+  prefix_[0] = running;
   for (std::size_t i = 0; i < samples.y.size(); ++i) {
     const double y = samples.y[i];
     const double f = samples.force[i];
     const double weight = samples.weight.empty() ? 1 : samples.weight[i];
     force_squares += weight * f * f;
-    const double square = y * y;
-    Pair power = {weight, weight * y};
-#pragma GCC unroll 4
-    for (std::size_t j = 0; j < of_y.size(); ++j) {
-      of_y[j] += power;
-      if (j < of_force.size()) {
-        of_force[j] += power * f;
+    double even = weight;
+    double odd = weight * y;
+    for (std::size_t j = 0; j < running.y.size(); j += 2) {
+      running.y[j] += even;
+      if (j + 1 < running.y.size()) running.y[j + 1] += odd;
+      if (j < running.force.size()) {
+        running.force[j] += even * f;
+        running.force[j + 1] += odd * f;
       }
-      power *= square;
+      even *= y * y;
+      odd *= y * y;
     }
-    store(prefix_[i + 1]);
+    prefix_[i + 1] = running;
   }
   force_squares_ = force_squares;
   const Moments& sum = prefix_.back();
-  const double length = samples.y.empty() ? 0 : samples.y.back() - samples.y.front();
-  count_ = static_cast<double>(samples.y.size());
-  samples_per_y_ = length > 0 ? (count_ - 1) / length : 0;
-  place_of_0_ = samples.y.empty() ? 0 : 1 - samples.y.front() * samples_per_y_;
   baseline_.inverse_count = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
   baseline_.mean_y = sum.y[1] * baseline_.inverse_count;
   baseline_.mean_force = sum.force[0] * baseline_.inverse_count;
@@ -67,19 +49,9 @@ std::array<double, 6> PressProfile::Totals() const {
   return {all.y[0], all.y[1], all.y[2], all.force[0], all.force[1], force_squares_};
 }
 
-std::size_t PressProfile::BelowNear(double t, std::size_t at) const {
-  const std::span<const double> y = samples_.y;
-  constexpr int kNear = 12;
-  for (int step = 0; step < kNear; ++step) {
-    if (at > 0 && !(y[at - 1] < t)) {
-      --at;
-    } else if (at < y.size() && y[at] < t) {
-      ++at;
-    } else {
-      return at;
-    }
-  }
-  return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
+std::size_t PressProfile::Below(double t) const {
+  return static_cast<std::size_t>(std::lower_bound(samples_.y.begin(), samples_.y.end(), t) -
+                                  samples_.y.begin());
 }
 
 PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
@@ -125,15 +97,6 @@ PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
   at.start_slope = {
       e.solved[0], e.solved[0] - e.l12 * e.solved[1],
       e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2]};
-  return at;
-}
-
-PressProfile::At PressProfile::EvaluateUpTo(std::size_t orders, double t, std::size_t below) const {
-  At at = Evaluate(t, below);
-  for (std::size_t i = orders; i < kOrders; ++i) {
-    at.sum_squares[i] = 0;
-    at.start_slope[i] = kNoPress;
-  }
   return at;
 }
 

@@ -62,20 +62,11 @@ class PressProfile {
   /// @param below  How many samples have y < t (or y <= t, which gives the same).
   [[nodiscard]] At Evaluate(double t, std::size_t below) const;
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
-  /// Only the first `orders` of them; the others are no press.
-  [[nodiscard]] At EvaluateUpTo(std::size_t orders, double t, std::size_t below) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
-  [[nodiscard]] std::size_t Below(double t) const {
-    // Samples are nearly evenly spaced: the place is where it would be if they were, or next to it.
-    const double guess = t * samples_per_y_ + place_of_0_;
-    return BelowFrom(guess > 0 ? std::min(guess, count_) : 0, t);
-  }
+  [[nodiscard]] std::size_t Below(double t) const;
   /// Of two.
   [[nodiscard]] std::array<std::size_t, 2> Below(const Pair& t) const {
-    const Pair guess = t * samples_per_y_ + place_of_0_;
-    const Pair from_0 = guess > 0 ? guess : Pair{0, 0};
-    const Pair within = from_0 < count_ ? from_0 : Pair{count_, count_};
-    return {BelowFrom(within[0], t[0]), BelowFrom(within[1], t[1])};
+    return {Below(t[0]), Below(t[1])};
   }
   /// Over the first samples, so many.
   [[nodiscard]] const Moments& Sums(std::size_t below) const { return prefix_[below]; }
@@ -87,15 +78,6 @@ class PressProfile {
   static constexpr std::size_t kBytesPerSample = sizeof(Moments);
 
  private:
-  // @param guess  0 … samples.
-  [[nodiscard]] std::size_t BelowFrom(double guess, double t) const {
-    const std::span<const double> y = samples_.y;
-    const auto at = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(guess));
-    const bool placed = (at == 0 || y[at - 1] < t) && (at == y.size() || !(y[at] < t));
-    return placed ? at : BelowNear(t, at);
-  }
-  [[nodiscard]] std::size_t BelowNear(double t, std::size_t at) const;
-
   // The normal equations of the press at a break point, with the baseline projected out (1 and
   // y - mean span it, whatever the break point), eliminated.
   struct Elimination {
@@ -111,9 +93,6 @@ class PressProfile {
 
   BreakSamples samples_;
   std::span<Moments> prefix_;
-  double count_ = 0;          // of samples,
-  double samples_per_y_ = 0;  // on average,
-  double place_of_0_ = 0;     // and how many of them would lie below y = 0
   double force_squares_ = 0;
   Baseline baseline_;
 };

@@ -64,7 +64,7 @@ void CropBaseline(PressStretch& stretch, Workspace& workspace) {
   while (stretch.y.size() > 2 * kLeast) {
     const Workspace::Scope scope(workspace);
     const PressProfile profile(stretch.Samples(), workspace);
-    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace, 1) : Scan{};
+    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
     if (scan.size() < 2) {
       return;
     }
