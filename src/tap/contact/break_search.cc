@@ -88,11 +88,12 @@ Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
 std::size_t FindLeast(Scan scan, std::size_t model) {
   std::size_t best = 0;
   double least = kNever;
-  // Without branches: which point is lower nobody can predict.
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const double cost = SumSquares(scan[i], model);
-    best = cost < least ? i : best;
-    least = cost < least ? cost : least;
+    if (cost < least) {
+      best = i;
+      least = cost;
+    }
   }
   return best;
 }

@@ -69,56 +69,34 @@ Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Fra
 // Below what any two times differ by in single precision; repeated times leave no spread, a cross
 // sum of rounding only, and so a level without slope.
 constexpr double kLeastSpread_s2 = 1e-18;
-// Splits are judged a block at a time, so that the processor takes several in one instruction.
-constexpr std::size_t kBlock = 16;
-
-struct LeftSums {
-  std::array<double, kBlock> n{}, t{}, tt{}, f{}, tf{};
-};
 
 struct Whole {
   double n, tt, tf;
 };
 
-// What two lines explain of the force's sum of squares at each split: the largest leaves the least.
+// What two lines explain of the force's sum of squares at a split: the largest leaves the least.
 // A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n; both together over one divisor.
-void Explain(const LeftSums& left, const Whole& whole, std::array<double, kBlock>& explained) {
-  for (std::size_t k = 0; k < kBlock; ++k) {
-    const double n = left.n[k];
-    const double m = whole.n - n;
-    const double tt = left.t[k] * left.t[k];
-    const double tf = left.t[k] * left.f[k];
-    const double ff = left.f[k] * left.f[k];
-    const double left_spread = n * left.tt[k] - tt;
-    const double right_spread = m * (whole.tt - left.tt[k]) - tt;
-    const double left_cross = n * left.tf[k] - tf;
-    const double right_cross = m * (whole.tf - left.tf[k]) - tf;
-    const double a = left_spread > kLeastSpread_s2 ? left_spread : kLeastSpread_s2;
-    const double b = right_spread > kLeastSpread_s2 ? right_spread : kLeastSpread_s2;
-    const double p = left_cross * left_cross;
-    const double q = right_cross * right_cross;
-    const double na = n * a;
-    const double mb = m * b;
-    explained[k] = (p * mb + q * na + ff * whole.n * (a * b)) / (na * mb);
-  }
+double Explained(const Sums& left, const Whole& whole) {
+  const double n = left.n;
+  const double m = whole.n - n;
+  const double tt = left.t * left.t;
+  const double tf = left.t * left.f;
+  const double ff = left.f * left.f;
+  const double left_cross = n * left.tf - tf;
+  const double right_cross = m * (whole.tf - left.tf) - tf;
+  const double a = std::max(n * left.tt - tt, kLeastSpread_s2);
+  const double b = std::max(m * (whole.tt - left.tt) - tt, kLeastSpread_s2);
+  const double na = n * a;
+  const double mb = m * b;
+  return (left_cross * left_cross * mb + right_cross * right_cross * na + ff * whole.n * (a * b)) /
+         (na * mb);
 }
 
 }  // namespace
 
 std::size_t IndexAt(std::span<const float> time_s, double at_s) {
-  if (time_s.empty()) {
-    return 0;
-  }
-  // Halves the stretch without branches: which half it is nobody can predict.
-  const auto at = static_cast<float>(at_s);
-  const float* from = time_s.data();
-  std::size_t left = time_s.size();
-  while (left > 1) {
-    const std::size_t half = left / 2;
-    from += static_cast<std::size_t>(from[half - 1] < at) * half;
-    left -= half;
-  }
-  return static_cast<std::size_t>(from - time_s.data()) + (*from < at ? 1 : 0);
+  const auto found = std::lower_bound(time_s.begin(), time_s.end(), static_cast<float>(at_s));
+  return static_cast<std::size_t>(found - time_s.begin());
 }
 
 double LineFit::Noise() const {
@@ -163,19 +141,12 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
   }
   std::size_t elbow = end;
   double most = -1;
-  LeftSums lefts;
-  std::array<double, kBlock> explained;
-  while (i + least < end) {
-    const std::size_t count = std::min(kBlock, end - least - i);
-    for (std::size_t k = 0; k < count; ++k, ++i) {
-      Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
-      lefts.n[k] = left.n, lefts.t[k] = left.t, lefts.tt[k] = left.tt;
-      lefts.f[k] = left.f, lefts.tf[k] = left.tf;
-    }
-    Explain(lefts, whole, explained);  // beyond count: of what was there before, not looked at
-    for (std::size_t k = 0; k < count; ++k) {
-      elbow = explained[k] > most ? i - count + k + 1 : elbow;
-      most = std::max(most, explained[k]);
+  for (; i + least < end; ++i) {
+    Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
+    const double explained = Explained(left, whole);
+    if (explained > most) {
+      most = explained;
+      elbow = i + 1;
     }
   }
   return elbow;

@@ -101,22 +101,13 @@ Lines Project(std::span<const double> time_s, std::span<const double> r, double 
 
 using OfLags = std::array<double, kLags + 1>;
 
-// Adds r_i r_(i-k) for i = first … end - 1, all lags side by side.
+// Adds r_i r_(i-k) for i = first … end - 1 and all lags.
 void Correlate(std::span<const double> r, std::size_t first, std::size_t end, OfLags& sum) {
-  std::size_t i = first;
-  for (; i < std::min<std::size_t>(kLags, end); ++i) {
-    for (std::size_t lag = 0; lag <= i; ++lag) {
+  for (std::size_t i = first; i < end; ++i) {
+    for (std::size_t lag = 0; lag <= std::min<std::size_t>(i, kLags); ++lag) {
       sum[lag] += r[i] * r[i - lag];
     }
   }
-  OfLags sums = sum;
-  for (; i < end; ++i) {
-    const double* const last = &r[i];
-    for (std::ptrdiff_t lag = 0; lag <= kLags; ++lag) {
-      sums[static_cast<std::size_t>(lag)] += *last * last[-lag];
-    }
-  }
-  sum = sums;
 }
 
 // 1 + 2 sum of rho_k up to the first that is not significant.
