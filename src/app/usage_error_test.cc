@@ -18,6 +18,7 @@ using ::testing::Not;
 class UsageErrorTest : public testing::Test {
  protected:
   UsageErrorTest() {
+    program_.fallthrough();
     program_.require_subcommand(1);
     CLI::App* pa = program_.add_subcommand("pa", "pressure advance");
     pa->require_subcommand(1);
@@ -67,7 +68,6 @@ TEST_F(UsageErrorTest, NamesAnUnknownOptionAndTheOneThatWasMeant) {
 }
 
 TEST_F(UsageErrorTest, KnowsTheProgramsOptionsBelowEveryCommand) {
-  program_.fallthrough();
   program_.add_option("--color", config_);
   EXPECT_THAT(Of({"--color", "never", "pa", "analize"}), HasSubstr("'analize'"));
   EXPECT_EQ(Of({"pa", "analyze", "scan", "--color", "never"}), "");

@@ -108,7 +108,7 @@ TEST_F(ResultHistory, HostileNamesAreNamesAndNothingElse) {
 }
 
 TEST_F(ResultHistory, IsBuiltAnewWhereItIsDamagedAnywhere) {
-  constexpr int kResults = 40;
+  constexpr int kResults = 20;
   for (int n = 1; n <= kResults; ++n) Add(n);
   const std::vector<double> whole = Values({.last = 100});
   ASSERT_EQ(whole.size(), std::size_t{kResults});
@@ -118,7 +118,7 @@ TEST_F(ResultHistory, IsBuiltAnewWhereItIsDamagedAnywhere) {
   }
   const std::string sound = test::ReadWhole(file_);
   Random random(4711);
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 24; ++i) {
     std::string damaged = sound;
     const auto at = static_cast<std::size_t>(random.Uniform(0, static_cast<double>(sound.size())));
     if (i % 2 == 0) {
