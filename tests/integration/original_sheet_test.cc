@@ -79,16 +79,19 @@ TEST(OriginalGcode, RefusesFilesThatAreCutOffOrOfAnotherGeometry) {
               HasSubstr("drawn by T1, its pair by T3"));
   EXPECT_THAT(FaultOf(Replaced(gcode, "\nT1\n", "\nT1000\n")), HasSubstr("tool that is no number"));
   EXPECT_THAT(FaultOf(gcode + "G1 Xnan E1\n"), HasSubstr("no letter with a number"));
-  // One leg of the last comb, and a side of the box.
+  // One leg of the last comb, and a corner of the box.
   const auto moved_at = [&](std::size_t from) {
     std::string moved = gcode;
     char& digit = moved[moved.find('.', from) - 1];
     digit = digit == '5' ? '4' : '5';
     return FaultOf(moved);
   };
-  EXPECT_THAT(moved_at(gcode.rfind(";print horizontal interlocked signal") + 600),
-              HasSubstr("line "));
+  EXPECT_THAT(moved_at(gcode.rfind("E0.21952") - 12), HasSubstr("of another geometry"));
   EXPECT_THAT(moved_at(gcode.find("G1 X")), HasSubstr("a line of the box is not where"));
+  sim::OriginalSheet far;
+  far.repaired = true;
+  far.offsets.assign(far.tools.size(), {0.6, 0});
+  EXPECT_THAT(FaultOf(OriginalGcode(far)), HasSubstr("on purpose"));
 }
 
 TEST(OriginalGcode, StopsAtMoreLegsThanASheetHas) {
