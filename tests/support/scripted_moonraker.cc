@@ -214,11 +214,6 @@ void ScriptedMoonraker::BreakConnections() {
   });
 }
 
-void ScriptedMoonraker::SetUpgradeStatus(int status) {
-  const std::lock_guard lock(state_->mutex);
-  state_->options.upgrade_status = status;
-}
-
 Json ScriptedMoonraker::WaitForRequest(const std::string& method, int n) {
   std::unique_lock lock(state_->mutex);
   Json found;

@@ -59,8 +59,6 @@ class ScriptedMoonraker {
   void PushBytes(const std::string& bytes);
   /// Breaks all connections without a goodbye.
   void BreakConnections();
-  /// Refuses (or, with 0, accepts) WebSockets from now on.
-  void SetUpgradeStatus(int status);
 
   /// The n-th request of a method (from 1), waiting up to 10 s for it; null where none came.
   [[nodiscard]] Json WaitForRequest(const std::string& method, int n = 1);

@@ -207,8 +207,6 @@ bool VirtualSpoolman::Call(const std::string& method, const Json& params, const 
                            {"spool_id", active}});
     } else if (method != "server.spoolman.proxy") {
       return false;
-    } else if (fault_ == Fault::kHangs) {
-      return true;
     } else {
       answer = Proxy(params);
     }

@@ -25,7 +25,6 @@ class VirtualSpoolman {
     kRubbish,  ///< its answers have another form
     kMeddled,  ///< another program changes the field that was written before the next look
     kCrossed,  ///< another program changes another field, `note`, just before a write
-    kHangs,    ///< it answers nothing, and Moonraker does
   };
 
   /// Adds a filament and a spool of it, and makes that the active one.
