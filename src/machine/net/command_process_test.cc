@@ -99,17 +99,17 @@ TEST(CommandProcess, EndsAsItLikesWhenAsked) {
 }
 
 TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
-  const std::string deaf = "trap '' TERM; echo one; while :; do sleep 0.01; done";
-  std::stop_source stop;
-  stop.request_stop();
-  for (const auto& [limits, cause] :
-       {std::pair{CommandLimits{.silence_s = 0.3, .rest_s = 0.1}, CommandEnd::Cause::kSilence},
-        std::pair{CommandLimits{.stop = stop.get_token(), .rest_s = 0.1},
-                  CommandEnd::Cause::kStop}}) {
-    auto process = CommandProcess::Start(Shell(deaf));
+  for (const bool stopped : {false, true}) {
+    std::stop_source stop;
+    auto process =
+        CommandProcess::Start(Shell("trap '' TERM; echo deaf; while :; do sleep 0.01; done"));
     ASSERT_TRUE(process) << process.error().message;
-    const CommandEnd end = (*process)->Follow([](OutputStream, std::string_view) {}, limits);
-    EXPECT_EQ(end.cause, cause);
+    const CommandEnd end = (*process)->Follow(
+        [&](OutputStream, std::string_view) {
+          if (stopped) stop.request_stop();
+        },
+        {stop.get_token(), 0.5, 0.1});
+    EXPECT_EQ(end.cause, stopped ? CommandEnd::Cause::kStop : CommandEnd::Cause::kSilence);
     EXPECT_EQ(end.signal, SIGKILL);
   }
   // A display of progress is no silence.

@@ -96,8 +96,11 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
         constexpr std::size_t kLongest = 300;
         if (stream == OutputStream::kOutput && run.take_line) run.take_line(line);
         if (stream == OutputStream::kOutput || TakeProgress(line, run)) return;
-        if (line.starts_with("scanimage: ")) line.remove_prefix(11);
-        if (!line.empty()) said = Utf8OrReplaced(line, kLongest);
+        constexpr std::string_view kName = "scanimage: ";
+        if (line.starts_with(kName)) line.remove_prefix(kName.size());
+        // Of a driver's own process, which ends behind what is to be known.
+        if (line.empty() || line.starts_with("received signal")) return;
+        said = Utf8OrReplaced(line, kLongest);
       },
       {run.stop, request.silence_s, request.rest_s});
   constexpr const char* kAnotherWay =

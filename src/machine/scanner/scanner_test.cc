@@ -121,6 +121,14 @@ TEST_F(Scanner, ADriverThatCrashesIsAnErrorThatNamesSignalAndDevice) {
                                    HasSubstr("crashed (signal 11, Segmentation fault)")));
 }
 
+TEST_F(Scanner, AFaultThatSaneNamesComesWithWhatToDo) {
+  const Error error = ErrorOf(
+      "echo 'scanimage: sane_read: Error during device I/O' >&2\n"
+      "echo 'scanimage: received signal 13' >&2\nexit 9");
+  EXPECT_EQ(error.kind, ErrorKind::kMachine);
+  EXPECT_THAT(error.message, HasSubstr("look at cable, network and power"));
+}
+
 TEST_F(Scanner, ADriverThatHangsIsAnErrorThatNamesTheSilence) {
   const Error error = ErrorOf("trap '' TERM; while :; do sleep 0.01; done");
   EXPECT_EQ(error.kind, ErrorKind::kMachine);

@@ -176,7 +176,7 @@ TEST_F(AlignInit, NamesWhatTheMachineIsNotReadyForAndWritesAllTheSame) {
   for (const auto& [name, value, words] :
        {std::tuple{"spindle_stopped", json(false), "the spindle turns"},
         std::tuple{"estop", json(true), "emergency stop"},
-        std::tuple{"homed", json({1, 0, 1, 1}), "not all joints are homed"},
+        std::tuple{"homed", json({1, 0, 1, 1}), "joint 1 of 0 … 3 is not homed"},
         std::tuple{"idle", json(false), "runs a program"}}) {
     fs::remove_all(At("job"));
     ScriptedLinuxCnc server;

@@ -46,9 +46,6 @@ void AddState(const LinuxCncFacts& facts, const StartRequest& request,
     found.push_back({fmt::format("joint {} of 0 … {} is not homed",
                                  fmt::join(facts.not_homed, ", "), facts.joints - 1),
                      "home the machine: until then its places mean nothing"});
-  } else if (!state.homed) {
-    found.push_back(
-        {"not all joints are homed", "home the machine: until then its places mean nothing"});
   }
   if (!state.idle) {
     found.push_back({"LinuxCNC runs a program or a move, or is in AUTO mode",
