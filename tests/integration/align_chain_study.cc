@@ -226,7 +226,7 @@ void CheckChain(const std::string& title, std::uint64_t castings, const Photogra
   const auto exact = part_alignment::FitPart(casting, {});
   ASSERT_TRUE(exact && exact->verdict == Verdict::kGood);
   sim::SpindleSetup setup = ShopOf(*exact);
-  const std::uint64_t count = test::StudySeeds(castings);
+  const std::uint64_t count = test::WorldsOfStudy(static_cast<int>(castings));
   Chain chain;
   double views = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -234,7 +234,7 @@ void CheckChain(const std::string& title, std::uint64_t castings, const Photogra
     ASSERT_TRUE(fit && fit->verdict == Verdict::kGood) << (fit ? fit->reason : fit.error().message);
     setup.stops = Planned(setup, *fit);
     views += static_cast<double>(setup.stops.size());
-    const sim::SpindleName name = {test::StudyFirstSeed() + i, i};
+    const sim::SpindleName name = {test::FirstSeedOfStudy() + i, i};
     const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
     auto measurement = test::MeasurementOf(world, name, setup.sigma_px);
     for (std::size_t k = 0; k < 4; ++k) {
@@ -258,7 +258,7 @@ void CheckChain(const std::string& title, std::uint64_t castings, const Photogra
       "Y "
       "Z um |\n|---|---|---|---|---|---|\n"
       "| {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.1f} {:.1f} {:.1f} |\n",
-      title, test::StudyFirstSeed(), count, views / static_cast<double>(count), chain.good,
+      title, test::FirstSeedOfStudy(), count, views / static_cast<double>(count), chain.good,
       chain.refused, 100 * chain.region / n, 100.0 * chain.corners_inside / (3 * n),
       1000 * chain.largest_mm, 1000 * chain.half_mm[0] / n, 1000 * chain.half_mm[1] / n,
       1000 * chain.half_mm[2] / n);
@@ -269,7 +269,7 @@ void CheckChain(const std::string& title, std::uint64_t castings, const Photogra
 }
 
 Photogrammetry DrawnErrors() {
-  return [random = std::make_shared<Random>(test::StudyFirstSeed())](
+  return [random = std::make_shared<Random>(test::FirstSeedOfStudy())](
              const part_alignment::PartFitInput& casting, std::uint64_t) {
     return Measured(casting, *random);
   };
@@ -282,7 +282,7 @@ TEST(AlignChainStudy, FromCastingToOffsetWithPlannedViewsCovers) {
 TEST(AlignChainStudy, FromPicturesOfTheCastingToOffsetCovers) {
   CheckChain("from a survey of the casting to offset, views planned", 200,
              [](const part_alignment::PartFitInput& casting, std::uint64_t shop) {
-               return Surveyed(casting, test::StudyFirstSeed() + shop);
+               return Surveyed(casting, test::FirstSeedOfStudy() + shop);
              });
 }
 

@@ -33,8 +33,8 @@ constexpr Row kTable3 = {0.032, 0.030, 0.020, 0.028, 0.024, 0.010, 3.840};
 constexpr double kPrinted = 0.0005;  // half a unit of the last place that the tables print
 constexpr double kBacklash = 3.3;    // half, mm/m
 
-std::uint64_t Clampings() { return test::StudySeeds(10000); }
-std::uint64_t Seed() { return test::StudyFirstSeed(); }
+std::uint64_t Clampings() { return test::WorldsOfStudy(10000); }
+std::uint64_t Seed() { return test::FirstSeedOfStudy(); }
 
 /// Everything that was solved in one row of a table.
 struct Runs {

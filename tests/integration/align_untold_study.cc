@@ -86,16 +86,16 @@ Row Clamp(sim::SpindleSetup setup, const Spread& spread) {
   setup.spread.eccentricity_mm = spread.eccentricity_mm;
   setup.machine.repeatability_mm = spread.repeatability_mm;
   setup.part.out_of_machine_mm = spread.target_mm;
-  Random spreads(test::StudyFirstSeed());
+  Random spreads(test::FirstSeedOfStudy());
   part_alignment::SolveOptions options;
   Row row;
-  for (std::uint64_t i = 0; i < test::StudySeeds(1000); ++i) {
+  for (std::uint64_t i = 0; i < test::WorldsOfStudy(1000); ++i) {
     if (spread.uniform) {
       setup.spread.eccentricity_mm = spreads.Uniform(0, spread.eccentricity_mm);
       setup.machine.repeatability_mm = spreads.Uniform(0, spread.repeatability_mm);
       setup.part.out_of_machine_mm = spreads.Uniform(0, spread.target_mm);
     }
-    const sim::SpindleName name = {test::StudyFirstSeed() + (spread.target_mm > 0 ? i : 0), i};
+    const sim::SpindleName name = {test::FirstSeedOfStudy() + (spread.target_mm > 0 ? i : 0), i};
     const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
     const auto solved =
         part_alignment::Solve(test::MeasurementOf(world, name, setup.sigma_px), options);
@@ -127,20 +127,20 @@ void CheckPlan(const std::string& title, const sim::SpindleSetup& setup) {
       "\n{}; seed {}, {} clampings a row, nothing stated but {} px\n"
       "| eccentricity um | repeatability um | targets um | region % | X Y Z % | 95 % of X Y Z um | "
       "cannot tell | refused |\n|---|---|---|---|---|---|---|---|\n",
-      title, test::StudyFirstSeed(), test::StudySeeds(1000), setup.sigma_px);
+      title, test::FirstSeedOfStudy(), test::WorldsOfStudy(1000), setup.sigma_px);
   for (const Spread& spread : kSpreads) {
     const Row row = Clamp(setup, spread);
     Print(spread, row);
     if (spread.beyond == Spread::kUnseen) continue;  // no residual shows it: printed, not judged
     if (spread.beyond == Spread::kMayRefuse) {
-      const auto all = static_cast<double>(test::StudySeeds(1000));
+      const auto all = static_cast<double>(test::WorldsOfStudy(1000));
       EXPECT_GE((row.region + row.cannot_tell + row.refused) / all,
                 kLeastCovered - (all >= kReportedClampings ? 0 : 3 * std::sqrt(0.05 * 0.95 / all)))
           << title;
       continue;
     }
     const double n = row.good;
-    EXPECT_GE(n, 0.99 * static_cast<double>(test::StudySeeds(1000))) << title;
+    EXPECT_GE(n, 0.99 * static_cast<double>(test::WorldsOfStudy(1000))) << title;
     const double chance = 3 * std::sqrt(0.05 * 0.95 / n);
     const double room = n >= kReportedClampings ? 0 : chance;
     EXPECT_GE(row.region / n, kLeastCovered - room) << title;

@@ -5,21 +5,17 @@
 #include <cstdint>
 #include <string>
 
-#include "from_environment.h"
+#include "support/study.h"
 
 namespace trammel::test {
 
-/// Worlds of a row: TRAMMEL_STUDY_SEEDS, else as many as are reported.
-inline std::uint64_t StudySeeds(std::uint64_t reported) {
-  return static_cast<std::uint64_t>(
-      FromEnvironment("TRAMMEL_STUDY_SEEDS", static_cast<int>(reported)));
+/// Returns the worlds of a row.
+inline std::uint64_t WorldsOfStudy(int reported) {
+  return static_cast<std::uint64_t>(SeedsOfStudy(reported).count);
 }
 
-/// The seed of the first: TRAMMEL_STUDY_FIRST_SEED, else that of reported figures. Development uses
-/// seeds below 1000.
-inline std::uint64_t StudyFirstSeed() {
-  return static_cast<std::uint64_t>(FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 500'000));
-}
+/// Returns the seed of the first world.
+inline std::uint64_t FirstSeedOfStudy() { return SeedsOfStudy(1, 500'000).first; }
 
 /// Whether an answer's reason or one of its notices has any of the words, parted by |.
 template <class Answer>

@@ -35,10 +35,10 @@ using part_alignment::CalibrateByBoard;
 using part_alignment::CameraVector;
 using part_alignment::kCameraParameters;
 
-constexpr std::uint64_t kReportedBoards = 200;
+constexpr int kReportedBoards = 200;
 
-std::uint64_t Boards() { return test::StudySeeds(kReportedBoards); }
-std::uint64_t FirstSeed() { return test::StudyFirstSeed(); }
+std::uint64_t Boards() { return test::WorldsOfStudy(kReportedBoards); }
+std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }
 
 /// Over all boards of a row.
 struct Row {
@@ -174,7 +174,7 @@ TEST(BoardStudy, StatesItsErrorsOverBoardsAndMachines) {
     const bool is_first = std::exchange(first, false);
     const Row row = Repeat(of, boards);
     Print(of.name, row);
-    if (Boards() < kReportedBoards) continue;
+    if (Boards() < std::uint64_t{kReportedBoards}) continue;
     EXPECT_EQ(row.good, row.boards) << of.name;
     // The mean of so many chi-squares, but for 1 in 1000.
     const int freedom = kCameraParameters * row.good;
@@ -389,7 +389,7 @@ TEST(BoardStudy, MeasuresPartsAsTable3Has) {
   line("in their 95 % intervals, %", 100 * work.inside / work.good, 1, 1);
   fmt::print("{} of {} good, {:.1f} % in their 95 % region\n", work.good, work.measured,
              100.0 * work.within / work.good);
-  if (Boards() < kReportedBoards) return;
+  if (Boards() < std::uint64_t{kReportedBoards}) return;
   const double table3[] = {0.032, 0.030, 0.020, 0.028e-3, 0.024e-3, 0.010e-3};
   for (int k = 0; k < 6; ++k) {
     // Its ten repeats know a standard deviation to no better than 20 %.

@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 using part_alignment::FitPart;
 using part_alignment::PartFit;
 
-std::uint64_t Castings() { return test::StudySeeds(20); }
-std::uint64_t FirstSeed() { return test::StudyFirstSeed(); }
+std::uint64_t Castings() { return test::WorldsOfStudy(20); }
+std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }
 
 const Vector3d kHalf_mm(400, 250, 150);
 constexpr double kWanted_mm = 3;

@@ -15,16 +15,16 @@
 #include <string>
 #include <vector>
 
-#include "from_environment.h"
 #include "offset_world.h"
 #include "photo_world.h"
+#include "support/study.h"
 #include "tool_offset/offset/photo_join.h"
 #include "tool_offset/reading/combine.h"
 
 namespace trammel {
 namespace {
 
-using test::FromEnvironment;
+using test::SeedsOfStudy;
 
 /// Answers further off are of another place: legs are 0.75 mm apart. A coarse interval may hold
 /// two.
@@ -33,7 +33,7 @@ constexpr int kReference = 0;  ///< on our own sheets
 
 std::uint64_t SeedOf(int row, int sheet) {
   constexpr int kSeedsPerRow = 1000;
-  const int first = FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 500000);
+  const auto first = static_cast<int>(SeedsOfStudy(1, 500000).first);
   return static_cast<std::uint64_t>(first + (first < kSeedsPerRow ? 0 : kSeedsPerRow * row) +
                                     sheet);
 }
@@ -186,7 +186,7 @@ std::vector<PatternFile> Originals(bool with_control) {
 // sheets. On an original one the control's own scatter comes on top.
 TEST(OffsetStudy, IntervalsOfScansCoverOffsetsAndBacklash) {
   PrintHead();
-  const int sheets = FromEnvironment("TRAMMEL_STUDY_SEEDS", 100);
+  const int sheets = SeedsOfStudy(100).count;
   const std::vector<PatternFile> five = {SheetOfTools(5)};
   ExpectGood(See({"scan, five tools", five, 0, Steady, SteadyBar}, 0, sheets), 3);
   const Answers all =
@@ -204,7 +204,7 @@ TEST(OffsetStudy, IntervalsOfScansCoverOffsetsAndBacklash) {
 TEST(OffsetStudy, FourSheetsHalveTheErrors) {
   PrintHead();
   const PatternFile pattern = SheetOfTools(5);
-  const int machines = FromEnvironment("TRAMMEL_STUDY_SEEDS", 100);
+  const int machines = SeedsOfStudy(100).count;
   Answers together;
   for (int i = 0; i < machines; ++i) {
     std::vector<std::vector<tool_offset::SheetResult>> sheets;
@@ -233,7 +233,7 @@ TEST(OffsetStudy, IntervalsOfPhotosCoverOffsetsAndBacklash) {
   settings.filament.material = "pla";
   settings.for_photo = true;
   const PatternFile pattern = WritePattern(settings);
-  const int prints = FromEnvironment("TRAMMEL_STUDY_SEEDS", 100);
+  const int prints = SeedsOfStudy(100).count;
   Answers one;
   Answers two;
   for (int i = 0; i < prints; ++i) {
@@ -358,7 +358,7 @@ const std::array<ScanFault, 4> kScanFaults = {{
 
 TEST(OffsetStudy, UnderFaultsAnswersAreRightOrRefused) {
   PrintHead();
-  const int sheets = FromEnvironment("TRAMMEL_STUDY_SEEDS", 6);
+  const int sheets = SeedsOfStudy(6).count;
   int number = 10;
   const std::vector<PatternFile> originals = Originals(true);
   for (const auto& [kind, patterns, reference] :

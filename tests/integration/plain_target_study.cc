@@ -18,11 +18,11 @@
 namespace trammel {
 namespace {
 
-constexpr std::uint64_t kReportedNetworks = 20;
+constexpr int kReportedNetworks = 20;
 constexpr double kLeastFound = 0.98;  // of those shown
 
-std::uint64_t Networks() { return test::StudySeeds(kReportedNetworks); }
-std::uint64_t FirstSeed() { return test::StudyFirstSeed(); }
+std::uint64_t Networks() { return test::WorldsOfStudy(kReportedNetworks); }
+std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }
 
 struct Row {
   int good = 0;
@@ -143,7 +143,7 @@ TEST(PlainTargetStudy, GivesTheTargetsOfAPartOfTwoMetresAndNoOthers) {
     const Row row = Repeat(scene);
     Print(fmt::format("100 pictures, {} px", sigma_px), row);
     Expect(row);
-    if (Networks() < kReportedNetworks) continue;
+    if (Networks() < std::uint64_t{kReportedNetworks}) continue;
     EXPECT_GE(row.nees_within, static_cast<int>(0.8 * static_cast<double>(Networks())));
   }
 }

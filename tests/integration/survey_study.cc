@@ -22,10 +22,10 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr std::uint64_t kReportedNetworks = 40;
+constexpr int kReportedNetworks = 40;
 
-std::uint64_t Networks() { return trammel::test::StudySeeds(kReportedNetworks); }
-std::uint64_t FirstSeed() { return trammel::test::StudyFirstSeed(); }
+std::uint64_t Networks() { return trammel::test::WorldsOfStudy(kReportedNetworks); }
+std::uint64_t FirstSeed() { return trammel::test::FirstSeedOfStudy(); }
 
 /// Over all networks of a row.
 struct Row {
@@ -179,7 +179,7 @@ TEST(SurveyStudy, MeasuresAPartOfTwoMetres) {
       Print(fmt::format("{}, {} px", pictures, sigma_px), row);
       if (pictures != 100 || sigma_px != 0.03) continue;
       EXPECT_EQ(row.good, static_cast<int>(Networks()));
-      if (Networks() < kReportedNetworks) continue;
+      if (Networks() < std::uint64_t{kReportedNetworks}) continue;
       EXPECT_LE(Rms_mm(row), 0.015);
       EXPECT_GE(row.nees_within, static_cast<int>(0.9 * static_cast<double>(Networks())));
     }

@@ -14,7 +14,7 @@
 #include <map>
 
 #include "base/statistics.h"
-#include "from_environment.h"
+#include "support/study.h"
 #include "tap/analyse/analyse.h"
 #include "tap/samples/finding.h"
 #include "tap_worlds.h"
@@ -166,14 +166,13 @@ void Judge(const TapWorld& world, const Answers& answers) {
 class TapStudy : public testing::TestWithParam<TapWorlds> {};
 
 TEST_P(TapStudy, KeepsItsPromises) {
-  const int taps = test::FromEnvironment("TRAMMEL_STUDY_SEEDS", 1000);
-  const int first_seed = test::FromEnvironment("TRAMMEL_STUDY_FIRST_SEED", 500'000);
+  const auto [taps, first_seed] = test::SeedsOfStudy(1000, 500'000);
   fmt::print(
       "{}: {} taps a row, seeds from {}; um\n| taps | error | covered | half-width | refused | "
       "because |\n|---|---|---|---|---|---|\n",
       GetParam().group, taps, first_seed);
   for (const TapWorld& world : GetParam().worlds) {
-    const Answers answers = Study(world, taps, static_cast<std::uint64_t>(first_seed));
+    const Answers answers = Study(world, taps, first_seed);
     Print(world, answers);
     Judge(world, answers);
   }

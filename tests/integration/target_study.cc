@@ -28,8 +28,8 @@ using test::PinholeView;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kTargets = 12;
 
-std::uint64_t Seed() { return test::StudyFirstSeed(); }
-std::uint64_t Pictures() { return test::StudySeeds(4); }
+std::uint64_t Seed() { return test::FirstSeedOfStudy(); }
+std::uint64_t Pictures() { return test::WorldsOfStudy(4); }
 
 struct Condition {
   PinholeView view;
