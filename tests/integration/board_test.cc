@@ -119,14 +119,14 @@ TEST(BoardCalibration, RefusesWrongSignsUnitsAndOrder) {
             for (auto& view : measurement.views) view.spindle_rotation.transposeInPlace();
           },
           0.5),
-      "the largest residuals are those of");
+      "the spindle's angle is");
   has(reason([](BoardMeasurement& measurement) {
         for (std::size_t i = measurement.views.size(); i-- > 1;) {
           measurement.views[i].spindle_mm = measurement.views[i - 1].spindle_mm;
           measurement.views[i].spindle_rotation = measurement.views[i - 1].spindle_rotation;
         }
       }),
-      "the largest residuals are those of");
+      "check the signs of the table's axes");
 }
 
 TEST(BoardCalibration, NamesWhatMovedHalfWay) {
