@@ -6,7 +6,7 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAngleScale_s_g = 0.1 / 25;  // 25 gf = 0.1 s: as published
 constexpr double kMostApproach = 0.5;
 constexpr double kMostDeparture = 0.25;
@@ -120,7 +120,7 @@ void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLin
 double LostAtRest(const CleanTap& clean, const TapLines& lines) {
   const auto& force_g = clean.samples.force_g;
   if (lines.pull_back < lines.collision + kLeastOfMean + 1) {
-    return kNone;
+    return kNoValue;
   }
   const auto sign = static_cast<float>(lines.press_sign);
   const auto sum_of_three = [&](std::size_t i) {
@@ -149,9 +149,9 @@ TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapL
     TakeHaltForCollision(clean, motion, lines);
   }
   TapShape shape;
-  shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio = kNone;
-  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad = kNone;
-  shape.unexplained_baseline_g = shape.press_depth_mm = shape.touch_depth_mm = kNone;
+  shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio = kNoValue;
+  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad = kNoValue;
+  shape.unexplained_baseline_g = shape.press_depth_mm = shape.touch_depth_mm = kNoValue;
   if (!lines.has_break) {
     return shape;
   }
@@ -181,7 +181,7 @@ TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapL
 
 double Score(const TapShape& shape, double calibrated_angle_rad) {
   if (std::isnan(shape.compression_g)) {
-    return kNone;
+    return kNoValue;
   }
   const double angle = std::isnan(calibrated_angle_rad)
                            ? 0
