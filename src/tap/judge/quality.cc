@@ -149,8 +149,10 @@ TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapL
     TakeHaltForCollision(clean, motion, lines);
   }
   TapShape shape;
-  shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio = kNoValue;
-  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad = kNoValue;
+  shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio =
+      kNoValue;
+  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad =
+      kNoValue;
   shape.unexplained_baseline_g = shape.press_depth_mm = shape.touch_depth_mm = kNoValue;
   if (!lines.has_break) {
     return shape;
