@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <iterator>
+#include <iomanip>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -89,8 +89,10 @@ std::vector<char*> Pointers(std::vector<std::string>& words) {
 }
 
 std::vector<std::string> WordsOf(const std::string& arguments) {
-  std::istringstream words(arguments);
-  return {std::istream_iterator<std::string>(words), {}};
+  std::istringstream text(arguments);
+  std::vector<std::string> words;
+  for (std::string word; text >> std::quoted(word, '\'');) words.push_back(word);
+  return words;
 }
 
 }  // namespace

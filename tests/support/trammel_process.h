@@ -39,7 +39,7 @@ class TrammelProcess {
   /// @param folder     Its current folder; must exist. Its state folder is folder/state.
   TrammelProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                  const ProcessLimits& limits = {});
-  /// @param arguments  As typed, without quotes: split at blanks.
+  /// @param arguments  As typed: split at blanks outside of single quotes.
   TrammelProcess(const std::string& arguments, const std::filesystem::path& folder);
   ~TrammelProcess();
   TrammelProcess(const TrammelProcess&) = delete;

@@ -60,7 +60,8 @@ void RunInOrder(const fs::path& page, const fs::path& folder, int least = 5) {
   for (std::string command : CommandsOf(page)) {
     const bool ours = command.starts_with("align ") || command.starts_with("sim spindle ");
     const bool machine = command.find("127.0.0.1") != std::string::npos ||
-                         command.find("--write session") != std::string::npos;
+                         command.find("--write session") != std::string::npos ||
+                         command.find("--machine session") != std::string::npos;
     if (!ours || machine) continue;
     constexpr std::string_view kDated = "part_alignment-…Z";
     if (const std::size_t at = command.find(kDated); at != std::string::npos) {

@@ -126,7 +126,8 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
   DrawMeaning(canvas, plot, panel);
 }
 
-std::vector<LegendEntry> Legend(const Measured& answer) {
+/// The answer's line is named by what it is made of: it may lie beside both diamonds.
+std::vector<LegendEntry> Legend(const Measured& answer, bool shape_counts) {
   std::vector<LegendEntry> legend = {
       {"line (bar: 95 %)", LegendEntry::Mark::kDot, {.color = kMuted}},
       {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
@@ -134,7 +135,9 @@ std::vector<LegendEntry> Legend(const Measured& answer) {
   if (answer.good()) {
     legend.push_back({"where the fit crosses 0", LegendEntry::Mark::kDiamond, {.color = kInk}});
     legend.push_back({"its 95 % interval", LegendEntry::Mark::kPatch, {.color = kGrid}});
-    legend.push_back({"answer of both", LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
+    legend.push_back({shape_counts ? "answer, by the shape of the lines too" : "answer of both",
+                      LegendEntry::Mark::kLine,
+                      {.dash_px = {5, 4}}});
   }
   return legend;
 }
@@ -144,6 +147,7 @@ struct Content {
   Range x;
   Range y;
   const Measured* answer = nullptr;
+  bool shape_counts = false;
 };
 
 /// Panels side by side, or below each other where there is no room.
@@ -152,7 +156,7 @@ Canvas Draw(const Content& content, double width_px) {
   const double panel_px = broad ? 350 : 280;
   const double panel_width = broad ? width_px / 2 : width_px;
   Canvas measure(width_px, 1);
-  const auto legend = Legend(*content.answer);
+  const auto legend = Legend(*content.answer, content.shape_counts);
   const double top = 8 + DrawLegend(measure, {12, 20}, width_px - 24, legend);
   Canvas canvas(width_px, top + (broad ? 1 : 2) * panel_px + 4);
   DrawLegend(canvas, {12, 20}, width_px - 24, legend);
@@ -196,7 +200,8 @@ std::optional<Figure> ResponseFigure(const AnalysisRun& input) {
              "too much filament on the line (PA too low)", "too little (PA too high)", kVermilion}},
       {},
       {},
-      &analysis.pressure_advance};
+      &analysis.pressure_advance,
+      response.law && response.law->weight > 0};
   std::vector<double> tested;
   for (const Panel& panel : content.panels) {
     for (const Reading& reading : panel.readings) tested.push_back(reading.pressure_advance_s);

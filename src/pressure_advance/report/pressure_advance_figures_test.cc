@@ -180,6 +180,19 @@ TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
             DeviationFigure({other, {}, {}})->canvas.ToSvg());
 }
 
+TEST(ResponseFigure, NamesWhatTheAnswerIsMadeOf) {
+  auto analysis = test::MakeAnalysis({}, Random(kSeed));
+  const auto says = [&](const char* words) {
+    return ResponseFigure({analysis, {}, {}})->canvas.ToSvg().find(words) != std::string::npos;
+  };
+  ASSERT_FALSE(analysis.response.law);
+  EXPECT_TRUE(says("answer of both"));
+  analysis.response.law.emplace().weight = 0.8;
+  EXPECT_TRUE(says("answer, by the shape of the lines too"));
+  analysis.response.law->weight = 0;
+  EXPECT_TRUE(says("answer of both"));
+}
+
 TEST(HeightMapsFigure, IsInMillimetresWithWhatScaleAndAngleLeaveOpen) {
   auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   const auto scan = test::MakeScanView(Small(), Random(kSeed));
