@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -128,7 +130,44 @@ Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t most_bytes, int m
       child.End(), most_s, most_bytes >> 20U));
 }
 
-Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
+/// Makes one section DATA without a name of all, as edition 1 of ISO 10303-21 has it: Open CASCADE
+/// 7.6 calls others damaged. Places and lines stay.
+std::string AsEdition1(std::string text) {
+  const auto blank = [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) text[i] = text[i] == '\n' ? '\n' : ' ';
+  };
+  constexpr auto kNone = std::string::npos;
+  std::size_t begin = kNone;  // of a statement
+  std::size_t section_end = kNone;
+  bool data = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\'') {
+      i = text.find('\'', i + 1);
+    } else if (text.compare(i, 2, "/*") == 0) {
+      i = text.find("*/", i + 2);
+    } else if (text[i] == ';') {
+      const std::string_view statement(&text[std::min(begin, i)], i - std::min(begin, i));
+      if (statement.starts_with("DATA") &&
+          (statement.size() == 4 || std::isalnum(static_cast<unsigned char>(statement[4])) == 0)) {
+        if (data && section_end != kNone) {
+          blank(section_end, i + 1);
+        } else {
+          blank(begin + 4, i + 1);
+          text[begin + 4] = ';';
+        }
+        data = true;
+      }
+      section_end = statement.starts_with("ENDSEC") ? begin : kNone;
+      begin = kNone;
+    } else if (begin == kNone && std::isspace(static_cast<unsigned char>(text[i])) == 0) {
+      begin = i;
+    }
+    if (i == kNone) break;
+  }
+  return text;
+}
+
+Result<StepSolid> Read(std::string text, const StepReadOptions& options) {
   constexpr double kPatience_s = 1;
   if (text.starts_with("PK") || text.starts_with("\x1f\x8b")) {
     return Fail("it is packed; unpack it first");
@@ -145,6 +184,7 @@ Result<StepSolid> Read(std::string_view text, const StepReadOptions& options) {
   if (!module) {
     return Fail(fmt::format("{}; or export an STL", module.error().message));
   }
+  text = AsEdition1(std::move(text));
   const std::uint64_t most_bytes = MostBytes(text.size());
   auto child = ChildProcess::Start(
       [&](const ChildSender& sender) {
@@ -175,9 +215,9 @@ Result<StepSolid> ReadStepFile(const std::filesystem::path& path, const StepRead
         "without what it is assembled with, or an STL",
         path.string(), static_cast<double>(size) / kBytesPerMb, kMostStepBytes / kBytesPerMb));
   }
-  const auto text = files::ReadNamedFile(path, kMostStepBytes);
+  auto text = files::ReadNamedFile(path, kMostStepBytes);
   if (!text) return tl::unexpected(text.error());
-  auto solid = Read(*text, options);
+  auto solid = Read(std::move(*text), options);
   if (!solid) {
     return tl::unexpected(
         Error{solid.error().kind, fmt::format("{}: {}", path.string(), solid.error().message)});

@@ -180,6 +180,23 @@ TEST_F(StepFile, WhatTakesOpenCascadeMinutesIsGivenUpInTime) {
   EXPECT_LT(took.count(), kBusy_s);
 }
 
+TEST_F(StepFile, ASectionWithANameIsReadAsOneWithout) {
+  const std::string text = test::StepText({{}}, "inch");
+  const auto plain = Read(text);
+  ASSERT_TRUE(plain) << plain.error().message;
+  const auto expect_same = [&](const std::string& other) {
+    const auto named = Read(other);
+    ASSERT_TRUE(named) << named.error().message;
+    EXPECT_EQ(named->vertices_mm, plain->vertices_mm);
+    EXPECT_EQ(named->triangles, plain->triangles);
+    EXPECT_EQ(named->unit, "inch");
+  };
+  expect_same(Replaced(text, "DATA;", "DATA('main',('AUTOMOTIVE_DESIGN'));"));
+  expect_same(Replaced(text, "DATA;", "DATA /* a */ (\n'main',('AUTOMOTIVE_DESIGN'));"));
+  expect_same(Replaced(Replaced(text, "DATA;", "DATA('a',('X'));"),
+                       "#10=", "ENDSEC;\nDATA('b',('AUTOMOTIVE_DESIGN'));\n#10="));
+}
+
 TEST_F(StepFile, AUnitIsKnownOrRefused) {
   const std::string mm = test::StepText({{}}, "mm");
   EXPECT_THAT(Complaint(Replaced(mm, ".MILLI.,.METRE.", ".MIMLI.,.METRE.")), HasSubstr("damaged"));

@@ -40,6 +40,7 @@ struct PatternArguments {
   std::vector<std::string> set;
   std::string out = "pattern.gcode";
   std::string pa;
+  std::string dialect;
   std::string material;
   bool photo = false;
   bool force = false;
@@ -51,6 +52,11 @@ Result<void> Override(const PatternArguments& arguments, files::Config& config) 
   if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
     if (auto done = files::OverrideConfig(assignment, config); !done) return done;
+  }
+  if (!arguments.dialect.empty()) {
+    if (auto done = files::OverrideConfig("dialect=" + arguments.dialect, config); !done) {
+      return done;
+    }
   }
   if (!arguments.pa.empty()) {
     auto values = ParsePressureAdvances(arguments.pa);
@@ -170,6 +176,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
+  command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
   command->add_flag(
       "--photo", arguments->photo,
       "a pattern for a photo: 21 lines from 0 to 0.1 s (--pa for others), with a mark");

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
@@ -13,6 +15,10 @@ std::string Cell(const Measured& measured, const IntervalStyle& style) {
   return measured.good() ? WithInterval(measured.quantity(), style) : "–";
 }
 
+std::string Um(double mm) {
+  return std::isfinite(mm) ? fmt::format("{:.2f} µm", mm * kUmPerMm) : "–";
+}
+
 }  // namespace
 
 std::string ComparisonText(std::span<const tap::SeriesScatter> series) {
@@ -21,10 +27,9 @@ std::string ComparisonText(std::span<const tap::SeriesScatter> series) {
   std::string text = fmt::format("{:<18}{:<12}{:<34}{:<12}{:<10}{}\n", "compared", "good",
                                  "scatter about the mean", "mean step", "stated", "by the first");
   for (const tap::SeriesScatter& one : series) {
-    text += fmt::format("{:<18}{:<12}{:<34}{:<12}{:<10}", one.name,
+    text += fmt::format("{:<17} {:<12}{:<34}{:<12}{:<10}", one.name,
                         fmt::format("{} of {}", one.good, one.taps), Cell(one.deviation_mm, um),
-                        fmt::format("{:.2f} µm", one.mean_step_mm * kUmPerMm),
-                        fmt::format("{:.2f} µm", one.claimed_mm * kUmPerMm));
+                        Um(one.mean_step_mm), Um(one.claimed_mm));
     if (one.ratio.good()) {
       const Interval& interval = one.ratio.quantity().interval95;
       text += Cell(one.ratio, ratio) + (interval.hi < 1   ? ": repeats better"

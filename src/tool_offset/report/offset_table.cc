@@ -172,6 +172,10 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
                                  SheetName(analysis.plan), analysis.plan.settings.reference_tool,
                                  analysis.scans.size(), sheets.size());
   for (const OffsetRow& row : OffsetTable(analysis)) text += RowText(row);
+  text += fmt::format(
+      "sign         dx and dy are where a tool's lines land minus where T{}'s would, along the "
+      "bed's axes\n",
+      analysis.plan.settings.reference_tool);
   for (const OffsetScan& scan : analysis.scans) text += ScanFacts(scan) + "\n";
   for (const std::string& notice : NoticesOf(analysis)) {
     text += fmt::format("notice       {}\n", notice);
