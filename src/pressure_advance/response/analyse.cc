@@ -92,7 +92,7 @@ Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
                  DeviationResult deviation, const ResponseOptions& options) {
   Analysis analysis = FitResponse(profiles, motion, options);
   CompareRepeats(profiles, options, analysis);
-  static_cast<RangedAnswer&>(analysis) = analysis.response;
+  static_cast<RangedAnswer&>(analysis) = static_cast<const RangedAnswer&>(analysis.response);
   analysis.profiles = std::move(profiles);
   analysis.deviation = std::move(deviation);
   return analysis;

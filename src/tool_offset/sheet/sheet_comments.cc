@@ -166,8 +166,8 @@ Result<SheetSettings> ReadSheetFile(std::string_view gcode) {
         fmt::format("ends at line {} amid the sheet's comments: the file is cut off", line));
   }
   return Fail(
-      fmt::format("has no line that begins with \"{}\": it is neither a pattern of trammel "
-                  "offset pattern nor the G-code of the original sheet",
+      fmt::format("has no line that begins with \"{}\": it is not a pattern of trammel "
+                  "offset pattern, nor G-code of the original sheet",
                   kPrefix));
 }
 
