@@ -146,7 +146,7 @@ TEST_F(ResultHistory, DoesWithoutAFileThatItCannotUse) {
   expect_without("another program's file");
   EXPECT_TRUE(SQLite::Database(file_.string()).tableExists("own"));
   fs::remove(file_);
-  Read();
+  (void)Read();
   SQLite::Database(file_.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
   expect_without("another trammel wrote it");
   fs::rename(file_, folder_.path() / "other.db");
