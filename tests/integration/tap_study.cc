@@ -28,7 +28,9 @@ constexpr double kMostBiasUm = 0.30;
 constexpr double kMostBiasOfBound = 0.30;  // where the bound is no better than 1 um
 constexpr double kBiasDeviations = 3;      // of the mean of so many taps
 constexpr double kMostRefused = 0.05;
-constexpr double kLeastRefused = 0.95;  // of faults
+constexpr double kMostRefusedOfModelled = 0.02;
+constexpr double kMostCoverageOfModelled = 0.98;  // wider intervals would be of less use
+constexpr double kLeastRefused = 0.95;            // of faults
 constexpr double kStated = 0.95;
 constexpr double kOfDrawn = 0.92;    // of any printer: toes, and quiet cells whose press yields
 constexpr std::size_t kFewest = 10;  // good taps that are judged
@@ -142,7 +144,8 @@ void Judge(const TapWorld& world, const Answers& answers) {
   }
   const bool read = world.promise == Promise::kUnbiased || world.promise == Promise::kCovered;
   if (read) {
-    EXPECT_LE(answers.Refused(), kMostRefused);
+    EXPECT_LE(answers.Refused(),
+              world.promise == Promise::kUnbiased ? kMostRefusedOfModelled : kMostRefused);
   }
   if (answers.good() < kFewest) return;
   if (world.promise == Promise::kHidden) {
@@ -150,6 +153,9 @@ void Judge(const TapWorld& world, const Answers& answers) {
               LeastCoverage(kStated, answers.good()));
     return;
   }
+  const auto within = std::count_if(answers.error_um.begin(), answers.error_um.end(),
+                                    [&](double um) { return std::abs(um) <= world.within_um; });
+  EXPECT_GE(static_cast<double>(within), 0.99 * static_cast<double>(answers.good()));
   EXPECT_GE(answers.Coverage(), LeastCoverage(world.draw ? kOfDrawn : kStated, answers.good()));
   const double scatter_um = StandardDeviation(answers.error_um);
   const double chance_um =
@@ -158,6 +164,7 @@ void Judge(const TapWorld& world, const Answers& answers) {
     EXPECT_LE(std::abs(Mean(answers.error_um)),
               std::max(kMostBiasUm, kMostBiasOfBound * answers.bound_um) + chance_um);
     EXPECT_LE(scatter_um, kMostOfBound * answers.bound_um);
+    EXPECT_LE(answers.Coverage(), kMostCoverageOfModelled);
   } else {
     EXPECT_LE(std::abs(Mean(answers.error_um)), Mean(answers.half_width_um) + chance_um);
   }

@@ -100,6 +100,7 @@ TapWorlds Motions() {
   TapWorld& brief = g.Add("press of 20 um, 4 gf", Promise::kCovered);
   brief.cell.disturbance.noise_g = 4;
   brief.scene.press_mm = 0.02;
+  brief.within_um = 3;
   for (const double um : {4.0, 20.0}) {
     for (const auto& [what, onset] :
          {std::pair{"backlash", sim::Onset::kFlat}, {"friction", sim::Onset::kCurved}}) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct TapWorld {
   sim::TapScene scene;
   /// Draws cell and scene of each tap from its seed; null where all taps have the world's.
   void (*draw)(TapWorld& world, Random& random) = nullptr;
+  /// 99 % of the answers are within it.
+  double within_um = std::numeric_limits<double>::infinity();
   bool latency_known = true;  ///< The analysis is given the converter's latency.
 };
 
