@@ -179,17 +179,9 @@ std::string BoardCalibrationText(const BoardCalibration& calibration) {
 }
 
 std::string BoardCalibrationPage(const std::string& date, const BoardCalibration& calibration) {
-  const bool good = calibration.verdict == Verdict::kGood;
-  AnswerPage page;
-  page.title = "Camera calibration on the machine, " + date;
-  page.verdict = calibration.verdict;
-  page.value = good ? fmt::format("{:.4f} px", calibration.residual_rms_px) : "No calibration";
-  if (good) page.detail = "residual, root mean square";
-  page.reason = calibration.reason;
+  AnswerPage page = PageOfCalibration("Camera calibration on the machine, " + date, calibration,
+                                      "take the pictures anew");
   if (!calibration.unchecked.empty()) page.unchecked = {calibration.unchecked};
-  page.next =
-      CameraWords(good, calibration.nearest_mm, calibration.farthest_mm, "take the pictures anew");
-  page.notices = calibration.notices;
   page.text = BoardCalibrationText(calibration);
   return AnswerPageHtml(page, {});
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "part_alignment/report/answer_page.h"
 #include "part_alignment/report/part_metrology_text.h"
 
 namespace trammel::report {
@@ -21,16 +20,8 @@ std::string CameraWords(bool good, double nearest_mm, double farthest_mm, std::s
 std::string CalibrationPage(const std::string& date,
                             const part_alignment::CameraCalibration& calibration,
                             std::span<const Figure> figures) {
-  const bool good = calibration.verdict == Verdict::kGood;
-  AnswerPage page;
-  page.title = "Camera calibration of " + date;
-  page.verdict = calibration.verdict;
-  page.value = good ? fmt::format("{:.4f} px", calibration.residual_rms_px) : "No calibration";
-  if (good) page.detail = "residual, root mean square";
-  page.reason = calibration.reason;
-  page.next =
-      CameraWords(good, calibration.nearest_mm, calibration.farthest_mm, "measure another grid");
-  page.notices = calibration.notices;
+  AnswerPage page =
+      PageOfCalibration("Camera calibration of " + date, calibration, "measure another grid");
   page.text = CalibrationText(calibration);
   return AnswerPageHtml(page, figures);
 }
