@@ -95,20 +95,26 @@ Readings ReadingsOf(const pa::Analysis& analysis, const sim::Print& print, const
   std::size_t i = 0;
   for (const sim::PlannedLine& line : pattern.plan.lines) {
     if (line.pattern != 0 || i == analysis.profiles.size()) continue;
+    const pa::LineProfile& profile = analysis.profiles[i++];
+    const auto from_start_mm = [&](const sim::BeadSample& bead) {
+      return std::hypot(bead.x_mm - line.start_x_mm, bead.y_mm - line.start_y_mm);
+    };
+    const auto strand = std::find_if(
+        print.bed.strands.begin(), print.bed.strands.end(),
+        [&](const sim::Strand& one) { return from_start_mm(one.samples.front()) <= kSame_mm; });
+    if (strand == print.bed.strands.end()) continue;
     std::vector<double> seen_mm2, heights_mm, laid_mm2;
-    for (const pa::ProfileSample& sample : analysis.profiles[i++].samples) {
+    for (const pa::ProfileSample& sample : profile.samples) {
       if (!sample.area.seen() || !sample.height.seen()) continue;
       seen_mm2.push_back(sample.area.value);
       heights_mm.push_back(sample.height.value);
+      // The bead at the same place: samples lie closer where the nozzle is slow.
+      const auto bead = std::partition_point(
+          strand->samples.begin(), strand->samples.end() - 1,
+          [&](const sim::BeadSample& one) { return from_start_mm(one) < sample.position; });
+      laid_mm2.push_back(bead->area_mm2);
     }
-    for (const sim::Strand& strand : print.bed.strands) {
-      const auto& first = strand.samples.front();
-      if (std::hypot(first.x_mm - line.start_x_mm, first.y_mm - line.start_y_mm) > kSame_mm) {
-        continue;
-      }
-      for (const sim::BeadSample& bead : strand.samples) laid_mm2.push_back(bead.area_mm2);
-    }
-    if (seen_mm2.empty() || laid_mm2.empty()) continue;
+    if (seen_mm2.empty()) continue;
     readings.areas.push_back(Median(seen_mm2) / Median(laid_mm2));
     readings.heights.push_back(Median(heights_mm) / pattern.config.layer_height_mm);
   }
