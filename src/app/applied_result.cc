@@ -21,19 +21,17 @@ using files::Application;
 using measurement::Instrument;
 
 Result<std::filesystem::path> AppliedFile() {
-  auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
-  return *folder / files::kAppliedFile;
+  auto folder = TRY(files::StateFolder());
+  return folder / files::kAppliedFile;
 }
 
 Result<void> Note(const AppliedValue& applied, Application::Step step, std::optional<double> before,
                   const std::map<std::string, double>& before_each) {
-  const auto path = AppliedFile();
-  if (!path) return tl::unexpected(path.error());
+  const auto path = TRY(AppliedFile());
   const Application application{
       UtcNow(), WithoutSecrets(applied.machine), step, before, applied.value, before_each};
-  if (applied.result) return files::NoteApplication(*path, *applied.result, application);
-  return files::NoteApplication(*path, applied.instrument, "", application);
+  if (applied.result) return files::NoteApplication(path, *applied.result, application);
+  return files::NoteApplication(path, applied.instrument, "", application);
 }
 
 Result<void> OrNothingSet(const Result<void>& noted) {
@@ -70,10 +68,9 @@ bool AreSame(const std::optional<double>& a, const std::optional<double>& b) {
 /// What is noted of the machine, the oldest first.
 Result<std::vector<files::NotedApplication>> NotedOf(Instrument instrument,
                                                      const std::string& machine) {
-  const auto path = AppliedFile();
-  if (!path) return tl::unexpected(path.error());
+  const auto path = TRY(AppliedFile());
   const std::string name = procedure::PrinterName(machine);
-  return files::Applications(*path, instrument, [&name](const std::string& address) {
+  return files::Applications(path, instrument, [&name](const std::string& address) {
     return procedure::PrinterName(address) == name;
   });
 }
@@ -116,10 +113,9 @@ std::string SettledText(const Application& open, Step found, double now) {
 
 Result<std::string> SettleUnfinished(Instrument instrument, const std::string& machine,
                                      std::optional<double> now, bool note) {
-  const auto noted = NotedOf(instrument, machine);
-  if (!noted) return tl::unexpected(noted.error());
-  if (noted->empty() || !files::IsUnfinished(noted->back().application)) return std::string();
-  const Application& open = noted->back().application;
+  const auto noted = TRY(NotedOf(instrument, machine));
+  if (noted.empty() || !files::IsUnfinished(noted.back().application)) return std::string();
+  const Application& open = noted.back().application;
   if (!now) {
     return fmt::format(
         "pa apply of {} ended before it noted what it did, and the printer does not tell what is "
@@ -128,52 +124,49 @@ Result<std::string> SettleUnfinished(Instrument instrument, const std::string& m
   }
   const Step found = FoundStep(open, *now);
   if (note) {
-    const auto path = AppliedFile();
-    if (!path) return tl::unexpected(path.error());
+    const auto path = TRY(AppliedFile());
     auto kept = files::NoteApplication(
-        *path, instrument, noted->back().fingerprint,
+        path, instrument, noted.back().fingerprint,
         {UtcNow(), WithoutSecrets(machine), found, open.before, open.value, open.before_each});
-    if (auto noted_now = OrNothingSet(kept); !noted_now) return tl::unexpected(noted_now.error());
+    TRY(OrNothingSet(kept));
   }
   return SettledText(open, found, *now);
 }
 
 Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine,
                            std::optional<double> now) {
-  auto noted = NotedOf(instrument, machine);
-  if (!noted) return tl::unexpected(noted.error());
-  while (!noted->empty()) {
-    const Application& last = noted->back().application;
+  auto noted = TRY(NotedOf(instrument, machine));
+  while (!noted.empty()) {
+    const Application& last = noted.back().application;
     const bool never_set =
         last.step == Step::kNotInForce ||
         (last.step == Step::kBegun && AreSame(last.before, now) && !AreSame(last.value, now));
     if (!never_set) break;
-    noted->pop_back();
+    noted.pop_back();
   }
   const std::string name = procedure::PrinterName(machine);
-  if (noted->empty()) {
+  if (noted.empty()) {
     const auto path = AppliedFile();
     return Fail(fmt::format("{} notes no value that was set on {}: name the one to set",
                             path ? path->string() : "nothing", name));
   }
-  const Application& application = noted->back().application;
+  const Application& application = noted.back().application;
   if (!application.before) {
     return Fail(fmt::format("what was in force on {} before {} was not told: name the value to set",
                             name, application.utc));
   }
   const bool undone = application.step == Step::kUndone ||
                       (application.step == Step::kUndoing && AreSame(application.before, now));
-  return Undoing{*application.before,       application.value,      application.utc, undone,
-                 noted->back().fingerprint, application.before_each};
+  return Undoing{*application.before,      application.value,      application.utc, undone,
+                 noted.back().fingerprint, application.before_each};
 }
 
 namespace {
 
 Result<void> NoteUndo(Instrument instrument, const std::string& machine, const Undoing& undoing,
                       Step step) {
-  const auto path = AppliedFile();
-  if (!path) return tl::unexpected(path.error());
-  return files::NoteApplication(*path, instrument, undoing.fingerprint,
+  const auto path = TRY(AppliedFile());
+  return files::NoteApplication(path, instrument, undoing.fingerprint,
                                 {UtcNow(), WithoutSecrets(machine), step, undoing.before,
                                  undoing.value, undoing.before_each});
 }

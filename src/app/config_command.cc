@@ -23,12 +23,10 @@ namespace trammel::app {
 namespace {
 
 Result<void> Check(const std::string& file) {
-  const Result<std::string> text = files::ReadWholeFile(file, files::kMaxConfigBytes);
-  if (!text) return tl::unexpected(text.error());
-  const Result<files::Config> config = files::ParseConfig(*text, file);
-  if (!config) return tl::unexpected(config.error());
-  if (auto valid = files::ValidateConfig(*config, *text, file); !valid) return valid;
-  fmt::print("{}: good, {} key(s) set\n", file, config->keys.size());
+  const std::string text = TRY(files::ReadWholeFile(file, files::kMaxConfigBytes));
+  const files::Config config = TRY(files::ParseConfig(text, file));
+  TRY(files::ValidateConfig(config, text, file));
+  fmt::print("{}: good, {} key(s) set\n", file, config.keys.size());
   return {};
 }
 
@@ -42,39 +40,30 @@ Result<files::Config> StatedSettings(const InitArguments& arguments) {
   files::Config config = files::DefaultConfig();
   if (!arguments.printer.address.empty()) config.scan.address = arguments.printer.address;
   TakeMaterial(arguments.printer.material, config);
-  if (auto valid = files::ValidateConfig(config, "", ""); !valid) {
-    return tl::unexpected(valid.error());
-  }
-  if (auto settled = SettleApiKey(config.scan); !settled) return tl::unexpected(settled.error());
+  TRY(files::ValidateConfig(config, "", ""));
+  TRY(SettleApiKey(config.scan));
   const Interrupt interrupt;
-  const auto printer = Connect(config.scan, interrupt.token());
-  if (!printer) return tl::unexpected(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto stated = TakeStatedBy(session, StatedFor::kPrinter, config);
-  if (!stated) return tl::unexpected(stated.error());
-  if (*stated) return config;
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const auto stated = TRY(TakeStatedBy(session, StatedFor::kPrinter, config));
+  if (stated) return config;
   return Fail(fmt::format("{} is not ready, and states nothing of itself: bring Klipper up first",
                           procedure::PrinterName(config.scan.address)),
               ErrorKind::kMachine);
 }
 
 Result<void> Init(const InitArguments& arguments) {
-  auto free = files::CheckTarget(arguments.file, files::IfThere::kRefuse);
-  if (!free) return free;
-  auto config = StatedSettings(arguments);
-  if (!config) return tl::unexpected(config.error());
-  config->scan.api_key.clear();  // stays where it came from
-  const bool heats = !config->pattern.material.empty();
+  TRY(files::CheckTarget(arguments.file, files::IfThere::kRefuse));
+  auto config = TRY(StatedSettings(arguments));
+  config.scan.api_key.clear();  // stays where it came from
+  const bool heats = !config.pattern.material.empty();
   const std::string text = fmt::format(
       "# {}: what differs from the defaults. trammel config keys lists all keys.\n{}{}",
-      procedure::PrinterName(config->scan.address),
+      procedure::PrinterName(config.scan.address),
       heats ? "" : "# Nothing is heated on a guess: name the filament's material in [filament].\n",
-      files::DescribeChanges(*config));
-  if (auto sound = files::ParseConfig(text, arguments.file); !sound) {
-    return tl::unexpected(sound.error());
-  }
-  auto written = files::WriteWholeFile(arguments.file, text, files::IfThere::kRefuse);
-  if (!written) return written;
+      files::DescribeChanges(config));
+  TRY(files::ParseConfig(text, arguments.file));
+  TRY(files::WriteWholeFile(arguments.file, text, files::IfThere::kRefuse));
   fmt::print("written           {}\n", arguments.file);
   SayNext("to check it", fmt::format("trammel doctor --config {}{}", ShellQuoted(arguments.file),
                                      heats ? "" : " --material pla"));

@@ -15,9 +15,8 @@ Result<ConfigText> FindConfig(const std::string& asked_for) {
     return ConfigText{"", "defaults (there is no trammel.toml here)"};
   }
   const std::string file = asked_for.empty() ? kDefaultFile : asked_for;
-  Result<std::string> text = files::ReadWholeFile(file, files::kMaxConfigBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ConfigText{std::move(*text), file};
+  std::string text = TRY(files::ReadWholeFile(file, files::kMaxConfigBytes));
+  return ConfigText{std::move(text), file};
 }
 
 }  // namespace trammel::app

@@ -57,11 +57,8 @@ Result<History> ReadKept(const std::filesystem::path& recordings,
   if (!history->without_store.empty()) {
     fmt::print(stderr, "from the folders alone: {}\n", history->without_store);
   }
-  const auto state = files::StateFolder();
-  if (!state) return tl::unexpected(state.error());
-  if (auto added = files::AddApplications(*state / files::kAppliedFile, *history); !added) {
-    return tl::unexpected(added.error());
-  }
+  const auto state = TRY(files::StateFolder());
+  TRY(files::AddApplications(state / files::kAppliedFile, *history));
   return history;
 }
 

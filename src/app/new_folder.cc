@@ -54,9 +54,8 @@ Result<NewFolder> NewFolder::Make(const fs::path& asked_for) {
        above = above.parent_path()) {
     missing.push_back(above);
   }
-  auto made = MakeFolder(asked_for);
-  if (!made) return tl::unexpected(made.error());
-  folder.path_ = std::move(*made);
+  auto made = TRY(MakeFolder(asked_for));
+  folder.path_ = std::move(made);
   if (asked_for.empty()) folder.made_.push_back(folder.path_);
   folder.made_.insert(folder.made_.end(), missing.begin(), missing.end());
   return folder;

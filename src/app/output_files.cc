@@ -21,10 +21,8 @@ Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths, 
     if (!seen.insert(std::filesystem::weakly_canonical(absolute(path), ignored)).second) {
       return Fail(fmt::format("{}: two outputs cannot be the same file", path.string()));
     }
-    if (auto free = files::CheckTarget(path, files::ReplaceIf(force),
-                                       "--force overwrites it, or name another");
-        !free)
-      return free;
+    TRY(files::CheckTarget(path, files::ReplaceIf(force),
+                           "--force overwrites it, or name another"));
   }
   return {};
 }
@@ -32,10 +30,9 @@ Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths, 
 Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force) {
   std::vector<std::filesystem::path> paths;
   for (const OutputFile& output : outputs) paths.push_back(output.path);
-  if (auto free = RefuseToOverwrite(paths, force); !free) return free;
+  TRY(RefuseToOverwrite(paths, force));
   for (const OutputFile& output : outputs) {
-    auto written = files::WriteWholeFile(output.path, output.bytes, files::ReplaceIf(force));
-    if (!written) return written;
+    TRY(files::WriteWholeFile(output.path, output.bytes, files::ReplaceIf(force)));
   }
   return {};
 }

@@ -62,29 +62,21 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options) {
 }
 
 Result<files::Config> LoadSettings(const PrinterOptions& options) {
-  const Result<ConfigText> text = FindConfig(options.config);
-  if (!text) return tl::unexpected(text.error());
-  Result<files::Config> config = files::ParseConfig(text->text, text->file);
+  const ConfigText text = TRY(FindConfig(options.config));
+  Result<files::Config> config = files::ParseConfig(text.text, text.file);
   if (!config) return config;
   for (const std::string& assignment : options.set) {
-    if (auto done = files::OverrideConfig(assignment, *config); !done) {
-      return tl::unexpected(done.error());
-    }
+    TRY(files::OverrideConfig(assignment, *config));
   }
   TakeMaterial(options.material, *config);
-  if (auto valid = files::ValidateConfig(*config, text->text, text->file); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(files::ValidateConfig(*config, text.text, text.file));
   if (!options.address.empty()) config->scan.address = options.address;
   config->scan.quote_messages = options.verbose;
   if (!options.camera.empty()) {
-    auto camera = CameraAddressOf("--camera", options.camera);
-    if (!camera) return tl::unexpected(camera.error());
-    config->scan.camera = std::move(*camera);
+    auto camera = TRY(CameraAddressOf("--camera", options.camera));
+    config->scan.camera = std::move(camera);
   }
-  if (auto settled = SettleApiKey(config->scan); !settled) {
-    return tl::unexpected(settled.error());
-  }
+  TRY(SettleApiKey(config->scan));
   return config;
 }
 

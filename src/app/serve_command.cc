@@ -70,25 +70,22 @@ Result<fs::path> OwnProgram() {
 Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
                                         const ServeArguments& arguments,
                                         const service::Offerings& offered) {
-  const auto config = LoadSettings(OptionsAt(place));
-  if (!config) return tl::unexpected(config.error());
-  const auto state = files::StateFolder();
-  if (!state) return tl::unexpected(state.error());
-  const auto program = OwnProgram();
-  if (!program) return tl::unexpected(program.error());
+  const auto config = TRY(LoadSettings(OptionsAt(place)));
+  const auto state = TRY(files::StateFolder());
+  const auto program = TRY(OwnProgram());
   service::ServedPrinter served;
-  served.settings = config->scan;
+  served.settings = config.scan;
   served.desk = {place,
-                 config->scan.address,
-                 program->string(),
+                 config.scan.address,
+                 program.string(),
                  std::string(ProgramVersion()),
                  fs::absolute(arguments.out),
-                 *state,
+                 state,
                  offered.jobs,
                  UtcNow,
                  [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
   if (arguments.answer_taps) served.attendants = offered.attendants;
-  served.connect = [settings = config->scan](const std::stop_token& stop) {
+  served.connect = [settings = config.scan](const std::stop_token& stop) {
     return ConnectAsService(settings, stop);
   };
   return served;

@@ -140,37 +140,32 @@ struct TakenFacts {
 Result<std::optional<TakenFacts>> TakeFrom(const procedure::Session& session, StatedFor purpose,
                                            Config& config) {
   constexpr double kAsk_s = 10;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  if (state->readiness != machine::PrinterReadiness::kReady) return std::optional<TakenFacts>();
-  auto facts = procedure::ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
-  const auto taken = TakeStated(*facts, purpose, config);
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  if (state.readiness != machine::PrinterReadiness::kReady) return std::optional<TakenFacts>();
+  auto facts = TRY(procedure::ReadFacts(session));
+  const auto taken = TakeStated(facts, purpose, config);
   std::string words = fmt::format("{}", fmt::join(taken, "; "));
   if (!taken.empty()) session.Say("as the printer states: " + words);
-  return std::optional(TakenFacts{std::move(*facts), std::move(words)});
+  return std::optional(TakenFacts{std::move(facts), std::move(words)});
 }
 
 }  // namespace
 
 Result<std::optional<PrinterFacts>> TakeStatedBy(const procedure::Session& session,
                                                  StatedFor purpose, Config& config) {
-  auto taken = TakeFrom(session, purpose, config);
-  if (!taken) return tl::unexpected(taken.error());
-  if (!*taken) return std::optional<PrinterFacts>();
-  return std::optional(std::move((*taken)->facts));
+  auto taken = TRY(TakeFrom(session, purpose, config));
+  if (!taken) return std::optional<PrinterFacts>();
+  return std::optional(std::move(taken->facts));
 }
 
 Result<void> FitPattern(const procedure::Session& session, Config& config) {
   if (session.printer.LastState().readiness == machine::PrinterReadiness::kStartup) {
-    auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
-    if (!ready) return ready;
+    TRY(procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine));
   }
-  const auto taken = TakeFrom(session, StatedFor::kPattern, config);
-  if (!taken) return tl::unexpected(taken.error());
+  const auto taken = TRY(TakeFrom(session, StatedFor::kPattern, config));
   auto valid = Validate(config.pattern);
   if (valid) return {};
-  const std::string words = *taken ? (*taken)->words : "";
+  const std::string words = taken ? taken->words : "";
   return Fail(fmt::format("with what the printer states of itself{}: {}",
                           words.empty() ? "" : fmt::format(" ({})", words), valid.error().message),
               ErrorKind::kSafety);

@@ -81,7 +81,7 @@ Result<bool> TerminalPerson::Confirm(const procedure::Question& question,
     fmt::print(stderr, "{}: yes, by --yes {}\n", question.text, question.name);
     return true;
   }
-  if (auto can = CheckCanAnswer(question.name); !can) return tl::unexpected(can.error());
+  TRY(CheckCanAnswer(question.name));
   typed_.clear();
   tcflush(STDIN_FILENO, TCIFLUSH);
   fmt::print(stderr, "{}? [y/N] ", question.text);
@@ -89,10 +89,9 @@ Result<bool> TerminalPerson::Confirm(const procedure::Question& question,
   auto looked = Clock::now();
   for (;;) {
     if (stop_.stop_requested()) return Stopped();
-    const auto line = TakeLine();
-    if (!line) return tl::unexpected(line.error());
-    if (*line) {
-      if (const auto answer = YesOrNo(**line)) return *answer;
+    const auto line = TRY(TakeLine());
+    if (line) {
+      if (const auto answer = YesOrNo(*line)) return *answer;
       fmt::print(stderr, "y or n? [y/N] ");
       std::fflush(stderr);
     }

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <tl/expected.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace trammel {
@@ -33,4 +34,21 @@ using Result = tl::expected<T, Error>;
   return tl::unexpected<Error>(Error{kind, std::move(message)});
 }
 
+/// Takes the value out of an expected one; for TRY.
+template <class T, class E>
+T ValueOf([[maybe_unused]] tl::expected<T, E>&& result) {
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
 }  // namespace trammel
+
+/// Takes the value of an expression of type Result, or returns its error from the function:
+/// `const Page page = TRY(ReadPage(path));`. Known to g++ and clang as a statement expression.
+#define TRY(...)                                                \
+  __extension__({                                               \
+    auto trammel_result = (__VA_ARGS__);                        \
+    if (!trammel_result) {                                      \
+      return tl::unexpected(std::move(trammel_result).error()); \
+    }                                                           \
+    ::trammel::ValueOf(std::move(trammel_result));              \
+  })

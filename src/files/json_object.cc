@@ -27,9 +27,8 @@ Result<json> ParseJson(std::string_view text, const std::string& file) {
 }
 
 Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {
-  auto text = ReadWholeFile(path, max_bytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseJson(Utf8OfFile(std::move(*text)), path.string());
+  auto text = TRY(ReadWholeFile(path, max_bytes));
+  return ParseJson(Utf8OfFile(std::move(text)), path.string());
 }
 
 JsonObject::JsonObject(const json& object, std::string file, std::string path)

@@ -95,9 +95,9 @@ Result<void> CheckTarget(const fs::path& path, IfThere if_there, std::string_vie
 }
 
 Result<NewFile> NewFile::Create(const fs::path& path, IfThere if_there, Readable readable) {
-  if (auto fit = CheckTarget(path, if_there); !fit) return tl::unexpected(fit.error());
+  TRY(CheckTarget(path, if_there));
   NewFile file(path, if_there);
-  if (auto opened = file.Open(readable); !opened) return tl::unexpected(opened.error());
+  TRY(file.Open(readable));
   return file;
 }
 
@@ -176,7 +176,7 @@ int NewFile::TakeName() const {
 Result<void> NewFile::Commit() {
   if (!Synchronised(file_)) return CannotWrite(path_, errno);
   // Something may have taken the name since.
-  if (auto fit = CheckTarget(path_, if_there_); !fit) return fit;
+  TRY(CheckTarget(path_, if_there_));
   if (const int error = TakeName(); error == EEXIST)
     return ThereAlready(path_, {});
   else if (error != 0)
@@ -200,7 +200,7 @@ void TakeBack(int file, off_t size, ssize_t written) {
 }  // namespace
 
 Result<void> AppendLine(const fs::path& path, std::string_view line) {
-  if (auto fit = CheckTarget(path, IfThere::kReplace); !fit) return fit;
+  TRY(CheckTarget(path, IfThere::kReplace));
   constexpr int kFlags = O_RDWR | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
   const Descriptor file(open(path.c_str(), kFlags, 0666));
   struct stat status {};
@@ -221,10 +221,9 @@ Result<void> AppendLine(const fs::path& path, std::string_view line) {
 
 Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes, IfThere if_there,
                             Readable readable) {
-  auto file = NewFile::Create(path, if_there, readable);
-  if (!file) return tl::unexpected(file.error());
-  if (auto written = file->Write(bytes); !written) return written;
-  return file->Commit();
+  auto file = TRY(NewFile::Create(path, if_there, readable));
+  TRY(file.Write(bytes));
+  return file.Commit();
 }
 
 }  // namespace trammel::files

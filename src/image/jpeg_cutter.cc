@@ -148,9 +148,8 @@ std::string_view WhyNot(const JpegHeader& header, const PixelRect& part) {
 
 Result<void> CutJpeg(std::span<const std::uint8_t> bytes, const PixelRect& part,
                      std::vector<std::uint8_t>& cut) {
-  const auto reader = JpegReader::Open(bytes, JpegDamage::kRefuse);
-  if (!reader) return tl::unexpected(reader.error());
-  const JpegHeader& header = reader->header();
+  const auto reader = TRY(JpegReader::Open(bytes, JpegDamage::kRefuse));
+  const JpegHeader& header = reader.header();
   if (const auto why = WhyNot(header, part); !why.empty()) {
     return Fail(fmt::format("{}x{} px at ({}, {}) cannot be cut from a JPEG of {}x{} px: {}",
                             part.width, part.height, part.x, part.y, header.width_px,

@@ -19,19 +19,16 @@ const std::vector<Kind> kKinds =
 
 /// Pixels of `part` of the whole, decoded from its cut.
 Result<Bytes> ReadCut(const Bytes& cut, const PixelRect& part, JpegPixels pixels) {
-  auto reader = JpegReader::Open(cut, JpegDamage::kRefuse);
-  if (!reader) return tl::unexpected(reader.error());
-  const JpegHeader& header = reader->header();
+  auto reader = TRY(JpegReader::Open(cut, JpegDamage::kRefuse));
+  const JpegHeader& header = reader.header();
   const JpegPlace place = header.place.value_or(JpegPlace{0, 0, header.width_px, header.height_px});
   const PixelRect exact = ExactPart(place, header.grid());
   if (part.x < exact.x || part.y < exact.y || part.x + part.width > exact.x + exact.width ||
       part.y + part.height > exact.y + exact.height) {
     return Fail("the part is not exact in the cut");
   }
-  auto started =
-      reader->StartPart(pixels, {part.x - place.x, part.y - place.y, part.width, part.height});
-  if (!started) return tl::unexpected(started.error());
-  return ReadRows(*reader, pixels == JpegPixels::kGrey ? 1 : 3);
+  TRY(reader.StartPart(pixels, {part.x - place.x, part.y - place.y, part.width, part.height}));
+  return ReadRows(reader, pixels == JpegPixels::kGrey ? 1 : 3);
 }
 
 TEST(JpegCutter, KeepsEveryPixelOfThePartToTheBit) {

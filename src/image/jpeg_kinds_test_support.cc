@@ -98,17 +98,15 @@ Result<Bytes> ReadRows(JpegReader& reader, std::size_t samples) {
   const std::size_t row_bytes = samples * static_cast<std::size_t>(reader.row_px());
   Bytes pixels(row_bytes * static_cast<std::size_t>(reader.rows()));
   for (int y = 0; y < reader.rows(); ++y) {
-    auto read = reader.ReadRow(pixels.data() + static_cast<std::size_t>(y) * row_bytes);
-    if (!read) return tl::unexpected(read.error());
+    TRY(reader.ReadRow(pixels.data() + static_cast<std::size_t>(y) * row_bytes));
   }
   return pixels;
 }
 
 Result<Bytes> ReadWhole(const Bytes& jpeg, JpegPixels pixels) {
-  auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto started = reader->Start(pixels); !started) return tl::unexpected(started.error());
-  return ReadRows(*reader, pixels == JpegPixels::kGrey ? 1 : 3);
+  auto reader = TRY(JpegReader::Open(jpeg, JpegDamage::kRefuse));
+  TRY(reader.Start(pixels));
+  return ReadRows(reader, pixels == JpegPixels::kGrey ? 1 : 3);
 }
 
 Bytes PartOf(const Bytes& whole, int width, std::size_t samples, const PixelRect& part) {

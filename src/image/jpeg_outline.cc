@@ -108,9 +108,8 @@ Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes) {
     }
     if (IsStartOfFrame(*marker)) {
       if (outline) return Fail("it states its size twice; save it again");
-      auto frame = FrameOf(*marker, *segment);
-      if (!frame) return frame;
-      outline = *frame;
+      auto frame = TRY(FrameOf(*marker, *segment));
+      outline = frame;
     } else if (*marker == kStartOfScan) {
       ++outline->scans;
       if (!segment->empty() && (*segment)[0] < outline->components) outline->whole = true;

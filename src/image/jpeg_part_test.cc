@@ -11,16 +11,13 @@ const std::vector<Kind> kKinds =
                        {.name = "progressive", .across = 2, .down = 2, .progressive = true}});
 
 Result<Bytes> ReadPart(const Bytes& jpeg, JpegPixels pixels, const PixelRect& part) {
-  auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto started = reader->StartPart(pixels, part); !started) {
-    return tl::unexpected(started.error());
-  }
-  EXPECT_EQ(reader->row_px(), part.width);
-  EXPECT_EQ(reader->rows(), part.height);
-  auto read = ReadRows(*reader, pixels == JpegPixels::kGrey ? 1 : 3);
+  auto reader = TRY(JpegReader::Open(jpeg, JpegDamage::kRefuse));
+  TRY(reader.StartPart(pixels, part));
+  EXPECT_EQ(reader.row_px(), part.width);
+  EXPECT_EQ(reader.rows(), part.height);
+  auto read = ReadRows(reader, pixels == JpegPixels::kGrey ? 1 : 3);
   if (!read) return read;
-  if (auto rest = reader->ReadRest(); !rest) return tl::unexpected(rest.error());
+  TRY(reader.ReadRest());
   return read;
 }
 

@@ -223,7 +223,7 @@ Result<void> JpegReader::Start(JpegPixels pixels, int reduction) {
   TRAMMEL_CHECK(reduction == 1 || reduction == 2 || reduction == 4 || reduction == 8,
                 "a reduction by {}", reduction);
   State& state = *state_;
-  if (auto chosen = state.Choose(pixels); !chosen) return chosen;
+  TRY(state.Choose(pixels));
   state.reader.scale_num = 1;
   state.reader.scale_denom = static_cast<unsigned>(reduction);
   if (!state.Start()) return state.Rejected();
@@ -242,7 +242,7 @@ Result<void> JpegReader::StartPart(JpegPixels pixels, const PixelRect& part) {
                 "part {}x{} at ({}, {}) of {}x{} px", part.width, part.height, part.x, part.y,
                 whole.width_px, whole.height_px);
   if (part.width == whole.width_px && part.height == whole.height_px) return Start(pixels);
-  if (auto chosen = state.Choose(pixels); !chosen) return chosen;
+  TRY(state.Choose(pixels));
   state.part = part;
   if (!state.StartPart()) return state.Rejected();
   state.row.Resize(static_cast<std::size_t>(state.reader.output_components) *

@@ -84,14 +84,11 @@ Bytes EncodeInks(const cv::Mat& cmyk, const InkFile& kind) {
 // What the reader makes of it, or its error as a one-pixel picture's failure.
 Result<cv::Mat> Decode(const Bytes& bytes, JpegPixels pixels = JpegPixels::kBgr, int reduction = 1,
                        JpegDamage damage = JpegDamage::kRefuse) {
-  auto reader = JpegReader::Open(bytes, damage);
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto started = reader->Start(pixels, reduction); !started) {
-    return tl::unexpected(started.error());
-  }
-  cv::Mat image(reader->rows(), reader->row_px(), pixels == JpegPixels::kBgr ? CV_8UC3 : CV_8UC1);
+  auto reader = TRY(JpegReader::Open(bytes, damage));
+  TRY(reader.Start(pixels, reduction));
+  cv::Mat image(reader.rows(), reader.row_px(), pixels == JpegPixels::kBgr ? CV_8UC3 : CV_8UC1);
   for (int y = 0; y < image.rows; ++y) {
-    if (auto read = reader->ReadRow(image.ptr(y)); !read) return tl::unexpected(read.error());
+    TRY(reader.ReadRow(image.ptr(y)));
   }
   return image;
 }

@@ -89,15 +89,14 @@ Bytes Write(const Kind& kind) {
 }
 
 Result<cv::Mat> Decode(const Bytes& bytes) {
-  auto reader = PngReader::Open(bytes, PngPixels::kBgr8);
-  if (!reader) return tl::unexpected(reader.error());
-  cv::Mat image(reader->header().height_px, reader->header().width_px, CV_8UC3);
-  for (int pass = 0; pass < reader->passes(); ++pass) {
+  auto reader = TRY(PngReader::Open(bytes, PngPixels::kBgr8));
+  cv::Mat image(reader.header().height_px, reader.header().width_px, CV_8UC3);
+  for (int pass = 0; pass < reader.passes(); ++pass) {
     for (int y = 0; y < image.rows; ++y) {
-      if (auto read = reader->ReadRow(image.ptr(y)); !read) return tl::unexpected(read.error());
+      TRY(reader.ReadRow(image.ptr(y)));
     }
   }
-  if (auto finished = reader->Finish(); !finished) return tl::unexpected(finished.error());
+  TRY(reader.Finish());
   return image;
 }
 
@@ -186,11 +185,9 @@ Result<Bytes> Encode(const cv::Mat& image, PngForm form) {
   });
   if (!writer) return tl::unexpected(writer.error());
   for (int y = 0; y < image.rows; ++y) {
-    if (auto written = writer->WriteRow(image.ptr(y)); !written) {
-      return tl::unexpected(written.error());
-    }
+    TRY(writer->WriteRow(image.ptr(y)));
   }
-  if (auto finished = writer->Finish(); !finished) return tl::unexpected(finished.error());
+  TRY(writer->Finish());
   return bytes;
 }
 

@@ -155,11 +155,9 @@ Result<std::vector<std::uint8_t>> EncodePng(const PageView& pixels, std::optiona
   });
   if (!png) return tl::unexpected(png.error());
   for (int y = 0; y < pixels.height; ++y) {
-    if (auto written = png->WriteRow(pixels.row(y)); !written) {
-      return tl::unexpected(written.error());
-    }
+    TRY(png->WriteRow(pixels.row(y)));
   }
-  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  TRY(png->Finish());
   return bytes;
 }
 

@@ -266,11 +266,10 @@ Result<History> ReadHistory(const fs::path& recordings, const HistoryQuery& quer
 }
 
 Result<void> AddApplications(const fs::path& applied, History& history) {
-  const auto all = AllApplications(applied);
-  if (!all) return tl::unexpected(all.error());
+  const auto all = TRY(AllApplications(applied));
   for (HistoryEntry& entry : history.entries) {
-    const auto found = all->find(entry.fingerprint);
-    if (found != all->end()) entry.applied = found->second;
+    const auto found = all.find(entry.fingerprint);
+    if (found != all.end()) entry.applied = found->second;
   }
   return {};
 }

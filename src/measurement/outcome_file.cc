@@ -173,25 +173,23 @@ std::string Fingerprint(const Outcome& outcome) {
 }
 
 Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
-  const auto json = ParseJson(text, file);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, file);
-  if (json->is_object() && !json->contains("instrument") && json->contains("verdict")) {
+  const auto json = TRY(ParseJson(text, file));
+  JsonObject object(json, file);
+  if (json.is_object() && !json.contains("instrument") && json.contains("verdict")) {
     return Fail(file +
                 ": is no kept result, but looks like what --json printed: give the file that "
                 "--result wrote, or the folder of the recording");
   }
   Outcome outcome = ReadKeys(object);
   object.Find("details");
-  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  TRY(object.Finish());
   return outcome;
 }
 
 Result<Outcome> ReadOutcome(const std::filesystem::path& path) {
   const std::filesystem::path file = ResultIn(path);
-  const auto text = ReadNamedFile(file, kMaxResultBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseOutcome(*text, file.string());
+  const auto text = TRY(ReadNamedFile(file, kMaxResultBytes));
+  return ParseOutcome(text, file.string());
 }
 
 Result<Outcome> ReadOutcome(const std::filesystem::path& path, Instrument instrument) {

@@ -116,8 +116,7 @@ std::string Desk::NewRunId(const std::string& job) const {
 
 Result<RunRecord> Desk::Begin(Plan plan) {
   if (plan.folder.empty()) {
-    const auto room = MakeRoomForRun(options_.recordings, options_.utc_now());
-    if (!room) return tl::unexpected(room.error());
+    TRY(MakeRoomForRun(options_.recordings, options_.utc_now()));
   }
   if (const std::string holder = WhoHasThePrinter(); !holder.empty()) {
     const std::lock_guard lock(mutex_);
@@ -375,9 +374,8 @@ Result<std::string> Desk::NoteNewNozzle() {
   }
   std::error_code ignored;
   fs::create_directories(options_.recordings, ignored);  // before the first calibration
-  auto noted = files::NoteNozzleChange(options_.recordings, options_.utc_now(),
-                                       procedure::PrinterName(options_.address));
-  if (!noted) return tl::unexpected(noted.error());
+  TRY(files::NoteNozzleChange(options_.recordings, options_.utc_now(),
+                              procedure::PrinterName(options_.address)));
   return fmt::format("nozzle change noted{}. Calibrate each filament anew",
                      Dismiss() ? ", and the answer that waited is dropped" : "");
 }

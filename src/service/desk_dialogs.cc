@@ -53,11 +53,11 @@ Result<void> Desk::Register(const std::stop_token& stop) {
         {kCommand_s, stop});
   };
   for (const JobKind& job : options_.jobs) {
-    if (auto done = add(job.method, Call::What::kAsk, &job); !done) return done;
+    TRY(add(job.method, Call::What::kAsk, &job));
   }
-  if (auto done = add("trammel_start", Call::What::kConfirm, nullptr, {kToken}); !done) return done;
-  if (auto done = add("trammel_apply", Call::What::kApply, nullptr); !done) return done;
-  if (auto done = add("trammel_dismiss", Call::What::kDismiss, nullptr); !done) return done;
+  TRY(add("trammel_start", Call::What::kConfirm, nullptr, {kToken}));
+  TRY(add("trammel_apply", Call::What::kApply, nullptr));
+  TRY(add("trammel_dismiss", Call::What::kDismiss, nullptr));
   return add("trammel_new_nozzle", Call::What::kNewNozzle, nullptr);
 }
 

@@ -63,10 +63,9 @@ Result<Arguments> ArgumentsOf(const json& params, const JobKind& kind) {
     if (std::find(kind.arguments.begin(), kind.arguments.end(), key) == kind.arguments.end()) {
       return Fail(fmt::format("{} takes no '{}'", kind.name, key.substr(0, kMostText)));
     }
-    auto text = TextOf(*found, key.c_str());
-    if (!text) return tl::unexpected(text.error());
-    if (text->find('\0') != std::string::npos) return Fail(fmt::format("'{}' holds a zero", key));
-    if (!text->empty()) arguments[key] = std::move(*text);
+    auto text = TRY(TextOf(*found, key.c_str()));
+    if (text.find('\0') != std::string::npos) return Fail(fmt::format("'{}' holds a zero", key));
+    if (!text.empty()) arguments[key] = std::move(text);
   }
   return arguments;
 }
@@ -81,17 +80,15 @@ Result<files::HistoryQuery> QueryOf(const json& params) {
     }
     query.last = last->get<std::size_t>();
   }
-  const auto instrument = TextOf(params, "instrument");
-  if (!instrument) return tl::unexpected(instrument.error());
-  if (!instrument->empty()) {
-    query.instrument = measurement::InstrumentNamed(*instrument);
-    if (!query.instrument) return Fail(fmt::format("there is no instrument '{}'", *instrument));
+  const auto instrument = TRY(TextOf(params, "instrument"));
+  if (!instrument.empty()) {
+    query.instrument = measurement::InstrumentNamed(instrument);
+    if (!query.instrument) return Fail(fmt::format("there is no instrument '{}'", instrument));
   }
   for (const auto& [key, text] : {std::pair{"filament", &query.subject.filament},
                                   std::pair{"nozzle", &query.subject.nozzle}}) {
-    auto asked = TextOf(params, key);
-    if (!asked) return tl::unexpected(asked.error());
-    *text = std::move(*asked);
+    auto asked = TRY(TextOf(params, key));
+    *text = std::move(asked);
   }
   return query;
 }

@@ -99,9 +99,8 @@ class DeskTest : public ::testing::Test {
     };
     kind.answer = [this](const std::string& folder) -> Result<AnswerInWords> {
       if (several_) return *several_;
-      const auto outcome = files::ReadOutcome(folder);
-      if (!outcome) return tl::unexpected(outcome.error());
-      const Measured& value = outcome->answers.front().value;
+      const auto outcome = TRY(files::ReadOutcome(folder));
+      const Measured& value = outcome.answers.front().value;
       if (!value.good()) return AnswerInWords{value.verdict(), value.reason()};
       return AnswerInWords{Verdict::kGood, "0.01720 s", {}, "", notice_};
     };

@@ -115,9 +115,8 @@ Result<void> WriteKeptState(const fs::path& path, const KeptState& state) {
 }
 
 Result<KeptState> ParseKeptState(std::string_view text, const std::string& file) {
-  const auto json = files::ParseJson(text, file);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, file);
+  const auto json = TRY(files::ParseJson(text, file));
+  JsonObject object(json, file);
   object.Integer("format", {kFormat, kFormat});
   KeptState state;
   const auto entry = [&object](const char* key) {
@@ -128,16 +127,15 @@ Result<KeptState> ParseKeptState(std::string_view text, const std::string& file)
   if (const auto* const proposal = entry("proposal")) {
     state.proposal = ReadProposal(object.Inner(*proposal, "proposal"), object);
   }
-  if (const auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return state;
 }
 
 Result<KeptState> ReadKeptState(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(fs::symlink_status(path, ignored))) return KeptState();
-  const auto text = files::ReadNamedFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseKeptState(*text, path.string());
+  const auto text = TRY(files::ReadNamedFile(path, kMostBytes));
+  return ParseKeptState(text, path.string());
 }
 
 }  // namespace trammel::service

@@ -49,18 +49,17 @@ std::string RunOf(const std::string& owner) { return owner.substr(owner.rfind('.
 Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
     if (line.empty()) continue;
-    if (auto done = session.printer.Run(line, session.Within(kScript_s)); !done) return done;
+    TRY(session.printer.Run(line, session.Within(kScript_s)));
   }
   return {};
 }
 
 Result<void> HeatersOff(const Session& session, const std::string& why) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  const std::string on = HeatersOn(*state);
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  const std::string on = HeatersOn(state);
   if (on.empty()) return {};
   std::vector<std::string> lines;
-  for (const auto& [name, heater] : state->heaters) {
+  for (const auto& [name, heater] : state.heaters) {
     if (heater.target_c > 0) lines.push_back(TargetLine(name, 0));
   }
   auto off = RunAll(session, lines);
@@ -145,10 +144,9 @@ std::string GcodeStateScript(const RunJournal& journal, const machine::PrinterSt
 // @returns whether the run's session of Klipper still lasts.
 Result<bool> BringBack(const Session& session, const settings::ScanSettings& settings,
                        const RunJournal& journal) {
-  const auto now = session.printer.State(session.Within(kAsk_s));
-  if (!now) return tl::unexpected(now.error());
-  const Remains remains = RemainsOf(journal, *now);
-  const std::string script = GcodeStateScript(journal, *now, remains.back);
+  const auto now = TRY(session.printer.State(session.Within(kAsk_s)));
+  const Remains remains = RemainsOf(journal, now);
+  const std::string script = GcodeStateScript(journal, now, remains.back);
   const auto restored = session.printer.Run(script, session.Within(kScript_s));
   if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
   if (!restored) return tl::unexpected(restored.error());
@@ -160,7 +158,7 @@ Result<bool> BringBack(const Session& session, const settings::ScanSettings& set
   std::erase_if(back, [](const auto& value) { return IsOfGcodeState(value.first); });
   back.insert(remains.off.begin(), remains.off.end());
   for (std::string& line : SettingLines(back)) lines.push_back(std::move(line));
-  if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
+  TRY(RunAll(session, lines));
   session.Say(fmt::format("{}: {}", WhatBecameOf(journal),
                           Describe(remains, "brought back ", "left as they are")));
   return true;
@@ -184,8 +182,7 @@ Result<void> Finish(const Session& session, const settings::ScanSettings& settin
   }
   if (!owner.empty() && RunOf(owner) == journal.run) {
     const std::string release = fmt::format("{} OWNER={}", kRelease, owner);
-    auto released = session.printer.Run(release, session.Within(kScript_s));
-    if (!released) return released;
+    TRY(session.printer.Run(release, session.Within(kScript_s)));
   }
   return Remove(dead.path);
 }
@@ -196,7 +193,7 @@ Result<void> GiveUp(const Session& session, const fs::path& path, const Error& e
       fmt::format("a run died here, and what has to come back cannot be read: look whether "
                   "pressure advance and limits are right ({})",
                   error.message));
-  if (auto off = HeatersOff(session, "it or somebody else"); !off) return off;
+  TRY(HeatersOff(session, "it or somebody else"));
   return Remove(path);
 }
 
@@ -262,9 +259,8 @@ Result<void> RestoreGcodeState(const Session& session, const RunJournal& journal
   std::string script =
       fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
   if (journal.changes_tools) {
-    const auto now = session.printer.State(session.Within(kAsk_s));
-    if (!now) return tl::unexpected(now.error());
-    const auto& offset_mm = now->gcode.homing_origin_mm;
+    const auto now = TRY(session.printer.State(session.Within(kAsk_s)));
+    const auto& offset_mm = now.gcode.homing_origin_mm;
     script += fmt::format("\nSET_GCODE_OFFSET X={:.6f} Y={:.6f} Z={:.6f}", offset_mm[0],
                           offset_mm[1], offset_mm[2]);
   }
@@ -278,10 +274,9 @@ bool SaysUnknownState(const std::string& message, const std::string& run) {
 Result<std::string> OwnerAtPrinter(const Session& session) {
   constexpr std::size_t kMost = 200;
   const auto status =
-      session.printer.Query({{"gcode_macro _TRAMMEL_RUN", {"owner"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  const auto macro = status->find("gcode_macro _TRAMMEL_RUN");
-  if (macro == status->end() || !macro->is_object()) return std::string();
+      TRY(session.printer.Query({{"gcode_macro _TRAMMEL_RUN", {"owner"}}}, session.Within(kAsk_s)));
+  const auto macro = status.find("gcode_macro _TRAMMEL_RUN");
+  if (macro == status.end() || !macro->is_object()) return std::string();
   const auto owner = macro->find("owner");
   if (owner == macro->end() || !owner->is_string()) return std::string();
   std::string text = owner->get<std::string>().substr(0, kMost);
@@ -292,23 +287,22 @@ Result<std::string> OwnerAtPrinter(const Session& session) {
 
 Result<void> FinishDeadRuns(const Session& session, const settings::ScanSettings& settings,
                             const fs::path& state_folder, const std::string& address) {
-  const auto owner = OwnerAtPrinter(session);
-  if (!owner) return tl::unexpected(owner.error());
+  const auto owner = TRY(OwnerAtPrinter(session));
   const fs::path path = files::JournalPath(state_folder, address);
   const auto journal = files::ReadJournal(path);
-  const bool ours = journal && *journal && RunOf(*owner) == (*journal)->run;
+  const bool ours = journal && *journal && RunOf(owner) == (*journal)->run;
   // The printer's owner first: while another run has it, nothing of an older one is brought back.
-  if (!owner->empty() && !ours) {
-    const auto other = RunNamed(state_folder, RunOf(*owner));
-    if (!other || other->path == path) return tl::unexpected(Taken(*owner));
+  if (!owner.empty() && !ours) {
+    const auto other = RunNamed(state_folder, RunOf(owner));
+    if (!other || other->path == path) return tl::unexpected(Taken(owner));
     const auto lock = files::FileLock::Take(files::LockPath(state_folder, other->journal.address),
                                             "a look whether it is alive");
-    if (!lock) return tl::unexpected(Taken(*owner));
-    if (auto done = Finish(session, settings, *other, *owner); !done) return done;
+    if (!lock) return tl::unexpected(Taken(owner));
+    TRY(Finish(session, settings, *other, owner));
   }
   if (!journal) return GiveUp(session, path, journal.error());
   if (!*journal) return {};
-  return Finish(session, settings, {path, **journal}, *owner);
+  return Finish(session, settings, {path, **journal}, owner);
 }
 
 void FinishDeadRunsWhereFree(const Session& session, const settings::ScanSettings& settings,
@@ -330,13 +324,12 @@ Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
   const auto lock = files::FileLock::Take(files::LockPath(state_folder, plain), "a start");
   const auto journal = files::ReadJournal(files::JournalPath(state_folder, plain));
   if (!lock || !journal || !*journal || (*journal)->upload.empty()) return {};
-  const auto now = session.printer.State(session.Within(kAsk_s));
-  if (!now) return tl::unexpected(now.error());
+  const auto now = TRY(session.printer.State(session.Within(kAsk_s)));
   Session dead = session;
   dead.own_file = (*journal)->upload;
-  if (now->print_file != dead.own_file || OthersJob(*now, "").empty()) return {};
+  if (now.print_file != dead.own_file || OthersJob(now, "").empty()) return {};
   session.Say(fmt::format("{}, and its print is still under way", WhatBecameOf(**journal)));
-  const EndedPrint ended = EndOwnPrint(dead, *now, park);
+  const EndedPrint ended = EndOwnPrint(dead, now, park);
   for (const std::string& left : ended.lost) session.Say(left);
   if (ended.failed.empty()) return {};
   return Fail(ended.failed.front(), ErrorKind::kMachine);

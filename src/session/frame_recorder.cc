@@ -202,9 +202,8 @@ Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::s
 }
 
 Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double frames_per_s) {
-  auto writer = machine::VideoWriter::Create(video, frames_per_s);
-  if (!writer) return tl::unexpected(writer.error());
-  Begin(std::make_unique<VideoSink>(std::move(*writer)));
+  auto writer = TRY(machine::VideoWriter::Create(video, frames_per_s));
+  Begin(std::make_unique<VideoSink>(std::move(writer)));
   return {};
 }
 

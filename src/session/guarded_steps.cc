@@ -51,8 +51,7 @@ Result<void> NameRestart(Result<void> done, bool restarted) {
 Result<void> Check(const Session& session, const GuardedSteps& run, const RunIdentity& identity) {
   session.Tell({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
   if (identity.prints) {
-    auto ended = EndDeadPrint(session, identity.state_folder, identity.address, run.park);
-    if (!ended) return ended;
+    TRY(EndDeadPrint(session, identity.state_folder, identity.address, run.park));
   }
   return run.check(session);
 }
@@ -83,11 +82,10 @@ GuardedOutcome RunGuarded(Session& session, const GuardedSteps& run) {
 }
 
 Result<void> HomeWhereItIsNot(const Session& session) {
-  if (auto free = CheckStillFree(session); !free) return free;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
+  TRY(CheckStillFree(session));
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   for (const char axis : std::string("xyz")) {
-    if (state->homed_axes.find(axis) == std::string::npos) {
+    if (state.homed_axes.find(axis) == std::string::npos) {
       session.Tell({.text = "homing", .remaining_s = {}, .phase = "homing"});
       return session.printer.Run("G28", session.Within(kHome_s));
     }

@@ -8,21 +8,19 @@ namespace trammel::procedure {
 
 Result<void> RefuseWhilePrinting(const Session& session, std::string_view what) {
   constexpr double kAsk_s = 10;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  const bool paused = state->paused || state->print_state == "paused";
-  if (!paused && state->print_state != "printing") {
-    const auto owner = OwnerAtPrinter(session);
-    if (!owner) return tl::unexpected(owner.error());
-    if (owner->empty() || *owner == session.owner) return {};
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  const bool paused = state.paused || state.print_state == "paused";
+  if (!paused && state.print_state != "printing") {
+    const auto owner = TRY(OwnerAtPrinter(session));
+    if (owner.empty() || owner == session.owner) return {};
     return Fail(fmt::format("a run of trammel has the printer ({}) and brings back at its end what "
                             "is set now; apply {} when it has ended",
-                            *owner, what),
+                            owner, what),
                 ErrorKind::kMachine);
   }
   return Fail(fmt::format("the printer {} {}; apply {} when it has ended",
                           paused ? "is paused in" : "is printing",
-                          state->print_file.empty() ? "a file" : state->print_file, what),
+                          state.print_file.empty() ? "a file" : state.print_file, what),
               ErrorKind::kMachine);
 }
 

@@ -52,7 +52,7 @@ Result<void> CheckTarget(const Session& session, const std::string& heater, doub
       [](const PrinterState& state) { return state.idle_state == "Idle"; },
       "the printer to be idle", session.Within(kIdle_s));
   // A restart takes the target first, and names itself a moment later.
-  if (auto ready = CheckStillReady(session); !ready) return ready;
+  TRY(CheckStillReady(session));
   const auto state = session.printer.LastState();
   const auto found = state.heaters.find(heater);
   const double is_c = found == state.heaters.end() ? 0 : found->second.target_c;
@@ -87,7 +87,7 @@ Result<void> Settle(const Session& session, const std::string& heater, double ta
       },
       what, session.Within(time_limit_s));
   if (reached) {
-    if (auto free = CheckStillFree(session); !free) return free;
+    TRY(CheckStillFree(session));
     return CheckTarget(session, heater, target_c);
   }
   return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
@@ -122,32 +122,28 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s, double f
         session.printer.LastState().readiness == machine::PrinterReadiness::kDisconnected;
     if (!lost) return done;
     session.Say("the connection is lost; waiting for it while the print goes on");
-    auto back = session.printer.WaitUntilReady(session.Within(kReturn_s));
-    if (!back) return tl::unexpected(back.error());
+    TRY(session.printer.WaitUntilReady(session.Within(kReturn_s)));
   }
 }
 
 Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
   // What was printed before may still stand there as complete.
-  auto begun = session.printer.WaitUntil(
+  TRY(session.printer.WaitUntil(
       [&](const PrinterState& state) {
         const bool ours = state.print_file == session.own_file && state.print_state != "standby";
         return ours || !OthersJob(state, session.own_file).empty();
       },
-      "the print to begin", session.Within(kCommand_s));
-  if (!begun) return tl::unexpected(begun.error());
+      "the print to begin", session.Within(kCommand_s)));
   const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
-  const auto done = WatchPrint(session, limit_s, options.filament_mm);
-  if (!done) return tl::unexpected(done.error());
-  if (!OthersJob(*done, session.own_file).empty()) return CheckStillFree(session);
-  if (done->print_state == "complete") return {};
-  if (done->print_state == "standby") {
+  const auto done = TRY(WatchPrint(session, limit_s, options.filament_mm));
+  if (!OthersJob(done, session.own_file).empty()) return CheckStillFree(session);
+  if (done.print_state == "complete") return {};
+  if (done.print_state == "standby") {
     return Fail("the printer was restarted while it printed the pattern", ErrorKind::kMachine);
   }
-  return Fail(
-      fmt::format("the print of {} ended as \"{}\"{}{}", session.own_file, done->print_state,
-                  done->print_message.empty() ? "" : ": ", done->print_message),
-      ErrorKind::kMachine);
+  return Fail(fmt::format("the print of {} ended as \"{}\"{}{}", session.own_file, done.print_state,
+                          done.print_message.empty() ? "" : ": ", done.print_message),
+              ErrorKind::kMachine);
 }
 
 }  // namespace
@@ -170,14 +166,14 @@ Progress ProgressOfPrint(const PrinterState& state, double filament_mm) {
 }
 
 Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
-  if (auto free = CheckStillFree(session); !free) return free;
+  TRY(CheckStillFree(session));
   return RunNoted(session, TargetLine(heater, target_c), kCommand_s);
 }
 
 Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s) {
-  if (auto told = KeepAlive(session); !told) return told;
-  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  TRY(KeepAlive(session));
+  TRY(SetTarget(session, heater, target_c));
   session.Tell({.text = fmt::format("heating {} to {:.0f} degC", heater, target_c),
                 .remaining_s = {},
                 .phase = "heating"});
@@ -187,8 +183,8 @@ Result<void> HeatAndWait(const Session& session, const std::string& heater, doub
 
 Result<void> CoolAndWait(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s) {
-  if (auto told = KeepAlive(session); !told) return told;
-  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  TRY(KeepAlive(session));
+  TRY(SetTarget(session, heater, target_c));
   session.Tell({.text = fmt::format("letting {} cool to {:.0f} degC", heater, target_c),
                 .remaining_s = {},
                 .phase = "cooling"});
@@ -200,35 +196,28 @@ Result<void> CoolAndWait(const Session& session, const std::string& heater, doub
 Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
   session.Tell({.text = "uploading the pattern", .remaining_s = {}, .phase = "uploading"});
   const std::string& name = session.own_file;
-  if (auto up = session.printer.Upload(name, gcode, session.Within(kUpload_s)); !up) {
-    return up;
-  }
+  TRY(session.printer.Upload(name, gcode, session.Within(kUpload_s)));
   if (options.bed_temperature_c > 0) {
-    auto hot =
-        HeatAndWait(session, "heater_bed", options.bed_temperature_c, options.heat_time_limit_s);
-    if (!hot) return hot;
+    TRY(HeatAndWait(session, "heater_bed", options.bed_temperature_c, options.heat_time_limit_s));
   }
   if (options.nozzle_temperature_c > 0) {
-    auto hot = HeatAndWait(session, session.printer.LastState().active_extruder,
-                           options.nozzle_temperature_c, options.heat_time_limit_s);
-    if (!hot) return hot;
+    TRY(HeatAndWait(session, session.printer.LastState().active_extruder,
+                    options.nozzle_temperature_c, options.heat_time_limit_s));
   }
   if (options.bed_temperature_c > 0) {
-    if (auto kept = CheckTarget(session, "heater_bed", options.bed_temperature_c); !kept) {
-      return kept;
-    }
+    TRY(CheckTarget(session, "heater_bed", options.bed_temperature_c));
   }
   session.Tell({.text = "printing the pattern",
                 .remaining_s = options.print_time_s,
                 .phase = "printing",
                 .done = 0});
-  if (auto told = KeepAlive(session); !told) return told;
+  TRY(KeepAlive(session));
   if (options.before_start) {
-    if (auto may = options.before_start(); !may) return may;
+    TRY(options.before_start());
   }
-  if (auto free = CheckStillFree(session); !free) return free;
+  TRY(CheckStillFree(session));
   if (session.note) {
-    if (auto noted = session.note(gcode); !noted) return noted;
+    TRY(session.note(gcode));
   }
   auto started = session.printer.StartPrint(name, session.Within(kCommand_s));
   return started ? WaitForPrint(session, options) : started;

@@ -238,11 +238,10 @@ Check CompareShape(const PrinterFacts& facts, const PrintNeeds& needs) {
 }  // namespace
 
 Result<PrinterFacts> ReadFacts(const Session& session, const std::string& extruder) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  const auto status = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  return machine::FactsOf(*status, *state, extruder);
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  const auto status =
+      TRY(session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s)));
+  return machine::FactsOf(status, state, extruder);
 }
 
 std::vector<Check> CompareFacts(const PrinterFacts& facts, const PrintNeeds& needs) {

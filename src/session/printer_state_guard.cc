@@ -73,14 +73,12 @@ Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
         ErrorKind::kMachine);
   }
   if (!lock) return tl::unexpected(lock.error());
-  if (auto free = CheckStillFree(session); !free) return tl::unexpected(free.error());
-  auto finished = FinishDeadRuns(session, settings, identity.state_folder, address);
-  if (!finished) return tl::unexpected(finished.error());
+  TRY(CheckStillFree(session));
+  TRY(FinishDeadRuns(session, settings, identity.state_folder, address));
   session.owner = fmt::format("{}.{}", ComputerName(), identity.run);
   session.own_file = fmt::format("trammel_{}.gcode", identity.run);
-  const auto limit = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
-  if (!limit) return tl::unexpected(limit.error());
-  session.has_limit = *limit;
+  const auto limit = TRY(session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s)));
+  session.has_limit = limit;
   PrinterStateGuard guard(session, settings, identity, std::move(*lock));
   session.note = [journal = guard.journal_, &printer = session.printer](std::string_view gcode) {
     return NoteGiven(*journal, printer, gcode);
@@ -155,9 +153,8 @@ void PrinterStateGuard::Say(std::string text, double remaining_s) const {
 
 // Before anything is changed: what is not on the disk now is not known to the next run.
 Result<void> PrinterStateGuard::Note(const Session& session) {
-  auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  before_ = std::move(*state);
+  auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  before_ = std::move(state);
   files::RunJournal& journal = journal_->run;
   journal.before = SettingsOf(before_);
   journal.last_print = before_.print_file;
@@ -165,7 +162,7 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
   if (heaters_end_off_) {
     for (auto& [name, value] : journal.before) value = IsTarget(name) ? 0 : value;
   }
-  if (auto noted = files::WriteJournal(journal_->path, journal); !noted) return noted;
+  TRY(files::WriteJournal(journal_->path, journal));
   const auto read = files::ReadJournal(journal_->path);
   if (read && *read) return {};
   std::error_code ignored;
@@ -198,14 +195,13 @@ Result<void> PrinterStateGuard::Claim(const Session& session) {
 }
 
 Result<void> PrinterStateGuard::Begin(const Session& session) {
-  auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  before_.homed_axes = state->homed_axes;
-  before_.gcode = state->gcode;
-  for (const auto& [name, value] : SettingsOf(*state)) {
+  auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  before_.homed_axes = state.homed_axes;
+  before_.gcode = state.gcode;
+  for (const auto& [name, value] : SettingsOf(state)) {
     if (IsOfGcodeState(name)) journal_->run.before[name] = value;
   }
-  if (auto noted = files::WriteJournal(journal_->path, journal_->run); !noted) return noted;
+  TRY(files::WriteJournal(journal_->path, journal_->run));
   begun_ = true;  // where the answer is lost, it may be saved all the same
   return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_->run.run),
                              session.Within(kScript_s));

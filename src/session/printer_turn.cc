@@ -29,8 +29,7 @@ Result<files::FileLock> TakeTurn(const Session& session, const settings::ScanSet
   std::error_code ignored;
   if (std::filesystem::exists(files::JournalPath(state_folder, address), ignored) &&
       CheckStillFree(session)) {
-    auto finished = FinishDeadRuns(session, settings, state_folder, address);
-    if (!finished) return tl::unexpected(finished.error());
+    TRY(FinishDeadRuns(session, settings, state_folder, address));
   }
   return lock;
 }

@@ -225,9 +225,8 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
 Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(path, error))) return std::optional<RunJournal>();
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject object(json, path.string());
   const int format = object.Integer("format", {1, kFormat});
   RunJournal journal;
   journal.run = object.Text("run");
@@ -249,7 +248,7 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   if (!object.failed() && (!plain || journal.upload.find("..") != std::string::npos)) {
     object.Fault("upload", "is no uploaded file's name");
   }
-  if (const auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return std::optional(std::move(journal));
 }
 

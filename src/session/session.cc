@@ -36,10 +36,9 @@ Result<void> CheckReadiness(const machine::PrinterState& state) {
 
 Result<void> CheckStillFree(const Session& session) {
   constexpr double kAsk_s = 10;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  if (auto ready = CheckReadiness(*state); !ready) return ready;
-  const std::string job = OthersJob(*state, session.own_file);
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  TRY(CheckReadiness(state));
+  const std::string job = OthersJob(state, session.own_file);
   if (job.empty()) return {};
   return Fail(fmt::format("the printer is no longer free: {}, by somebody else; begin again when "
                           "that has ended",
@@ -53,7 +52,7 @@ Result<void> CheckStillReady(const Session& session) {
 
 Result<void> CheckStillHomed(const Session& session) {
   const machine::PrinterState state = session.printer.LastState();
-  if (auto ready = CheckReadiness(state); !ready) return ready;
+  TRY(CheckReadiness(state));
   for (const char axis : std::string("xyz")) {
     if (state.homed_axes.find(axis) == std::string::npos) {
       return Fail(
@@ -68,7 +67,7 @@ Result<void> CheckStillHomed(const Session& session) {
 
 Result<void> RunNoted(const Session& session, std::string_view script, double time_limit_s) {
   if (session.note) {
-    if (auto noted = session.note(script); !noted) return noted;
+    TRY(session.note(script));
   }
   return session.printer.Run(script, session.Within(time_limit_s));
 }

@@ -34,12 +34,11 @@ Result<void> CheckFetchable(const std::string& name) {
 Result<std::vector<UploadedFile>> ListUploads(
     const Session& session, const std::function<bool(const std::string&)>& wanted) {
   constexpr double kAsk_s = 10;
-  const auto listed =
-      session.printer.CallServer("server.files.list", {{"root", "config"}}, session.Within(kAsk_s));
-  if (!listed) return tl::unexpected(listed.error());
+  const auto listed = TRY(session.printer.CallServer("server.files.list", {{"root", "config"}},
+                                                     session.Within(kAsk_s)));
   const std::string folder = fmt::format("{}/", kUploadFolder);
   std::vector<UploadedFile> uploads;
-  for (const json& file : *listed) {
+  for (const json& file : listed) {
     if (!file.is_object() || !file.contains("path") || !file["path"].is_string()) continue;
     const auto& path = file["path"].get_ref<const std::string&>();
     if (!path.starts_with(folder)) continue;
@@ -56,7 +55,7 @@ Result<std::vector<UploadedFile>> ListUploads(
 
 Result<std::string> DownloadUpload(const Session& session, const std::string& name,
                                    std::size_t most_bytes) {
-  if (auto fetchable = CheckFetchable(name); !fetchable) return tl::unexpected(fetchable.error());
+  TRY(CheckFetchable(name));
   constexpr double kDownload_s = 120;
   session.Say("fetching " + name);
   return session.printer.DownloadConfig(fmt::format("{}/{}", kUploadFolder, name), most_bytes,

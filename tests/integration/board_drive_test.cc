@@ -98,20 +98,19 @@ struct Stand {
 
   Result<machine::CapturedFrame> Take() {
     if (before_picture) {
-      if (auto well = before_picture(); !well) return tl::unexpected(well.error());
+      TRY(before_picture());
     }
     constexpr double kRadPerDeg = 3.141592653589793 / 180;
     world.setup.stops.front() = {{at_mm.x(), at_mm.y(), at_mm.z()}, c_deg * kRadPerDeg};
     world.actual_mm.front() = world.setup.stops.front().stated_mm;
     sim::SpindlePicture picture = sim::BoardPictureAt(world, 0, patterns, like);
     if (at_mm.x() > dark_beyond_mm) picture.light.white = picture.light.dark = 20;
-    const auto page = sim::TakePicture(picture, world.noise.Fork(kept.size()));
-    if (!page) return tl::unexpected(page.error());
-    Frame frame(page->width, page->height);
-    for (int y = 0; y < page->height; ++y) {
-      for (int x = 0; x < page->width; ++x) {
+    const auto page = TRY(sim::TakePicture(picture, world.noise.Fork(kept.size())));
+    Frame frame(page.width, page.height);
+    for (int y = 0; y < page.height; ++y) {
+      for (int x = 0; x < page.width; ++x) {
         std::memset(frame.row(y) + std::ptrdiff_t{3} * x,
-                    page->samples[static_cast<std::size_t>(y * page->width + x)], 3);
+                    page.samples[static_cast<std::size_t>(y * page.width + x)], 3);
       }
     }
     machine::CapturedFrame captured;

@@ -75,9 +75,8 @@ class BoardPlan : public testing::Test {
   [[nodiscard]] double Field_mm() const { return kind_.distance_mm / kind_.focal_widths; }
 
   [[nodiscard]] Result<part_alignment::BoardSketch> Sketch() {
-    auto first = part_alignment::FirstBoardPoses(start_mm_, Field_mm(), kRoom);
-    if (!first) return tl::unexpected(first.error());
-    for (const Vector3d& place : *first) measurement_.views.push_back(See(place));
+    auto first = TRY(part_alignment::FirstBoardPoses(start_mm_, Field_mm(), kRoom));
+    for (const Vector3d& place : first) measurement_.views.push_back(See(place));
     return part_alignment::SketchBoard(measurement_);
   }
 

@@ -154,13 +154,12 @@ void FollowNozzle(Config& config) {
 }
 
 Result<Config> ParseConfig(std::string_view text, const std::string& file) {
-  const Result<toml::table> root = ParseToml(text, file);
-  if (!root) return tl::unexpected(root.error());
+  const toml::table root = TRY(ParseToml(text, file));
   Config config = DefaultConfig();
-  if (auto done = ReadPreset(*root, file, config); !done) return tl::unexpected(done.error());
+  TRY(ReadPreset(root, file, config));
   const Settings settings = SettingsOf(config);
   const std::vector<std::string_view> sections = SectionNames(settings);
-  for (const auto& [name, value] : *root) {
+  for (const auto& [name, value] : root) {
     const std::string where = At(file, name.source());
     if (std::find(sections.begin(), sections.end(), name.str()) == sections.end()) {
       if (const ConfigSetting* setting = Find(settings, "", name.str())) {
@@ -172,9 +171,7 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
     if (!value.is_table()) {
       return Fail(fmt::format("{}: {} is a section; write [{}]", where, name.str(), name.str()));
     }
-    if (auto done = ReadSection(name.str(), *value.as_table(), file, settings, config); !done) {
-      return tl::unexpected(done.error());
-    }
+    TRY(ReadSection(name.str(), *value.as_table(), file, settings, config));
   }
   FollowNozzle(config);
   return config;

@@ -30,21 +30,19 @@ struct SimCameraArguments {
 Result<void> ServeCamera(const SimCameraArguments& arguments) {
   std::vector<sim::CameraFault> faults;
   for (const std::string& fault : arguments.faults) {
-    if (const Result<void> set = SetFault(fault, nullptr, &faults); !set) return set;
+    TRY(SetFault(fault, nullptr, &faults));
   }
   const EndOfServing end;
-  const auto machine = sim::RemoteMachine::Connect(arguments.machine);
-  if (!machine) return tl::unexpected(machine.error());
+  const auto machine = TRY(sim::RemoteMachine::Connect(arguments.machine));
   const auto camera =
-      StartCamera(arguments.camera, arguments.place, faults, (*machine)->world(), *machine);
-  if (!camera) return tl::unexpected(camera.error());
-  const int port = (*camera)->port();
-  if (const Result<void> told = (*machine)->Announce(port); !told) return told;
+      TRY(StartCamera(arguments.camera, arguments.place, faults, machine->world(), machine));
+  const int port = camera->port();
+  TRY(machine->Announce(port));
   fmt::print("listening http://127.0.0.1:{}\n", port);
   std::fflush(stdout);
   Result<void> link;
   end.Wait(arguments.for_s, [&] {
-    link = (*machine)->Check();
+    link = machine->Check();
     return !link;
   });
   return link;
@@ -105,15 +103,13 @@ Result<std::unique_ptr<sim::CameraServer>> StartCamera(
   options.frames_per_s = arguments.frames_per_s * world.speed;
   options.machine_time_scale = world.speed;
   options.faults = faults;
-  const Result<sim::MountedRig> rig = RigOf(arguments, world.seed);
-  if (!rig) return tl::unexpected(rig.error());
-  options.view.mount = rig->mount;
-  options.view.rig = rig->rig;
+  const sim::MountedRig rig = TRY(RigOf(arguments, world.seed));
+  options.view.mount = rig.mount;
+  options.view.rig = rig.rig;
   const Random eye = sim::LaserEyeOf(world.seed, world.condition);
   if (!arguments.rig_truth.empty()) {
-    const Result<void> written = sim::WriteRigTruth(
-        arguments.rig_truth, *rig, sim::DrawHeadEye(world.condition, eye), world.seed);
-    if (!written) return tl::unexpected(written.error());
+    TRY(sim::WriteRigTruth(arguments.rig_truth, rig, sim::DrawHeadEye(world.condition, eye),
+                           world.seed));
   }
   return sim::CameraServer::Start(options, std::move(machine), eye);
 }

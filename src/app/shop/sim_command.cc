@@ -90,11 +90,8 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
     const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
     Random random = sim::LaserEyeOf(arguments.seed, condition);
     const sim::LaserTraits eye = sim::DrawLaserTraits(condition, random);
-    const Result<void> recorded =
-        sim::RecordScan(print->bed, *plan, condition, eye, options, random.Fork(1), folder);
-    if (!recorded) return recorded;
-    const Result<void> truth = sim::WriteTruth(folder, print->truth, arguments.seed, name);
-    if (!truth) return truth;
+    TRY(sim::RecordScan(print->bed, *plan, condition, eye, options, random.Fork(1), folder));
+    TRY(sim::WriteTruth(folder, print->truth, arguments.seed, name));
     fmt::print("{}\n", folder.string());
   }
   return {};
@@ -167,8 +164,7 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
   traits.height_px = size->height_px;
   const Result<Frame> photo = sim::RenderPhoto(print->bed, traits, random.Fork(1));
   if (!photo) return Fail(photo.error().message);
-  const Result<void> written = sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out);
-  if (!written) return written;
+  TRY(sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out));
   fmt::print("{}: the truth is {:.5f} s\n", arguments.out, print->truth.pressure_advance_s);
   return {};
 }

@@ -90,9 +90,8 @@ Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
                        std::vector<sim::RingPattern>& patterns, std::vector<int>& numbers) {
   constexpr std::size_t kMostBytes = 20'000'000;
   constexpr std::size_t kMostMarks = 300;
-  const auto json = files::ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  files::JsonObject root(*json, path);
+  const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
+  files::JsonObject root(json, path);
   sim::RingPattern pattern;
   pattern.bits = root.Integer("bits", {12, 20});
   pattern.dot_radius_mm = root.Number("radius_mm", {0.2, 20});
@@ -109,10 +108,10 @@ Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
     patterns.push_back(pattern);
     setup.sheet.places_mm.push_back(
         {object.Number("x_mm", {0, 10'000}), -object.Number("y_mm", {0, 10'000})});
-    if (auto read = object.Faults(); !read) return read;
+    TRY(object.Faults());
     for (std::size_t i = 0; i < 2; ++i) middle[i] += setup.sheet.places_mm.back()[i];
   }
-  if (auto read = root.Faults(); !read) return read;
+  TRY(root.Faults());
   if (patterns.size() < 4) return Fail(path + ": has fewer than 4 marks with codes");
   for (auto& place : setup.sheet.places_mm) {
     for (std::size_t i = 0; i < 2; ++i)
@@ -158,7 +157,7 @@ Result<sim::SpindleLens> LensOf(const SimMillArguments& arguments) {
   if (!arguments.camera_mm.empty()) {
     lens.offset_mm = {arguments.camera_mm[0], arguments.camera_mm[1], arguments.camera_mm[2]};
   }
-  if (auto valid = sim::Validate(lens); !valid) return tl::unexpected(valid.error());
+  TRY(sim::Validate(lens));
   return lens;
 }
 
@@ -169,7 +168,7 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   }
   Switches switches;
   for (const std::string& fault : arguments.faults) {
-    if (auto set = SetSwitch(fault, switches); !set) return set;
+    TRY(SetSwitch(fault, switches));
   }
   sim::MillOptions options;
   options.hurry = arguments.hurry;
@@ -182,13 +181,10 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   const std::vector<double>& start = arguments.start_mm;
   if (!start.empty()) options.start_mm = {start[0], start[1], start[2]};
   sim::BoardSetup setup;
-  const auto lens = LensOf(arguments);
-  if (!lens) return tl::unexpected(lens.error());
-  setup.lens = *lens;
+  const auto lens = TRY(LensOf(arguments));
+  setup.lens = lens;
   std::vector<int> numbers;
-  if (auto read = ReadSheet(arguments.sheet, setup, switches.camera.patterns, numbers); !read) {
-    return read;
-  }
+  TRY(ReadSheet(arguments.sheet, setup, switches.camera.patterns, numbers));
   setup.touched = CornersOf(setup.sheet);
   setup.stops = {{options.start_mm, 0}};
   sim::BoardWorld world = sim::DrawBoardWorld(setup, arguments.seed);
@@ -196,9 +192,7 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
     touch.mark = numbers[static_cast<std::size_t>(touch.mark - 1)];
   }
   if (!arguments.truth.empty()) {
-    const auto written =
-        files::WriteWholeFile(arguments.truth, sim::MillTruthJson(world), files::IfThere::kRefuse);
-    if (!written) return written;
+    TRY(files::WriteWholeFile(arguments.truth, sim::MillTruthJson(world), files::IfThere::kRefuse));
   }
   sim::SpindleLight& light = switches.camera.like.light;
   light.white = 30;  // black prints on white paper
@@ -208,14 +202,12 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   switches.camera.port = arguments.camera_port;
   const EndOfServing end;
   const auto mill = std::make_shared<sim::VirtualMill>(options);
-  const auto camera = sim::MillCamera::Start(switches.camera, std::move(world), mill);
-  if (!camera) return tl::unexpected(camera.error());
-  const auto server = sim::MillServer::Start(arguments.port, mill);
-  if (!server) return tl::unexpected(server.error());
+  const auto camera = TRY(sim::MillCamera::Start(switches.camera, std::move(world), mill));
+  const auto server = TRY(sim::MillServer::Start(arguments.port, mill));
   std::error_code fault;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", fault);
   fmt::print("machine session:{} sim mill --join {}\ncamera http://127.0.0.1:{}/stream\n",
-             fault ? "trammel" : program.string(), (*server)->port(), (*camera)->port());
+             fault ? "trammel" : program.string(), server->port(), camera->port());
   std::fflush(stdout);
   end.Wait(arguments.for_s);
   return {};

@@ -57,15 +57,13 @@ Result<std::vector<sim::ToolConfig>> ToolsOf(const std::vector<std::string>& tex
   constexpr int kMostTool = 99;
   std::vector<sim::ToolConfig> tools;
   for (const std::string& text : texts) {
-    const auto shift = ParseToolShift("--tool", text, kMostTool);
-    if (!shift) return tl::unexpected(shift.error());
+    const auto shift = TRY(ParseToolShift("--tool", text, kMostTool));
     for (const sim::ToolConfig& tool : tools) {
-      if (tool.number == shift->tool) {
-        return Fail(fmt::format("--tool {}: tool {} was given before", text, shift->tool));
+      if (tool.number == shift.tool) {
+        return Fail(fmt::format("--tool {}: tool {} was given before", text, shift.tool));
       }
     }
-    tools.push_back(
-        {shift->tool, fmt::format("tool T{}", shift->tool), {shift->x_mm, shift->y_mm, 0}});
+    tools.push_back({shift.tool, fmt::format("tool T{}", shift.tool), {shift.x_mm, shift.y_mm, 0}});
   }
   return tools;
 }
@@ -90,21 +88,16 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   PrinterFaults faults;
   std::vector<sim::CameraFault> camera_faults;
   for (const std::string& fault : arguments.faults) {
-    const Result<void> set =
-        SetFault(fault, &faults, arguments.camera_port ? &camera_faults : nullptr);
-    if (!set) return set;
+    TRY(SetFault(fault, &faults, arguments.camera_port ? &camera_faults : nullptr));
   }
   const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
   if (!condition) return Fail("--condition: " + condition.error().message);
-  const auto cell = LoadCellOf(arguments.cell, arguments.seed);
-  if (!cell) return tl::unexpected(cell.error());
-  const auto tools = ToolsOf(arguments.tools);
-  if (!tools) return tl::unexpected(tools.error());
+  const auto cell = TRY(LoadCellOf(arguments.cell, arguments.seed));
+  const auto tools = TRY(ToolsOf(arguments.tools));
   std::optional<TapTruthFile> tap_truth;
   if (!arguments.cell.truth.empty()) {
-    Result<TapTruthFile> created = TapTruthFile::Create(arguments.cell.truth);
-    if (!created) return tl::unexpected(created.error());
-    tap_truth = std::move(*created);
+    TapTruthFile created = TRY(TapTruthFile::Create(arguments.cell.truth));
+    tap_truth = std::move(created);
   }
   if (arguments.camera.rigged() && !arguments.camera_port) {
     return Fail(
@@ -113,12 +106,10 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   }
   const EndOfServing end;
   const auto machine = std::make_shared<sim::MachineHost>(
-      MachineOf(arguments, faults.klipper, *cell, *tools), sim::MonotonicNow());
+      MachineOf(arguments, faults.klipper, cell, tools), sim::MonotonicNow());
   if (!arguments.truth.empty()) {
-    const Result<void> written =
-        sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
-                            sim::ToString(*condition));
-    if (!written) return written;
+    TRY(sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
+                            sim::ToString(*condition)));
   }
   sim::ServerOptions server_options;
   server_options.port = static_cast<std::uint16_t>(arguments.port);
@@ -133,22 +124,19 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
   std::unique_ptr<sim::CameraServer> camera;
   if (arguments.camera_port) {
-    auto started =
-        StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine);
-    if (!started) return tl::unexpected(started.error());
-    camera = std::move(*started);
+    auto started = TRY(
+        StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine));
+    camera = std::move(started);
     server_options.hub.camera_port = [&camera] { return camera->port(); };
   }
   std::unique_ptr<sim::MachineLink> link;
   if (!arguments.machine_socket.empty()) {
-    auto serving = sim::MachineLink::Serve(arguments.machine_socket, machine, world);
-    if (!serving) return tl::unexpected(serving.error());
-    link = std::move(*serving);
+    auto serving = TRY(sim::MachineLink::Serve(arguments.machine_socket, machine, world));
+    link = std::move(serving);
     server_options.hub.camera_port = [&link] { return link->camera_port(); };
   }
-  const auto server = sim::PrinterServer::Start(*machine, server_options);
-  if (!server) return tl::unexpected(server.error());
-  fmt::print("listening http://127.0.0.1:{}\n", (*server)->port());
+  const auto server = TRY(sim::PrinterServer::Start(*machine, server_options));
+  fmt::print("listening http://127.0.0.1:{}\n", server->port());
   std::fflush(stdout);
   const auto write_taps = [&](bool rest) {
     if (tap_truth) {

@@ -76,19 +76,16 @@ Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::s
     setup.firmware = *firmware;
   }
   for (const std::string& text : arguments.stored) {
-    const auto shift = ParseToolShift("--stored", text, sim::kMostSheetTools - 1);
-    if (!shift) return tl::unexpected(shift.error());
-    setup.stored[static_cast<std::size_t>(shift->tool)] = sim::PlaneMm{shift->x_mm, shift->y_mm};
+    const auto shift = TRY(ParseToolShift("--stored", text, sim::kMostSheetTools - 1));
+    setup.stored[static_cast<std::size_t>(shift.tool)] = sim::PlaneMm{shift.x_mm, shift.y_mm};
   }
-  const auto config = ReadOptional(arguments.macros);
-  if (!config) return tl::unexpected(config.error());
-  auto macros = sim::ParseSheetMacros(*config);
+  const auto config = TRY(ReadOptional(arguments.macros));
+  auto macros = sim::ParseSheetMacros(config);
   if (!macros) return Fail(arguments.macros + ": " + macros.error().message);
   setup.macros = std::move(*macros);
   setup.tool_commands = arguments.tool_commands;
-  auto before = ReadOptional(arguments.before);
-  if (!before) return tl::unexpected(before.error());
-  setup.before = std::move(*before);
+  auto before = TRY(ReadOptional(arguments.before));
+  setup.before = std::move(before);
   return setup;
 }
 
@@ -106,9 +103,8 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
     machine = ideal;
   }
   for (const std::string& text : arguments.offsets) {
-    const auto shift = ParseToolShift("--offset", text, sim::kMostSheetTools - 1);
-    if (!shift) return tl::unexpected(shift.error());
-    machine.tools[static_cast<std::size_t>(shift->tool)].offset_mm = {shift->x_mm, shift->y_mm};
+    const auto shift = TRY(ParseToolShift("--offset", text, sim::kMostSheetTools - 1));
+    machine.tools[static_cast<std::size_t>(shift.tool)].offset_mm = {shift.x_mm, shift.y_mm};
   }
   const double sign = setup.firmware == sim::SheetFirmware::kKlipper ? -1 : 1;
   for (std::size_t tool = 0; tool < machine.tools.size(); ++tool) {
@@ -132,19 +128,18 @@ Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
   original.repaired = arguments.original_repaired;
   if (!arguments.original_offsets.empty()) original.offsets.resize(tools->size());
   for (const std::string& text : arguments.original_offsets) {
-    const auto shift = ParseToolShift("--original-offset", text, static_cast<int>(tools->size()));
-    if (!shift) return tl::unexpected(shift.error());
-    if (shift->tool < 1) {
+    const auto shift =
+        TRY(ParseToolShift("--original-offset", text, static_cast<int>(tools->size())));
+    if (shift.tool < 1) {
       return Fail(fmt::format("--original-offset {}: places in the list of --original count from 1",
                               text.substr(0, 40)));
     }
-    original.offsets[static_cast<std::size_t>(shift->tool) - 1] = {shift->x_mm, shift->y_mm};
+    original.offsets[static_cast<std::size_t>(shift.tool) - 1] = {shift.x_mm, shift.y_mm};
   }
-  if (const auto valid = Validate(original); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(original));
   std::string gcode = OriginalGcode(original);
   if (arguments.pattern_out.empty()) return gcode;
-  auto written = files::WriteWholeFile(arguments.pattern_out, gcode, files::IfThere::kRefuse);
-  if (!written) return tl::unexpected(written.error());
+  TRY(files::WriteWholeFile(arguments.pattern_out, gcode, files::IfThere::kRefuse));
   return gcode;
 }
 
@@ -160,29 +155,25 @@ Result<std::string> GcodeOf(const SimSheetArguments& arguments) {
 }
 
 Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetScene scene) {
-  const auto gcode = GcodeOf(arguments);
-  if (!gcode) return tl::unexpected(gcode.error());
+  const auto gcode = TRY(GcodeOf(arguments));
   const std::string source = arguments.original.empty() ? arguments.gcode : "the original sheet";
-  const auto setup = SetupOf(arguments, *gcode);
-  if (!setup) return tl::unexpected(setup.error());
-  auto machine = MachineOf(arguments, scene, *setup);
-  if (!machine) return tl::unexpected(machine.error());
+  const auto setup = TRY(SetupOf(arguments, gcode));
+  auto machine = TRY(MachineOf(arguments, scene, setup));
   sim::SheetPaper paper = sim::PaperOf(arguments.name, scene);
   if (arguments.ideal) {
     paper.wrinkle.clear();
     paper.dirt_count = 0;
   }
   for (const std::string& setting : arguments.settings) {
-    const auto set = SetSheetTrait(setting, *machine, paper);
-    if (!set) return tl::unexpected(set.error());
+    TRY(SetSheetTrait(setting, machine, paper));
   }
-  const auto program = sim::InterpretSheet(*gcode, *setup);
+  const auto program = sim::InterpretSheet(gcode, setup);
   if (!program) return Fail(source + ": " + program.error().message);
   for (const auto& [name, count] : program->ignored) {
     fmt::print(stderr, "note: skipped {} of {}, which the virtual machine does not know\n", count,
                name);
   }
-  auto sheet = sim::PrintSheet(*program, *machine, paper, sim::PrintingOf(arguments.name));
+  auto sheet = sim::PrintSheet(*program, machine, paper, sim::PrintingOf(arguments.name));
   if (!sheet) return Fail(source + ": " + sheet.error().message);
   return sheet;
 }
@@ -199,8 +190,7 @@ Result<sim::ScannerTraits> ScannerFor(const SimSheetArguments& arguments,
   scanner.bits = arguments.bits;
   const double drawn_rad = scanner.rotation_rad;
   for (const std::string& setting : arguments.settings) {
-    const auto set = SetScannerTrait(setting, scanner);
-    if (!set) return tl::unexpected(set.error());
+    TRY(SetScannerTrait(setting, scanner));
   }
   if (scanner.rotation_rad != drawn_rad && !sheet.strokes.empty()) {
     scanner.area_width_mm = scanner.area_height_mm = 0;
@@ -264,14 +254,12 @@ Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSh
       return Fail("--photo-set " + set.error().message);
     }
   }
-  if (const auto valid = Validate(phone); !valid) return valid;
+  TRY(Validate(phone));
   const SlowWork work("taking the photo");
-  const auto frame = sim::PhotographSheet(sheet, phone, sim::ScanningOf(arguments.name).Fork(1));
-  if (!frame) return tl::unexpected(frame.error());
-  auto written =
-      files::WriteWholeFile(arguments.out, sim::PhoneJpeg(*frame, phone), files::IfThere::kRefuse);
-  if (!written) return written;
-  fmt::print("{}: {} x {} px\n", arguments.out, frame->width, frame->height);
+  const auto frame =
+      TRY(sim::PhotographSheet(sheet, phone, sim::ScanningOf(arguments.name).Fork(1)));
+  TRY(files::WriteWholeFile(arguments.out, sim::PhoneJpeg(frame, phone), files::IfThere::kRefuse));
+  fmt::print("{}: {} x {} px\n", arguments.out, frame.width, frame.height);
   if (arguments.truth.empty()) return {};
   return files::WriteWholeFile(
       arguments.truth, sim::PhoneTruthJson(arguments.name, sheet, arguments.reference, phone),
@@ -283,8 +271,7 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   if (!scene) return Fail("--scene: " + scene.error().message);
   for (const std::string& path : {arguments.out, arguments.truth, arguments.pattern_out}) {
     if (path.empty()) continue;
-    auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
-    if (!free) return free;
+    TRY(files::CheckTarget(path, files::IfThere::kRefuse, "choose another name"));
   }
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
   if (arguments.photo && ending != ".jpg" && ending != ".jpeg") {
@@ -293,29 +280,23 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   if (!arguments.photo && !arguments.photo_settings.empty()) {
     return Fail("--photo-set: there is no phone without --photo");
   }
-  const auto sheet = Print(arguments, *scene);
-  if (!sheet) return tl::unexpected(sheet.error());
-  for (const std::string& note : sheet->notes) fmt::print(stderr, "note: {}\n", note);
+  const auto sheet = TRY(Print(arguments, *scene));
+  for (const std::string& note : sheet.notes) fmt::print(stderr, "note: {}\n", note);
   if (arguments.photo) {
-    if (sheet->strokes.empty()) return Fail("no tool printed: there is nothing to photograph");
-    return Photograph(arguments, *sheet);
+    if (sheet.strokes.empty()) return Fail("no tool printed: there is nothing to photograph");
+    return Photograph(arguments, sheet);
   }
-  const auto scanner = ScannerFor(arguments, *sheet);
-  if (!scanner) return tl::unexpected(scanner.error());
-  const auto options = FileOptionsOf(arguments);
-  if (!options) return tl::unexpected(options.error());
-  const auto scan = sim::SheetScan::Lay(*sheet, *scanner);
-  if (!scan) return tl::unexpected(scan.error());
-  if (scan->cut_off()) fmt::print(stderr, "note: part of the print lies outside the scan\n");
+  const auto scanner = TRY(ScannerFor(arguments, sheet));
+  const auto options = TRY(FileOptionsOf(arguments));
+  const auto scan = TRY(sim::SheetScan::Lay(sheet, scanner));
+  if (scan.cut_off()) fmt::print(stderr, "note: part of the print lies outside the scan\n");
   const SlowWork work("scanning the sheet");
-  const auto written =
-      sim::WriteScan(*scan, sim::ScanningOf(arguments.name), *options, arguments.out);
-  if (!written) return written;
-  fmt::print("{}: {} x {} px\n", arguments.out, scan->format().width_px, scan->format().height_px);
+  TRY(sim::WriteScan(scan, sim::ScanningOf(arguments.name), options, arguments.out));
+  fmt::print("{}: {} x {} px\n", arguments.out, scan.format().width_px, scan.format().height_px);
   if (arguments.truth.empty()) return {};
   return files::WriteWholeFile(
       arguments.truth,
-      sim::SheetTruthJson(arguments.name, *sheet, arguments.reference, *scanner, scan->format()),
+      sim::SheetTruthJson(arguments.name, sheet, arguments.reference, scanner, scan.format()),
       files::IfThere::kRefuse);
 }
 

@@ -81,10 +81,9 @@ std::string SheetTraitNames() { return Names(); }
 
 Result<void> SetSheetTrait(std::string_view text, sim::SheetMachine& machine,
                            sim::SheetPaper& paper) {
-  const auto setting = Parse(text);
-  if (!setting) return tl::unexpected(setting.error());
-  const std::string_view name = setting->name;
-  const double number = setting->number;
+  const auto setting = TRY(Parse(text));
+  const std::string_view name = setting.name;
+  const double number = setting.number;
   const double mm = number / 1000;  // of what is given in um
   if (name == "backlash-x-um") machine.backlash_mm[0] = mm;
   if (name == "backlash-y-um") machine.backlash_mm[1] = mm;
@@ -119,8 +118,7 @@ Result<void> SetSheetTrait(std::string_view text, sim::SheetMachine& machine,
 }
 
 Result<void> SetScannerTrait(std::string_view text, sim::ScannerTraits& scanner) {
-  const auto setting = Parse(text);
-  if (!setting) return tl::unexpected(setting.error());
+  const auto setting = TRY(Parse(text));
   constexpr double kDegree = 3.14159265358979323846 / 180;
   const std::pair<std::string_view, double*> fields[] = {{"shift-x-mm", &scanner.shift_x_mm},
                                                          {"shift-y-mm", &scanner.shift_y_mm},
@@ -141,12 +139,12 @@ Result<void> SetScannerTrait(std::string_view text, sim::ScannerTraits& scanner)
                                                          {"perspective-x", &scanner.perspective_x},
                                                          {"perspective-y", &scanner.perspective_y}};
   for (const auto& [name, field] : fields) {
-    if (name == setting->name) *field = setting->number;
+    if (name == setting.name) *field = setting.number;
   }
-  if (setting->name == "rotation-deg") scanner.rotation_rad = setting->number * kDegree;
-  if (setting->name == "blur-um") scanner.blur_mm = setting->number / 1000;
-  if (setting->name == "bar-um") {
-    for (sim::PeriodicError& error : scanner.bar) error.amplitude_mm = setting->number / 1000;
+  if (setting.name == "rotation-deg") scanner.rotation_rad = setting.number * kDegree;
+  if (setting.name == "blur-um") scanner.blur_mm = setting.number / 1000;
+  if (setting.name == "bar-um") {
+    for (sim::PeriodicError& error : scanner.bar) error.amplitude_mm = setting.number / 1000;
   }
   return {};
 }

@@ -68,9 +68,8 @@ Result<sim::SpindleSetup> SceneOf(const SimSpindleArguments& arguments) {
     return Fail("--camera " + arguments.camera.substr(0, 40) + ": must be real or table1");
   }
   if (!arguments.views.empty()) {
-    auto stops = ReadSpindleStops(arguments.views, setup.machine);
-    if (!stops) return tl::unexpected(stops.error());
-    setup.stops = std::move(*stops);
+    auto stops = TRY(ReadSpindleStops(arguments.views, setup.machine));
+    setup.stops = std::move(stops);
   }
   if (arguments.half_turn) {
     const std::vector<sim::SpindleStop> stops = setup.stops;
@@ -154,54 +153,47 @@ Result<void> MakeFolder(const std::filesystem::path& out) {
 }
 
 Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
-  auto setup = SceneOf(arguments);
-  if (!setup) return tl::unexpected(setup.error());
+  auto setup = TRY(SceneOf(arguments));
   sim::SpindlePicture like;
-  const auto light = LightOf(arguments.light);
-  if (!light) return tl::unexpected(light.error());
-  like.light = *light;
+  const auto light = TRY(LightOf(arguments.light));
+  like.light = light;
   if (!arguments.plain_surface) like.clutter = sim::ShopClutter();
   like.clutter.over_targets = arguments.littered;
   for (const std::string& text : arguments.settings) {
-    if (const auto set = SetSpindleTrait(text, *setup, like); !set) return set;
+    TRY(SetSpindleTrait(text, setup, like));
   }
-  if (const auto valid = sim::Validate(*setup); !valid) return valid;
-  const auto patterns = PatternsOf(arguments, setup->part);
-  if (!patterns) return tl::unexpected(patterns.error());
-  const auto wedges = WedgesOf(arguments, setup->part);
-  if (!wedges) return tl::unexpected(wedges.error());
+  TRY(sim::Validate(setup));
+  const auto patterns = TRY(PatternsOf(arguments, setup.part));
+  const auto wedges = TRY(WedgesOf(arguments, setup.part));
 
-  sim::SpindleWorld world = sim::DrawSpindleWorld(*setup, arguments.name);
+  sim::SpindleWorld world = sim::DrawSpindleWorld(setup, arguments.name);
   if (arguments.clamp_angle_rad) world.clamping.angle_rad = *arguments.clamp_angle_rad;
-  const sim::SpindlePicture first = sim::PictureAt(world, 0, *patterns, *wedges, like);
-  if (const auto valid = sim::Validate(first); !valid) return valid;
+  const sim::SpindlePicture first = sim::PictureAt(world, 0, patterns, wedges, like);
+  TRY(sim::Validate(first));
 
   const std::filesystem::path out = arguments.out;
-  if (const auto made = MakeFolder(out); !made) return made;
+  TRY(MakeFolder(out));
   // Whole targets only: what is nearer to the edge has no centre that can be measured.
   const double margin_px =
-      patterns->front().ground_radius_mm * sim::FocalPx(setup->lens) / arguments.distance_mm;
+      patterns.front().ground_radius_mm * sim::FocalPx(setup.lens) / arguments.distance_mm;
   const auto observations = sim::ObservationsJson(world, arguments.name, margin_px);
-  if (auto done = WriteText(observations, out / "observations.json"); !done) return done;
+  TRY(WriteText(observations, out / "observations.json"));
   const auto truth = sim::SpindleTruthJson(world, arguments.name, margin_px);
-  if (auto done = WriteText(truth, out / "truth.json"); !done) return done;
+  TRY(WriteText(truth, out / "truth.json"));
   if (!arguments.no_pictures) {
-    const SlowWork work(fmt::format("taking {} pictures", setup->stops.size()));
+    const SlowWork work(fmt::format("taking {} pictures", setup.stops.size()));
     const Random noise = sim::PicturesOf(arguments.name);
-    for (std::size_t stop = 0; stop < setup->stops.size(); ++stop) {
-      const auto page =
-          sim::TakePicture(sim::PictureAt(world, stop, *patterns, *wedges, like), noise.Fork(stop));
-      if (!page) return tl::unexpected(page.error());
-      const auto png = image::EncodePng(page->view(), page->dpi_x, page->dpi_y);
-      if (!png) return tl::unexpected(png.error());
-      const auto done = files::WriteWholeFile(
-          out / sim::PictureName(stop), {reinterpret_cast<const char*>(png->data()), png->size()},
-          files::IfThere::kRefuse);
-      if (!done) return done;
+    for (std::size_t stop = 0; stop < setup.stops.size(); ++stop) {
+      const auto page = TRY(
+          sim::TakePicture(sim::PictureAt(world, stop, patterns, wedges, like), noise.Fork(stop)));
+      const auto png = TRY(image::EncodePng(page.view(), page.dpi_x, page.dpi_y));
+      TRY(files::WriteWholeFile(out / sim::PictureName(stop),
+                                {reinterpret_cast<const char*>(png.data()), png.size()},
+                                files::IfThere::kRefuse));
     }
-    if (auto done = WriteText(sim::ViewsJson(world), out / "views.json"); !done) return done;
+    TRY(WriteText(sim::ViewsJson(world), out / "views.json"));
   }
-  fmt::print("{}: {} views; the clamp angle is {:.6f} rad\n", arguments.out, setup->stops.size(),
+  fmt::print("{}: {} views; the clamp angle is {:.6f} rad\n", arguments.out, setup.stops.size(),
              world.clamping.angle_rad);
   return {};
 }

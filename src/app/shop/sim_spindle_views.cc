@@ -45,9 +45,8 @@ std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMach
 
 Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::path& path,
                                                        const sim::SpindleMachine& machine) {
-  const auto json = files::ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  files::JsonObject root(*json, path.string());
+  const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
+  files::JsonObject root(json, path.string());
   std::vector<sim::SpindleStop> stops;
   const nlohmann::json& views = root.List("views", 1, kMostViews);
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -56,7 +55,7 @@ Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::pa
     const std::vector<double> at = view.Numbers("spindle_mm", 3, 3, {-1e6, 1e6});
     const nlohmann::json* rows = view.Find("spindle_rotation");
     const auto c_rad = AngleOf(rows != nullptr ? *rows : nlohmann::json(), machine);
-    if (auto sound = view.Faults(); !sound) return tl::unexpected(sound.error());
+    TRY(view.Faults());
     if (!c_rad) {
       return Fail(
           fmt::format("{}: {}.spindle_rotation: the virtual spindle turns about its own "
@@ -65,7 +64,7 @@ Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::pa
     }
     stops.push_back({{at[0], at[1], at[2]}, *c_rad});
   }
-  if (auto sound = root.Faults(); !sound) return tl::unexpected(sound.error());
+  TRY(root.Faults());
   return stops;
 }
 

@@ -186,16 +186,15 @@ Result<StepSolid> Read(std::string text, const StepReadOptions& options) {
   }
   text = AsEdition1(std::move(text));
   const std::uint64_t most_bytes = MostBytes(text.size());
-  auto child = ChildProcess::Start(
+  auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
         LimitThisProcess(most_bytes, options.most_s);
         const auto sent = (*module)->send_solid(text, options, sender);
         sender.Send(sent ? kStepEnds : kStepFault,
                     sent ? std::string_view() : sent.error().message);
       },
-      kPatience_s);
-  if (!child) return tl::unexpected(child.error());
-  return TakeSolid(*child, most_bytes, options.most_s);
+      kPatience_s));
+  return TakeSolid(child, most_bytes, options.most_s);
 }
 
 }  // namespace
@@ -215,9 +214,8 @@ Result<StepSolid> ReadStepFile(const std::filesystem::path& path, const StepRead
         "without what it is assembled with, or an STL",
         path.string(), static_cast<double>(size) / kBytesPerMb, kMostStepBytes / kBytesPerMb));
   }
-  auto text = files::ReadNamedFile(path, kMostStepBytes);
-  if (!text) return tl::unexpected(text.error());
-  auto solid = Read(std::move(*text), options);
+  auto text = TRY(files::ReadNamedFile(path, kMostStepBytes));
+  auto solid = Read(std::move(text), options);
   if (!solid) {
     return tl::unexpected(
         Error{solid.error().kind, fmt::format("{}: {}", path.string(), solid.error().message)});

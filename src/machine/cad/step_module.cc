@@ -28,18 +28,16 @@ bool SendAll(const ChildSender& sender, StepMessage kind, const std::vector<T>& 
 
 Result<void> SendSolid(std::string_view text, const StepReadOptions& options,
                        const ChildSender& sender) {
-  auto read = SolidOf(text);
-  if (!read) return tl::unexpected(read.error());
-  const auto made = TrianglesOf(read->solid, options);
-  if (!made) return tl::unexpected(made.error());
-  const StepHead head{made->vertices_mm.size(), made->triangles.size(), made->faces,
-                      made->chord_error_mm};
+  auto read = TRY(SolidOf(text));
+  const auto made = TRY(TrianglesOf(read.solid, options));
+  const StepHead head{made.vertices_mm.size(), made.triangles.size(), made.faces,
+                      made.chord_error_mm};
   sender.Send(kStepHead, std::span(reinterpret_cast<const std::uint8_t*>(&head), sizeof head));
-  sender.Send(kStepUnit, read->unit);
-  for (const std::string& notice : read->notices) sender.Send(kStepNotice, notice);
-  static_cast<void>(SendAll(sender, kStepVertices, made->vertices_mm) &&
-                    SendAll(sender, kStepTriangles, made->triangles) &&
-                    SendAll(sender, kStepLifts, made->lifts));
+  sender.Send(kStepUnit, read.unit);
+  for (const std::string& notice : read.notices) sender.Send(kStepNotice, notice);
+  static_cast<void>(SendAll(sender, kStepVertices, made.vertices_mm) &&
+                    SendAll(sender, kStepTriangles, made.triangles) &&
+                    SendAll(sender, kStepLifts, made.lifts));
   return {};
 }
 

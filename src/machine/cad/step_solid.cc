@@ -208,7 +208,7 @@ Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Sha
   const int loose = CountLoose(shape, TopAbs_FACE, TopAbs_SOLID);
   if (solids.IsEmpty()) {
     if (stated > 0) {
-      if (auto closed = CheckClosed(shape); !closed) return tl::unexpected(closed.error());
+      TRY(CheckClosed(shape));
       return Fail("its solid cannot be made; export the part anew, as AP214");
     }
     return Fail(
@@ -284,9 +284,8 @@ Result<CadSolid> Read(std::string_view text) {
     return Fail("Open CASCADE cannot read it: it is damaged; export or copy it anew");
   }
   const Model model(reader);
-  if (auto read = model.CheckRead(); !read) return tl::unexpected(read.error());
-  auto unit = UnitOf(reader);
-  if (!unit) return tl::unexpected(unit.error());
+  TRY(model.CheckRead());
+  auto unit = TRY(UnitOf(reader));
   const int roots = reader.NbRootsForTransfer();
   const int made = reader.TransferRoots();
   const std::size_t stated = model.CountSolids();
@@ -295,18 +294,17 @@ Result<CadSolid> Read(std::string_view text) {
         fmt::format("of its {} shapes only {} can be made; export the part alone", roots, made));
   }
   CadSolid read;
-  read.unit = std::move(*unit);
+  read.unit = std::move(unit);
   const TopoDS_Shape shape = made > 0 ? reader.OneShape() : TopoDS_Shape();
   if (shape.IsNull()) {
     return Fail(stated > 0 ? "its solid cannot be made; export the part anew, as AP214"
                            : "it holds no solid; export the part's body as a solid (boundary "
                              "representation)");
   }
-  auto solid = OneSolid(reader, shape, stated);
-  if (!solid) return tl::unexpected(solid.error());
-  if (auto closed = CheckClosed(*solid); !closed) return tl::unexpected(closed.error());
-  if (auto met = CheckGaps(*solid, read.notices); !met) return tl::unexpected(met.error());
-  read.solid = *solid;
+  auto solid = TRY(OneSolid(reader, shape, stated));
+  TRY(CheckClosed(solid));
+  TRY(CheckGaps(solid, read.notices));
+  read.solid = solid;
   return read;
 }
 

@@ -275,9 +275,7 @@ Result<StepSolid> MakeAt(const TopoDS_Shape& solid, double error_mm) {
   Tessellate(solid, error_mm);
   Triangles triangles(solid);
   for (TopExp_Explorer face(solid, TopAbs_FACE); face.More(); face.Next()) {
-    if (auto added = triangles.Add(TopoDS::Face(face.Current())); !added) {
-      return tl::unexpected(added.error());
-    }
+    TRY(triangles.Add(TopoDS::Face(face.Current())));
   }
   StepSolid made = triangles.Take();
   made.chord_error_mm = error_mm;

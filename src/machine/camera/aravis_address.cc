@@ -27,9 +27,8 @@ Result<std::unique_ptr<FrameSource>> OpenAravisCamera(const std::string& id,
                     "lists it, at most {} printable characters",
                     id.size(), printable ? "" : ", not all of them printable", kLongestId));
   }
-  const auto module = LoadModule<AravisModule>(kAravisModule);
-  if (!module) return tl::unexpected(module.error());
-  return (*module)->open(id, options, stop);
+  const auto module = TRY(LoadModule<AravisModule>(kAravisModule));
+  return module->open(id, options, stop);
 }
 
 }  // namespace trammel::machine

@@ -243,10 +243,10 @@ Result<void> AravisCamera::StartStream() {
 }
 
 Result<void> AravisCamera::Start() {
-  if (auto read = CheckFormat(); !read) return read;
-  if (auto sized = CheckSize(); !sized) return sized;
+  TRY(CheckFormat());
+  TRY(CheckSize());
   ReadExposure();
-  if (auto set = SetContinuous(); !set) return set;
+  TRY(SetContinuous());
   return StartStream();
 }
 
@@ -329,11 +329,10 @@ Result<std::optional<CapturedFrame>> AravisCamera::Next(double time_limit_s, std
 
 Result<std::unique_ptr<FrameSource>> Open(const std::string& id, const CameraOptions& options,
                                           const std::stop_token& stop) {
-  auto opened = OpenArvCamera(id, stop);
-  if (!opened) return tl::unexpected(opened.error());
-  auto camera = std::make_unique<AravisCamera>(std::string(kScheme) + opened->id,
-                                               std::move(opened->camera), options.jpeg_quality);
-  if (auto started = camera->Start(); !started) return tl::unexpected(started.error());
+  auto opened = TRY(OpenArvCamera(id, stop));
+  auto camera = std::make_unique<AravisCamera>(std::string(kScheme) + opened.id,
+                                               std::move(opened.camera), options.jpeg_quality);
+  TRY(camera->Start());
   return camera;
 }
 

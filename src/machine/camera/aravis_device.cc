@@ -65,20 +65,19 @@ Result<std::string> TheOnlyCamera() {
 }  // namespace
 
 Result<OpenedArvCamera> OpenArvCamera(const std::string& id, const std::stop_token& stop) {
-  Result<std::string> chosen = id.empty() ? TheOnlyCamera() : Result<std::string>(id);
-  if (!chosen) return tl::unexpected(chosen.error());
+  std::string chosen = TRY(id.empty() ? TheOnlyCamera() : Result<std::string>(id));
   const auto stopped = [&] {
-    return Fail(fmt::format("camera aravis:{}: stopped", *chosen), ErrorKind::kInterrupted);
+    return Fail(fmt::format("camera aravis:{}: stopped", chosen), ErrorKind::kInterrupted);
   };
   if (stop.stop_requested()) return stopped();
   Trouble trouble;
-  Held<ArvCamera> camera(arv_camera_new(chosen->c_str(), trouble.out()));
+  Held<ArvCamera> camera(arv_camera_new(chosen.c_str(), trouble.out()));
   if (stop.stop_requested()) return stopped();
-  if (camera && !trouble.occurred()) return OpenedArvCamera{std::move(camera), *chosen};
-  if (!camera && (trouble.IsNotFound() || !trouble.occurred())) return NotThere(*chosen);
+  if (camera && !trouble.occurred()) return OpenedArvCamera{std::move(camera), chosen};
+  if (!camera && (trouble.IsNotFound() || !trouble.occurred())) return NotThere(chosen);
   return Fail(fmt::format("camera aravis:{}: does not open ({}); is it in use by another program, "
                           "or may the user not open it?",
-                          *chosen, trouble.text()),
+                          chosen, trouble.text()),
               ErrorKind::kMachine);
 }
 

@@ -130,7 +130,7 @@ Result<CameraUrl> ParseCameraUrl(const std::string& text) {
     if (colon < login.size()) url.password = PercentDecoded(login.substr(colon + 1));
     authority.remove_prefix(at + 1);
   }
-  if (auto host = ParseHost(text, authority, url); !host) return tl::unexpected(host.error());
+  TRY(ParseHost(text, authority, url));
   url.target = rest.empty() || rest.front() == '?' ? "/" + std::string(rest) : std::string(rest);
   return url;
 }

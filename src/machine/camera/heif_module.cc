@@ -78,10 +78,8 @@ Result<Frame> DecodeHere(std::span<const std::uint8_t> bytes, const ImageReadOpt
   if (width < 1 || height < 1) return Fail("it states no size; copy it again");
   ImageReadOptions bounds = options;
   bounds.most_pixels = std::min(bounds.most_pixels, kMostPixels);
-  if (auto may = CheckPixels(width, height, bounds); !may) return tl::unexpected(may.error());
-  if (auto may = CheckPacking(width, height, bytes.size()); !may) {
-    return tl::unexpected(may.error());
-  }
+  TRY(CheckPixels(width, height, bounds));
+  TRY(CheckPacking(width, height, bytes.size()));
   heif_image* decoded = nullptr;
   error =
       heif_decode_image(main, &decoded, heif_colorspace_RGB, heif_chroma_interleaved_RGB, nullptr);
@@ -140,7 +138,7 @@ Result<Frame> TakeFrame(ChildProcess& child, std::size_t bytes) {
 
 Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
   constexpr double kPatience_s = 1;
-  auto child = ChildProcess::Start(
+  auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
         LimitThisProcess(kMostBytes, kMostSeconds);
         try {
@@ -154,9 +152,8 @@ Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageReadOptions
           sender.Send(kFault, "it does not fit into memory; convert it to JPEG");
         }
       },
-      kPatience_s);
-  if (!child) return tl::unexpected(child.error());
-  return TakeFrame(*child, bytes.size());
+      kPatience_s));
+  return TakeFrame(child, bytes.size());
 }
 
 constexpr PictureModule kModule = {Decode};

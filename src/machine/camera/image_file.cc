@@ -38,16 +38,14 @@ bool StartsWith(std::span<const std::uint8_t> bytes, std::span<const std::uint8_
 }
 
 Result<ImageHeader> PngHeader(std::span<const std::uint8_t> bytes) {
-  const auto outline = image::OutlineOfPng(bytes);
-  if (!outline) return tl::unexpected(outline.error());
-  return ImageHeader{ImageFormat::kPng, static_cast<int>(outline->width_px),
-                     static_cast<int>(outline->height_px)};
+  const auto outline = TRY(image::OutlineOfPng(bytes));
+  return ImageHeader{ImageFormat::kPng, static_cast<int>(outline.width_px),
+                     static_cast<int>(outline.height_px)};
 }
 
 Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
-  const auto outline = image::OutlineOf(bytes);
-  if (!outline) return tl::unexpected(outline.error());
-  return ImageHeader{ImageFormat::kJpeg, outline->width_px, outline->height_px};
+  const auto outline = TRY(image::OutlineOf(bytes));
+  return ImageHeader{ImageFormat::kJpeg, outline.width_px, outline.height_px};
 }
 
 /// Whether a decoder would have to do far more for it than such a picture should cost.
@@ -64,35 +62,31 @@ cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, fra
 
 Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction, bool turn) {
   // Cameras leave bytes between the picture and its end, which decoders warn of.
-  auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kFillIn);
-  if (!jpeg) return tl::unexpected(jpeg.error());
-  if (auto started = jpeg->Start(image::JpegPixels::kBgr, reduction); !started) {
-    return tl::unexpected(started.error());
-  }
-  Frame frame(jpeg->row_px(), jpeg->rows());
+  auto jpeg = TRY(image::JpegReader::Open(bytes, image::JpegDamage::kFillIn));
+  TRY(jpeg.Start(image::JpegPixels::kBgr, reduction));
+  Frame frame(jpeg.row_px(), jpeg.rows());
   for (int y = 0; y < frame.height; ++y) {
-    if (auto read = jpeg->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+    TRY(jpeg.ReadRow(frame.row(y)));
   }
-  return turn ? TurnedByExif(std::move(frame), jpeg->header().orientation) : frame;
+  return turn ? TurnedByExif(std::move(frame), jpeg.header().orientation) : frame;
 }
 
 Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction, bool turn) {
-  auto png = image::PngReader::Open(bytes, image::PngPixels::kBgr8);
-  if (!png) return tl::unexpected(png.error());
-  Frame frame(png->header().width_px, png->header().height_px);
-  for (int pass = 0; pass < png->passes(); ++pass) {
+  auto png = TRY(image::PngReader::Open(bytes, image::PngPixels::kBgr8));
+  Frame frame(png.header().width_px, png.header().height_px);
+  for (int pass = 0; pass < png.passes(); ++pass) {
     for (int y = 0; y < frame.height; ++y) {
-      if (auto read = png->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+      TRY(png.ReadRow(frame.row(y)));
     }
   }
-  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  TRY(png.Finish());
   if (reduction > 1) {
     Frame reduced(std::max(frame.width / reduction, 1), std::max(frame.height / reduction, 1));
     cv::Mat to = PixelsOf(reduced);
     cv::resize(PixelsOf(frame), to, to.size(), 0, 0, cv::INTER_LINEAR_EXACT);
     frame = std::move(reduced);
   }
-  return turn ? TurnedByExif(std::move(frame), png->orientation()) : frame;
+  return turn ? TurnedByExif(std::move(frame), png.orientation()) : frame;
 }
 
 Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
@@ -136,21 +130,18 @@ Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
 }
 
 Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
-  const Result<ImageHeader> header = ReadImageHeader(bytes);
-  if (!header) return tl::unexpected(header.error());
-  if (auto may = CheckPixels(header->width_px, header->height_px, options); !may) {
-    return tl::unexpected(may.error());
-  }
-  if (EndsEarly(bytes, header->format))
+  const ImageHeader header = TRY(ReadImageHeader(bytes));
+  TRY(CheckPixels(header.width_px, header.height_px, options));
+  if (EndsEarly(bytes, header.format))
     return Fail("it ends before the picture does; copy it again");
-  if (auto cost = CheckCostOf(bytes, header->format); !cost) return tl::unexpected(cost.error());
+  TRY(CheckCostOf(bytes, header.format));
   try {
-    return Decode(bytes, *header, options);
+    return Decode(bytes, header, options);
   } catch (const cv::Exception& exception) {
     return Fail(fmt::format("the decoder rejects it: {}", exception.err));
   } catch (const std::bad_alloc&) {
-    return Fail(fmt::format("its {} x {} px do not fit into memory; shrink it", header->width_px,
-                            header->height_px));
+    return Fail(fmt::format("its {} x {} px do not fit into memory; shrink it", header.width_px,
+                            header.height_px));
   }
 }
 

@@ -159,12 +159,9 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
   };
   const double left_s = deadline_s - HostNow();
   if (left_s <= 0) return late();
-  auto stream = ByteStream::Connect(
-      {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop);
-  if (!stream) return tl::unexpected(stream.error());
-  if (auto sent = stream->Write(Request(url, target, authorization), deadline_s, stop); !sent) {
-    return tl::unexpected(sent.error());
-  }
+  auto stream = TRY(ByteStream::Connect(
+      {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop));
+  TRY(stream.Write(Request(url, target, authorization), deadline_s, stop));
   std::vector<std::uint8_t> bytes;
   std::array<std::uint8_t, 4096> buffer{};
   for (;;) {
@@ -176,11 +173,10 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
       blank = 2;
     }
     if (end != std::string_view::npos) {
-      auto head = ParseHttpHead(text.substr(0, end));
-      if (!head) return tl::unexpected(head.error());
+      auto head = TRY(ParseHttpHead(text.substr(0, end)));
       std::vector<std::uint8_t> rest(bytes.begin() + static_cast<std::ptrdiff_t>(end + blank),
                                      bytes.end());
-      return Opened{std::move(*stream), std::move(*head), std::move(rest)};
+      return Opened{std::move(stream), std::move(head), std::move(rest)};
     }
     if (text.size() > kLongestHead) {
       return Fail(fmt::format("the head of its answer has more than {} bytes", kLongestHead),
@@ -189,15 +185,14 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
     if (text.size() >= 5 && text.substr(0, 5) != "HTTP/") {
       return tl::unexpected(ParseHttpHead(text).error());
     }
-    auto read = stream->Read(buffer, deadline_s, stop);
-    if (!read) return tl::unexpected(read.error());
-    if (read->timed_out) return late();
-    if (read->count == 0) {
+    auto read = TRY(stream.Read(buffer, deadline_s, stop));
+    if (read.timed_out) return late();
+    if (read.count == 0) {
       return Fail(fmt::format("closed the connection after {} bytes of an answer", bytes.size()),
                   ErrorKind::kMachine);
     }
     bytes.insert(bytes.end(), buffer.begin(),
-                 buffer.begin() + static_cast<std::ptrdiff_t>(read->count));
+                 buffer.begin() + static_cast<std::ptrdiff_t>(read.count));
   }
 }
 
@@ -267,7 +262,7 @@ Result<void> MjpegStream::Feed(std::span<const std::uint8_t> bytes) {
     return {};
   }
   payload_.clear();
-  if (auto decoded = chunks_.Decode(bytes, payload_); !decoded) return decoded;
+  TRY(chunks_.Decode(bytes, payload_));
   parts_.Feed(payload_, now_s);
   return {};
 }
@@ -344,20 +339,19 @@ void ReadFrameFields(const HeaderFields& fields, CapturedFrame& frame) {
 Result<std::unique_ptr<FrameSource>> OpenMjpegStream(const std::string& address,
                                                      const CameraOptions& options,
                                                      const std::stop_token& stop) {
-  auto url = ParseCameraUrl(address);
-  if (!url) return tl::unexpected(url.error());
-  const std::string name = url->ToString();
+  auto url = TRY(ParseCameraUrl(address));
+  const std::string name = url.ToString();
   const double deadline_s = HostNow() + options.connect_time_limit_s;
-  const bool asked = url->target.find("extra_headers=") != std::string::npos;
-  const bool has_query = url->target.find('?') != std::string::npos;
+  const bool asked = url.target.find("extra_headers=") != std::string::npos;
+  const bool has_query = url.target.find('?') != std::string::npos;
   const std::string with_times =
-      asked ? url->target : url->target + (has_query ? "&" : "?") + "extra_headers=1";
-  auto opened = AskWithPassword(*url, with_times, options, deadline_s, stop);
+      asked ? url.target : url.target + (has_query ? "&" : "?") + "extra_headers=1";
+  auto opened = AskWithPassword(url, with_times, options, deadline_s, stop);
   if (opened && opened->head.status != 200 && !asked) {
-    opened = AskWithPassword(*url, url->target, options, deadline_s, stop);
+    opened = AskWithPassword(url, url.target, options, deadline_s, stop);
   }
   if (!opened) return About(name, opened.error());
-  if (opened->head.status != 200) return Broken(name, Refusal(opened->head, *url));
+  if (opened->head.status != 200) return Broken(name, Refusal(opened->head, url));
   auto boundary = BoundaryOf(opened->head);
   if (!boundary) return About(name, boundary.error());
   MultipartLimits limits;

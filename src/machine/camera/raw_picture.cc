@@ -47,8 +47,7 @@ const ReadFormat* FindFormat(std::uint32_t code) {
 
 Result<std::vector<std::uint8_t>> AsJpeg(const PageView& pixels, int quality) {
   std::vector<std::uint8_t> jpeg;
-  auto encoded = image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}}, jpeg);
-  if (!encoded) return tl::unexpected(encoded.error());
+  TRY(image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}}, jpeg));
   return jpeg;
 }
 

@@ -211,16 +211,16 @@ Result<void> V4l2Camera::MapBuffers() {
     void* memory = calls_->Map(fd_, buffer.length, buffer.m.offset);
     if (memory == nullptr) return Broken("its buffers cannot be mapped; is memory short?");
     buffers_.push_back({memory, buffer.length});
-    if (auto queued = Queue(i); !queued) return queued;
+    TRY(Queue(i));
   }
   return {};
 }
 
 Result<void> V4l2Camera::Start(const CameraOptions& options) {
-  if (auto checked = CheckDevice(); !checked) return checked;
-  if (auto set = SetFormat(options); !set) return set;
+  TRY(CheckDevice());
+  TRY(SetFormat(options));
   SetRate(options.frames_per_s);
-  if (auto mapped = MapBuffers(); !mapped) return mapped;
+  TRY(MapBuffers());
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int code = calls_->Control(fd_, VIDIOC_STREAMON, &type); code < 0) {
     return Broken(fmt::format("does not start ({}); on a shared USB hub the bandwidth may be short",
@@ -276,7 +276,7 @@ Result<std::optional<CapturedFrame>> V4l2Camera::Next(double time_limit_s, std::
     }
     if (buffer.index >= buffers_.size()) return Broken("names a buffer that it does not have");
     CapturedFrame frame = FrameOf(buffer);
-    if (auto queued = Queue(buffer.index); !queued) return tl::unexpected(queued.error());
+    TRY(Queue(buffer.index));
     return frame;
   }
 }
@@ -297,7 +297,7 @@ Result<std::unique_ptr<FrameSource>> OpenV4l2Camera(const std::string& path,
     return Fail(fmt::format("camera {}: {}", path, advice), ErrorKind::kMachine);
   }
   auto camera = std::make_unique<V4l2Camera>(path, fd, calls);
-  if (auto started = camera->Start(options); !started) return tl::unexpected(started.error());
+  TRY(camera->Start(options));
   return camera;
 }
 

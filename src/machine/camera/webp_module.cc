@@ -47,10 +47,8 @@ Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageReadOptions
   }
   if (config.input.has_animation != 0) return Fail("it is an animated WebP; give a still picture");
   const int width = config.input.width, height = config.input.height;
-  if (auto may = CheckPixels(width, height, options); !may) return tl::unexpected(may.error());
-  if (auto may = CheckPacking(width, height, bytes.size()); !may) {
-    return tl::unexpected(may.error());
-  }
+  TRY(CheckPixels(width, height, options));
+  TRY(CheckPacking(width, height, bytes.size()));
   const int reduction = ReductionOf(width, height, options);
   try {
     Frame frame(std::max(width / reduction, 1), std::max(height / reduction, 1));

@@ -105,9 +105,8 @@ LinuxCnc::LinuxCnc(std::unique_ptr<LinuxCncSession> session, LinuxCncOptions opt
 
 Result<std::unique_ptr<LinuxCnc>> LinuxCnc::Connect(const LinuxCncOptions& options,
                                                     const std::stop_token& stop) {
-  auto session = LinuxCncSession::Join(options.session, stop);
-  if (!session) return tl::unexpected(session.error());
-  return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(*session), options));
+  auto session = TRY(LinuxCncSession::Join(options.session, stop));
+  return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(session), options));
 }
 
 Result<void> LinuxCnc::CheckMode(const std::string& mode) {
@@ -122,24 +121,20 @@ Result<void> LinuxCnc::CheckMode(const std::string& mode) {
 Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
   auto motion = session_->Motion(stop);
   if (!motion) return motion;
-  if (auto ours = CheckMode(motion->mode); !ours) return tl::unexpected(ours.error());
+  TRY(CheckMode(motion->mode));
   // Before the axes are homed, their limits say nothing.
-  const auto possible =
-      CheckToldPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel());
-  if (!possible) return tl::unexpected(possible.error());
+  TRY(CheckToldPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel()));
   return motion;
 }
 
 Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
   if (travel_known_) return {};
-  const auto shown = session_->Interpreted(
+  const auto shown = TRY(session_->Interpreted(
       "#<_ini[AXIS_X]MIN_LIMIT> #<_ini[AXIS_X]MAX_LIMIT> #<_ini[AXIS_Y]MIN_LIMIT> "
       "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_Z]MIN_LIMIT> #<_ini[AXIS_Z]MAX_LIMIT>",
-      stop);
-  if (!shown) return tl::unexpected(shown.error());
-  const auto travel = ParseTravel(*shown);
-  if (!travel) return tl::unexpected(travel.error());
-  travel_ = *travel;
+      stop));
+  const auto travel = TRY(ParseTravel(shown));
+  travel_ = travel;
   travel_known_ = true;
   return {};
 }
@@ -147,21 +142,18 @@ Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
 Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
   auto state = session_->State(options_.joints, stop);
   if (!state) return state;
-  const auto possible =
-      CheckToldPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel());
-  if (!possible) return tl::unexpected(possible.error());
+  TRY(CheckToldPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel()));
   return state;
 }
 
 Result<LinuxCncFacts> LinuxCnc::Facts(const std::stop_token& stop) { return session_->Facts(stop); }
 
 Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
-  const auto state = State(stop);
-  if (!state) return tl::unexpected(state.error());
-  if (auto ours = CheckMode(state->mode); !ours) return ours;
-  if (auto checked = CheckState(*state, options_, motion); !checked) return checked;
+  const auto state = TRY(State(stop));
+  TRY(CheckMode(state.mode));
+  TRY(CheckState(state, options_, motion));
   if (held_) return {};
-  if (auto taken = session_->TakeMdi(stop); !taken) return taken;
+  TRY(session_->TakeMdi(stop));
   held_ = true;
   return {};
 }
@@ -198,45 +190,43 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
   const std::string words = turns ? fmt::format("C{:.6f}", to[3])
                                   : fmt::format("X{:.6f} Y{:.6f} Z{:.6f}", to.x(), to.y(), to.z());
   const auto move = fmt::format("G21 G90 G94 G53 G1 {} F{:.3f}", words, feed_min);
-  if (auto set = session_->Move(move, stop); !set) return set;
+  TRY(session_->Move(move, stop));
   // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
   constexpr double kPatience = 20;  // limits, for the whole move
   const double end_s = HostNow() + kPatience * time_limit_s;
   double deadline_s = HostNow() + time_limit_s;
   double closest = std::numeric_limits<double>::infinity();
   while (HostNow() < std::min(deadline_s, end_s)) {
-    const auto now = Motion(stop);
-    if (!now) return tl::unexpected(now.error());
-    const double off = off_by(now->position);
-    if (off < kArrived && now->idle) return {};
+    const auto now = TRY(Motion(stop));
+    const double off = off_by(now.position);
+    if (off < kArrived && now.idle) return {};
     // One that ended where it was to go may settle a little later.
-    if (now->idle && off_by(now->commanded) >= kArrived) {
+    if (now.idle && off_by(now.commanded) >= kArrived) {
       return Broken(
           fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
                       "refuses it; its own screen says why",
-                      goal, At(now->position)));
+                      goal, At(now.position)));
     }
     if (off < closest - kArrived) {
       closest = off;
       deadline_s = HostNow() + time_limit_s;
     }
-    if (!now->spindle_stopped) return Unsafe("the spindle was started during the move");
+    if (!now.spindle_stopped) return Unsafe("the spindle was started during the move");
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
   return Broken(fmt::format("the move to {} did not arrive within {:.1f} s", goal, time_limit_s));
 }
 
 Result<LinuxCncTravel> LinuxCnc::Travel(const std::stop_token& stop) {
-  if (auto prepared = Prepare(true, stop); !prepared) return tl::unexpected(prepared.error());
-  if (auto learned = LearnTravel(stop); !learned) return tl::unexpected(learned.error());
+  TRY(Prepare(true, stop));
+  TRY(LearnTravel(stop));
   return travel_;
 }
 
 Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
                               const std::stop_token& stop) {
-  const auto travel = Travel(stop);
-  if (!travel) return tl::unexpected(travel.error());
-  if (auto checked = CheckTarget(machine_mm, *travel); !checked) return checked;
+  const auto travel = TRY(Travel(stop));
+  TRY(CheckTarget(machine_mm, travel));
   return Drive(Driven::kXyz, {machine_mm.x(), machine_mm.y(), machine_mm.z(), 0}, feed_mm_min,
                stop);
 }
@@ -245,30 +235,29 @@ Result<void> LinuxCnc::TurnTo(double c_deg, double speed_deg_min, const std::sto
   constexpr double kMostTurned_deg = 720;
   TRAMMEL_CHECK(options_.c_holds_spindle && std::abs(c_deg) <= kMostTurned_deg, "C = {} deg",
                 c_deg);
-  if (auto prepared = Prepare(true, stop); !prepared) return prepared;
+  TRY(Prepare(true, stop));
   return Drive(Driven::kC, {0, 0, 0, c_deg}, speed_deg_min, stop);
 }
 
 Result<void> LinuxCnc::Drive(Driven driven, const Vector4d& to, double feed_min,
                              const std::stop_token& stop) {
   TRAMMEL_CHECK(feed_min >= 10 && feed_min <= 1e5, "feed = {} mm/min or deg/min", feed_min);
-  const auto state = State(stop);
-  if (!state) return tl::unexpected(state.error());
-  if (auto ours = CheckMode(state->mode); !ours) return ours;
+  const auto state = TRY(State(stop));
+  TRY(CheckMode(state.mode));
   // What limits the trajectory holds for moves in mm.
-  const double fastest_min = driven == Driven::kXyz ? 60 * state->fastest_mm_s : feed_min;
-  const double true_feed_min = std::min(feed_min * state->feed_override, fastest_min);
+  const double fastest_min = driven == Driven::kXyz ? 60 * state.fastest_mm_s : feed_min;
+  const double true_feed_min = std::min(feed_min * state.feed_override, fastest_min);
   const double piece = std::max(kShortestPiece, true_feed_min / 60 * kLeash_s);
-  const Vector3d& at = state->position_mm;
-  const Vector4d from(at.x(), at.y(), at.z(), state->c_deg);
-  if (driven == Driven::kC && !(std::abs(state->c_deg) <= kFarthest_deg)) {
+  const Vector3d& at = state.position_mm;
+  const Vector4d from(at.x(), at.y(), at.z(), state.c_deg);
+  if (driven == Driven::kC && !(std::abs(state.c_deg) <= kFarthest_deg)) {
     return Broken(
         fmt::format("LinuxCNC says that C stands at {:g} degrees: turn it to 0, or look "
                     "at the controller's scales",
-                    state->c_deg));
+                    state.c_deg));
   }
   auto moved = MoveInPieces(driven, from, to, feed_min, piece, stop);
-  if (moved) moved = AwaitRest(driven == Driven::kC ? to[3] : state->c_deg, stop);
+  if (moved) moved = AwaitRest(driven == Driven::kC ? to[3] : state.c_deg, stop);
   if (moved || taken_) return moved;
   return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
 }
@@ -292,8 +281,7 @@ Result<void> LinuxCnc::MoveInPieces(Driven driven, const Vector4d& from, const V
                       limit_s));
     }
     const double left = 1 - static_cast<double>(i) / pieces;
-    auto moved = MoveOnce(driven, to - left * way, feed_min, piece_limit_s, stop);
-    if (!moved) return moved;
+    TRY(MoveOnce(driven, to - left * way, feed_min, piece_limit_s, stop));
   }
   return {};
 }
@@ -301,14 +289,13 @@ Result<void> LinuxCnc::MoveInPieces(Driven driven, const Vector4d& from, const V
 Result<void> LinuxCnc::AwaitRest(double c_deg, const std::stop_token& stop) {
   const double deadline_s = HostNow() + options_.session.time_limit_s;
   while (HostNow() < deadline_s) {
-    const auto motion = Motion(stop);
-    if (!motion) return tl::unexpected(motion.error());
-    if (motion->idle) {
-      if (std::abs(motion->position[3] - c_deg) <= kHeld_deg) return {};
+    const auto motion = TRY(Motion(stop));
+    if (motion.idle) {
+      if (std::abs(motion.position[3] - c_deg) <= kHeld_deg) return {};
       return Unsafe(
           fmt::format("the spindle's axis C went from {:.4f} to {:.4f} degrees during the "
                       "move; clamp it",
-                      c_deg, motion->position[3]));
+                      c_deg, motion.position[3]));
     }
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
@@ -318,13 +305,12 @@ Result<void> LinuxCnc::AwaitRest(double c_deg, const std::stop_token& stop) {
 Result<LinuxCncOffsets> LinuxCnc::ReadOffsets(int slot, const std::stop_token& stop) {
   TRAMMEL_CHECK(slot >= 1 && slot <= 9, "slot = {}", slot);
   const int x = kFirstParameter + kParametersPerSlot * (slot - 1);
-  if (auto prepared = Prepare(false, stop); !prepared) return tl::unexpected(prepared.error());
-  const auto shown = session_->Interpreted(
+  TRY(Prepare(false, stop));
+  const auto shown = TRY(session_->Interpreted(
       fmt::format("x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403", x, x + 1, x + 2,
                   x + 9),
-      stop);
-  if (!shown) return tl::unexpected(shown.error());
-  return ParseOffsets(*shown);
+      stop));
+  return ParseOffsets(shown);
 }
 
 Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
@@ -334,21 +320,19 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
     return Fail(fmt::format("the origin of work offset {}: {}", slot, checked.error().message),
                 checked.error().kind);
   }
-  const auto before = ReadOffsets(slot, stop);
-  if (!before) return tl::unexpected(before.error());
-  if (before->g92) {
+  const auto before = TRY(ReadOffsets(slot, stop));
+  if (before.g92) {
     return Unsafe("a G92 (or G52) is active and would shift the part: cancel it with G92.1");
   }
   const Vector3d& at = offset.origin_mm;
   const auto set = fmt::format("G21 G10 L2 P{} X{:.6f} Y{:.6f} Z{:.6f} R{:.9f}", slot, at.x(),
                                at.y(), at.z(), offset.rotation_deg);
-  if (auto sent = session_->Mdi(set, stop); !sent) return sent;
-  if (!before->metric) {
-    if (auto back = session_->Mdi("G20", stop); !back) return back;
+  TRY(session_->Mdi(set, stop));
+  if (!before.metric) {
+    TRY(session_->Mdi("G20", stop));
   }
-  const auto after = ReadOffsets(slot, stop);
-  if (!after) return tl::unexpected(after.error());
-  const LinuxCncOffset& kept = after->offset;
+  const auto after = TRY(ReadOffsets(slot, stop));
+  const LinuxCncOffset& kept = after.offset;
   // Rotations are the same a whole turn apart.
   const double turn_deg = std::remainder(kept.rotation_deg - offset.rotation_deg, 360.0);
   if ((kept.origin_mm - at).cwiseAbs().maxCoeff() > kShown || std::abs(turn_deg) > kShown) {

@@ -109,7 +109,7 @@ Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
     return Fail(fmt::format("to join LinuxCNC: {}: {}", words.front(), hello.error().message),
                 hello.error().kind);
   }
-  if (const auto joined = Understood(*hello, 0); !joined) return tl::unexpected(joined.error());
+  TRY(Understood(*hello, 0));
   return std::unique_ptr<LinuxCncSession>(new LinuxCncSession(std::move(*helper), options));
 }
 
@@ -120,9 +120,8 @@ Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
   const double limit_s = options_.time_limit_s + kHelper_s;
   auto line = helper_->Ask(TextOf(request), limit_s, stop);
   for (; line; line = helper_->Hear(limit_s, stop)) {
-    auto answer = Understood(*line, asked_);
-    if (!answer) return tl::unexpected(answer.error());
-    if (*answer) return std::move(**answer);
+    auto answer = TRY(Understood(*line, asked_));
+    if (answer) return std::move(*answer);
   }
   return Fail(fmt::format("LinuxCNC's helper, \"{}\": {}", request["do"].get<std::string>(),
                           line.error().message),
@@ -130,9 +129,8 @@ Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
 }
 
 Result<LinuxCncMotion> LinuxCncSession::Motion(const std::stop_token& stop) {
-  const auto answer = Ask({{"do", "look"}}, stop);
-  if (!answer) return tl::unexpected(answer.error());
-  return ParseMotion(*answer);
+  const auto answer = TRY(Ask({{"do", "look"}}, stop));
+  return ParseMotion(answer);
 }
 
 Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
@@ -150,14 +148,12 @@ Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
 }
 
 Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& stop) {
-  const auto answer = Ask({{"do", "state"}}, stop);
-  if (!answer) return tl::unexpected(answer.error());
-  return ParseState(*answer, joints);
+  const auto answer = TRY(Ask({{"do", "state"}}, stop));
+  return ParseState(answer, joints);
 }
 
 Result<LinuxCncState> LinuxCncSession::ParseState(const json& answer, int joints) {
-  const auto motion = ParseMotion(answer);
-  if (!motion) return tl::unexpected(motion.error());
+  const auto motion = TRY(ParseMotion(answer));
   Members members(answer);
   LinuxCncState state;
   state.estop = members.Flag("estop");
@@ -172,18 +168,17 @@ Result<LinuxCncState> LinuxCncSession::ParseState(const json& answer, int joints
   for (int joint = 0; state.homed && joint < joints; ++joint) {
     state.homed = (*homed)[static_cast<std::size_t>(joint)] == 1;
   }
-  state.mode = motion->mode;
-  state.idle = motion->idle && motion->mode != "AUTO";
-  state.spindle_stopped = motion->spindle_stopped;
-  state.position_mm = motion->position.head<3>();
-  state.c_deg = motion->position[3];
+  state.mode = motion.mode;
+  state.idle = motion.idle && motion.mode != "AUTO";
+  state.spindle_stopped = motion.spindle_stopped;
+  state.position_mm = motion.position.head<3>();
+  state.c_deg = motion.position[3];
   return state;
 }
 
 Result<LinuxCncFacts> LinuxCncSession::Facts(const std::stop_token& stop) {
-  const auto answer = Ask({{"do", "facts"}}, stop);
-  if (!answer) return tl::unexpected(answer.error());
-  Members members(*answer);
+  const auto answer = TRY(Ask({{"do", "facts"}}, stop));
+  Members members(answer);
   LinuxCncFacts facts;
   facts.axes = members.Text("axes");
   facts.unit_mm = members.Number("unit_mm");
@@ -196,10 +191,9 @@ Result<LinuxCncFacts> LinuxCncSession::Facts(const std::stop_token& stop) {
   const auto high = members.Place("high");
   const bool sound = members.sound() && facts.joints > 0 && facts.unit_mm > 0 &&
                      homed->size() >= static_cast<std::size_t>(facts.joints);
-  if (!sound) return Strange(TextOf(*answer));
-  auto state = ParseState(*answer, facts.joints);
-  if (!state) return tl::unexpected(state.error());
-  facts.state = std::move(*state);
+  if (!sound) return Strange(TextOf(answer));
+  auto state = TRY(ParseState(answer, facts.joints));
+  facts.state = std::move(state);
   for (int joint = 0; joint < facts.joints; ++joint) {
     if ((*homed)[static_cast<std::size_t>(joint)] != 1) facts.not_homed.push_back(joint);
   }
@@ -232,18 +226,16 @@ Result<void> LinuxCncSession::Abort() {
 }
 
 Result<void> LinuxCncSession::Do(json request, const std::stop_token& stop) {
-  const auto answer = Ask(std::move(request), stop);
-  if (!answer) return tl::unexpected(answer.error());
+  TRY(Ask(std::move(request), stop));
   return {};
 }
 
 Result<std::string> LinuxCncSession::Interpreted(const std::string& text,
                                                  const std::stop_token& stop) {
-  const auto answer = Ask({{"do", "show"}, {"text", text}}, stop);
-  if (!answer) return tl::unexpected(answer.error());
-  Members members(*answer);
+  const auto answer = TRY(Ask({{"do", "show"}, {"text", text}}, stop));
+  Members members(answer);
   std::string shown = members.Text("shown");
-  if (!members.sound()) return Strange(TextOf(*answer));
+  if (!members.sound()) return Strange(TextOf(answer));
   return shown;
 }
 

@@ -39,9 +39,8 @@ extern const ModuleName kStepModule;    ///< cad/step_module.h
 /// The same in ModuleFolders(), as the table's type.
 template <class Table>
 [[nodiscard]] Result<const Table*> LoadModule(const ModuleName& name) {
-  const auto table = LoadModule(name, ModuleFolders());
-  if (!table) return tl::unexpected(table.error());
-  return static_cast<const Table*>(*table);
+  const auto table = TRY(LoadModule(name, ModuleFolders()));
+  return static_cast<const Table*>(table);
 }
 
 }  // namespace trammel::machine

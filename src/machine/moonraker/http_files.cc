@@ -213,9 +213,8 @@ Result<HttpAnswer> Send(const MoonrakerAddress& address, const MoonrakerOptions&
   if (address.transport != Transport::kTls) {
     return Perform(address, options, std::move(request), most_bytes, limit, nullptr);
   }
-  Result<asio::ssl::context> context = MakeTlsContext(options);
-  if (!context) return tl::unexpected(context.error());
-  return Perform(address, options, std::move(request), most_bytes, limit, &*context);
+  asio::ssl::context context = TRY(MakeTlsContext(options));
+  return Perform(address, options, std::move(request), most_bytes, limit, &context);
 }
 
 /// A path in which every byte but letters, digits and -._~/ is escaped.

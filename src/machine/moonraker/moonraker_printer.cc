@@ -60,9 +60,7 @@ Result<void> CheckOptions(const MoonrakerOptions& options) {
        {std::pair<std::string_view, const std::string&>("API key", options.api_key),
         {"one-shot token", options.one_shot_token},
         {"client name", options.client_name}}) {
-    if (const Result<void> fine = CheckPrintable(what, text); !fine) {
-      return fine;
-    }
+    TRY(CheckPrintable(what, text));
   }
   if (options.client_name.empty()) {
     return Fail("the client name is empty; Moonraker wants one");
@@ -310,9 +308,7 @@ Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
 }
 
 Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
-  if (const Result<void> fresh = Refresh(limit); !fresh) {
-    return tl::unexpected(fresh.error());
-  }
+  TRY(Refresh(limit));
   const std::lock_guard lock(mutex_);
   if (auto fault = StatusFault()) {
     return tl::unexpected(*std::move(fault));
@@ -377,17 +373,13 @@ std::vector<std::string> MoonrakerPrinter::RecentMessages() const { return moonr
 
 Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& options,
                                                     const WaitLimit& limit) {
-  if (const Result<void> fine = CheckOptions(options); !fine) {
-    return tl::unexpected(fine.error());
-  }
+  TRY(CheckOptions(options));
   Result<MoonrakerAddress> address = ParseMoonrakerAddress(options.address);
   if (!address) {
     return tl::unexpected(address.error());
   }
   auto printer = std::make_unique<MoonrakerPrinter>(std::move(*address), options);
-  if (const Result<void> started = printer->Start(limit); !started) {
-    return tl::unexpected(started.error());
-  }
+  TRY(printer->Start(limit));
   return printer;
 }
 

@@ -198,9 +198,7 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
     const WaitLimit& limit) {
   const double began_s = HostNow();
   // What is known may be older than the caller's last command.
-  if (const Result<void> fresh = Refresh(limit); !fresh) {
-    return tl::unexpected(fresh.error());
-  }
+  TRY(Refresh(limit));
   std::unique_lock lock(mutex_);
   for (;;) {
     // Counted together with the state, so that no update falls between looking and waiting.

@@ -47,12 +47,11 @@ Result<void> MoonrakerPrinter::UploadConfig(const std::string& name, std::string
 Result<MoonrakerPrinter::WebServer> MoonrakerPrinter::WebPlace(const WaitLimit& limit) {
   WebServer web{moonraker_.address(), options_};
   if (web.address.transport != Transport::kUnix) return web;
-  Result<MoonrakerAddress> http = ParseMoonrakerAddress(options_.http_address);
-  if (!http) return tl::unexpected(http.error());
-  if (http->transport == Transport::kUnix) {
+  MoonrakerAddress http = TRY(ParseMoonrakerAddress(options_.http_address));
+  if (http.transport == Transport::kUnix) {
     return Fail("http_address is a Unix socket, which moves no files; give http://localhost:7125");
   }
-  web.address = *http;
+  web.address = http;
   if (web.options.api_key.empty()) {
     // The socket is trusted and may know the key; without one the server has to trust localhost.
     const Result<json> key = moonraker_.Call("access.get_api_key", nullptr, limit);
@@ -64,11 +63,9 @@ Result<MoonrakerPrinter::WebServer> MoonrakerPrinter::WebPlace(const WaitLimit& 
 Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name,
                                                      std::size_t most_bytes,
                                                      const WaitLimit& limit) {
-  if (const Result<void> fine = CheckFileName(name); !fine) return tl::unexpected(fine.error());
-  const auto web = WebPlace(limit);
-  if (!web) return tl::unexpected(web.error());
-  Result<HttpAnswer> answer =
-      GetFile(web->address, web->options, "config", name, most_bytes, limit);
+  TRY(CheckFileName(name));
+  const auto web = TRY(WebPlace(limit));
+  Result<HttpAnswer> answer = GetFile(web.address, web.options, "config", name, most_bytes, limit);
   if (!answer && answer.error().kind == ErrorKind::kInput) {
     return Fail(fmt::format(
         "{} has more than the {:.0f} MiB that are read of a file ({}): store a "
@@ -91,19 +88,16 @@ Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name,
                 "the server hands it to nobody (HTTP 403): it is a folder, or a file that "
                 "Moonraker may not read");
   }
-  return Fail(tried + HttpRefusal(answer->status, answer->server, web->address,
-                                  !web->options.api_key.empty()),
+  return Fail(tried + HttpRefusal(answer->status, answer->server, web.address,
+                                  !web.options.api_key.empty()),
               ErrorKind::kMachine);
 }
 
 Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& name,
                                      std::string_view data, const WaitLimit& limit) {
-  if (const Result<void> fine = CheckFileName(name); !fine) {
-    return fine;
-  }
-  const auto web = WebPlace(limit);
-  if (!web) return tl::unexpected(web.error());
-  const auto& [address, options] = *web;
+  TRY(CheckFileName(name));
+  const auto web = TRY(WebPlace(limit));
+  const auto& [address, options] = web;
   const Result<HttpAnswer> answer = PostFile(address, options, root, name, data, limit);
   if (!answer) {
     return tl::unexpected(answer.error());
@@ -136,9 +130,7 @@ Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& n
 }
 
 Result<void> MoonrakerPrinter::DeleteFile(const std::string& name, const WaitLimit& limit) {
-  if (const Result<void> fine = CheckFileName(name); !fine) {
-    return fine;
-  }
+  TRY(CheckFileName(name));
   const Result<json> answer =
       moonraker_.Call("server.files.delete_file", {{"path", "gcodes/" + name}}, limit);
   return answer ? Result<void>() : tl::unexpected(answer.error());

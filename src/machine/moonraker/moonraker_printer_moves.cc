@@ -81,9 +81,7 @@ Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
       });
   WaitLimit some = limit;
   some.time_limit_s = std::min(limit.time_limit_s, kOwnConnection_s);
-  if (const Result<void> started = stream->Start(some); !started) {
-    return started;
-  }
+  TRY(stream->Start(some));
   const std::lock_guard lock(mutex_);
   move_stream_ = std::move(stream);
   recording_moves_ = true;

@@ -113,37 +113,32 @@ Result<json> Spoolman::Ask(const char* method, const std::string& path, std::opt
 }
 
 Result<bool> Spoolman::Known() {
-  const auto info = printer_.CallServer("server.info", nullptr, Left());
-  if (!info) return tl::unexpected(info.error());
-  const json* components = Member(*info, "components");
+  const auto info = TRY(printer_.CallServer("server.info", nullptr, Left()));
+  const json* components = Member(info, "components");
   return components != nullptr && components->is_array() &&
          std::find(components->begin(), components->end(), "spoolman") != components->end();
 }
 
 Result<std::optional<Spool>> Spoolman::ActiveSpool() {
-  const auto known = Known();
-  if (!known) return tl::unexpected(known.error());
-  if (!*known) return std::nullopt;
-  const auto active = printer_.CallServer("server.spoolman.get_spool_id", nullptr, Left());
-  if (!active) return tl::unexpected(active.error());
-  const auto id = Id(*active, "spool_id");
+  const auto known = TRY(Known());
+  if (!known) return std::nullopt;
+  const auto active = TRY(printer_.CallServer("server.spoolman.get_spool_id", nullptr, Left()));
+  const auto id = Id(active, "spool_id");
   if (!id) return std::nullopt;
   const std::string path = Path(SpoolmanEntity::kSpool, *id);
-  const auto answer = Ask("GET", path);
-  if (!answer) return tl::unexpected(answer.error());
-  const json& filament = ObjectOr(*answer, "filament");
+  const auto answer = TRY(Ask("GET", path));
+  const json& filament = ObjectOr(answer, "filament");
   const auto filament_id = Id(filament, "id");
   if (!filament_id) return Strange(path);
   return Spool{*id, *filament_id, NameOf(filament), Printable(TextOr(filament, "material", "")),
-               BoolOr(*answer, "archived", false)};
+               BoolOr(answer, "archived", false)};
 }
 
 Result<bool> Spoolman::HasField(SpoolmanEntity entity, const ExtraField& field) {
   const std::string path = fmt::format("/v1/field/{}", Word(entity));
-  const auto answer = Ask("GET", path);
-  if (!answer) return tl::unexpected(answer.error());
-  if (!answer->is_array()) return Strange(path);
-  for (const json& one : *answer) {
+  const auto answer = TRY(Ask("GET", path));
+  if (!answer.is_array()) return Strange(path);
+  for (const json& one : answer) {
     if (TextOr(one, "key", "") != field.key) continue;
     const std::string type = TextOr(one, "field_type", "");
     if (type == field.type) return true;
@@ -159,18 +154,15 @@ Result<bool> Spoolman::HasField(SpoolmanEntity entity, const ExtraField& field) 
 Result<void> Spoolman::AddField(SpoolmanEntity entity, const ExtraField& field) {
   json body = {{"name", field.name}, {"field_type", field.type}};
   if (!field.unit.empty()) body["unit"] = field.unit;
-  const auto answer =
-      Ask("POST", fmt::format("/v1/field/{}/{}", Word(entity), field.key), std::move(body));
-  if (!answer) return tl::unexpected(answer.error());
+  TRY(Ask("POST", fmt::format("/v1/field/{}/{}", Word(entity), field.key), std::move(body)));
   return {};
 }
 
 Result<json> Spoolman::Extras(SpoolmanEntity entity, int id) {
   const std::string path = Path(entity, id);
-  const auto answer = Ask("GET", path);
-  if (!answer) return tl::unexpected(answer.error());
-  if (Id(*answer, "id") != id) return Strange(path);
-  const json* extra = Member(*answer, "extra");
+  const auto answer = TRY(Ask("GET", path));
+  if (Id(answer, "id") != id) return Strange(path);
+  const json* extra = Member(answer, "extra");
   if (extra == nullptr || extra->is_null()) return json::object();
   const bool texts = extra->is_object() && std::all_of(extra->begin(), extra->end(),
                                                        [](const json& v) { return v.is_string(); });
@@ -179,10 +171,9 @@ Result<json> Spoolman::Extras(SpoolmanEntity entity, int id) {
 }
 
 Result<std::optional<json>> Spoolman::Extra(SpoolmanEntity entity, int id, const std::string& key) {
-  const auto extras = Extras(entity, id);
-  if (!extras) return tl::unexpected(extras.error());
-  const auto found = extras->find(key);
-  if (found == extras->end()) return std::nullopt;
+  const auto extras = TRY(Extras(entity, id));
+  const auto found = extras.find(key);
+  if (found == extras.end()) return std::nullopt;
   json value = json::parse(found->get<std::string>(), nullptr, false);
   if (value.is_discarded()) return Strange(fmt::format("'{}'", key));
   return value;
@@ -190,35 +181,31 @@ Result<std::optional<json>> Spoolman::Extra(SpoolmanEntity entity, int id, const
 
 Result<bool> Spoolman::LeavesOthersAlone() {
   constexpr std::pair kSince{0, 26};  // of a spool since 0.22, of a filament only since then
-  const auto info = Ask("GET", "/v1/info");
-  if (!info) return tl::unexpected(info.error());
-  return MajorMinor(TextOr(*info, "version", "")) >= kSince;
+  const auto info = TRY(Ask("GET", "/v1/info"));
+  return MajorMinor(TextOr(info, "version", "")) >= kSince;
 }
 
 Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string& key,
                                 const json& value, std::optional<bool>& written) {
   written = false;
-  const auto alone = LeavesOthersAlone();
-  if (!alone) return tl::unexpected(alone.error());
-  const auto before = Extras(entity, id);
-  if (!before) return tl::unexpected(before.error());
-  json wanted = *before;
+  const auto alone = TRY(LeavesOthersAlone());
+  const auto before = TRY(Extras(entity, id));
+  json wanted = before;
   wanted[key] = FieldText(value);
   // Values of others are sent only where they would be lost otherwise: somebody may have changed
   // one since it was read, and of one that does not fit its field any more all are refused.
   written.reset();
   const auto sent =
-      Ask("PATCH", Path(entity, id), json{{"extra", *alone ? json{{key, wanted[key]}} : wanted}});
+      Ask("PATCH", Path(entity, id), json{{"extra", alone ? json{{key, wanted[key]}} : wanted}});
   if (!sent) {
     if (was_refused_) written = false;
     return tl::unexpected(sent.error());
   }
   written = true;
-  const auto after = Extras(entity, id);
-  if (!after) return tl::unexpected(after.error());
+  const auto after = TRY(Extras(entity, id));
   const bool all_there = std::all_of(wanted.items().begin(), wanted.items().end(),
-                                     [&](const auto& one) { return after->contains(one.key()); });
-  const bool as_wanted = *alone ? all_there && (*after)[key] == wanted[key] : *after == wanted;
+                                     [&](const auto& one) { return after.contains(one.key()); });
+  const bool as_wanted = alone ? all_there && after[key] == wanted[key] : after == wanted;
   if (as_wanted) return {};
   return Fail(fmt::format("the fields of {} {} read otherwise in Spoolman than they were written: "
                           "another program wrote there at the same time; look at them",

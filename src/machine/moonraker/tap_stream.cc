@@ -55,8 +55,8 @@ class MoonrakerTaps : public TapStream {
   }
 
   Result<void> Start(const WaitLimit& limit) {
-    if (auto started = moonraker_.Start(limit); !started) return started;
-    if (auto named = RegisterStreams(limit); !named) return named;
+    TRY(moonraker_.Start(limit));
+    TRY(RegisterStreams(limit));
     if (!remote_method_.empty()) {
       auto done = moonraker_.RegisterRemoteMethod(remote_method_, limit);
       if (!done && IsTaken(done.error())) {
@@ -101,7 +101,7 @@ class MoonrakerTaps : public TapStream {
       if (!IsTaken(first.error()) || number == kMostNames) return first;
     }
     for (const char* stream : {"taps", "moves"}) {
-      if (auto done = moonraker_.RegisterRemoteMethod(prefix_ + stream, limit); !done) return done;
+      TRY(moonraker_.RegisterRemoteMethod(prefix_ + stream, limit));
     }
     return {};
   }
@@ -329,10 +329,9 @@ std::optional<ConsoleResult> ProbeResult(const std::string& line) {
 
 Result<std::unique_ptr<TapStream>> OpenTapStream(const TapStreamOptions& options,
                                                  TapStreamEvents events, const WaitLimit& limit) {
-  const auto address = ParseMoonrakerAddress(options.moonraker.address);
-  if (!address) return tl::unexpected(address.error());
-  auto stream = std::make_unique<MoonrakerTaps>(*address, options, std::move(events));
-  if (auto started = stream->Start(limit); !started) return tl::unexpected(started.error());
+  const auto address = TRY(ParseMoonrakerAddress(options.moonraker.address));
+  auto stream = std::make_unique<MoonrakerTaps>(address, options, std::move(events));
+  TRY(stream->Start(limit));
   return stream;
 }
 

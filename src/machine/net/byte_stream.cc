@@ -241,8 +241,7 @@ Result<void> ByteStream::State::SendPending(double deadline_s, const std::stop_t
   BIO* out = SSL_get_wbio(session.get());
   for (int count = BIO_read(out, bytes.data(), bytes.size()); count > 0;
        count = BIO_read(out, bytes.data(), bytes.size())) {
-    auto sent = Send({bytes.data(), static_cast<std::size_t>(count)}, deadline_s, stop);
-    if (!sent) return sent;
+    TRY(Send({bytes.data(), static_cast<std::size_t>(count)}, deadline_s, stop));
   }
   return {};
 }
@@ -288,7 +287,7 @@ Result<void> ByteStream::State::StartTls(const ConnectOptions& options, double d
     ERR_clear_error();
     const int done = SSL_connect(session.get());
     const int error = SSL_get_error(session.get(), done);
-    if (auto sent = SendPending(deadline_s, stop); !sent) return sent;
+    TRY(SendPending(deadline_s, stop));
     if (done == 1) return {};
     if (error != SSL_ERROR_WANT_READ) {
       const long verified = SSL_get_verify_result(session.get());
@@ -300,13 +299,12 @@ Result<void> ByteStream::State::StartTls(const ConnectOptions& options, double d
       }
       return Broken(fmt::format("it does not speak TLS as asked ({}); try http://", TlsText()));
     }
-    auto read = ReceivePending(deadline_s, stop);
-    if (!read) return tl::unexpected(read.error());
-    if (read->timed_out) {
+    auto read = TRY(ReceivePending(deadline_s, stop));
+    if (read.timed_out) {
       return Broken(
           fmt::format("no TLS handshake within {:g} s; try http://", options.time_limit_s));
     }
-    if (read->count == 0) return Broken("closed during the TLS handshake; try http://");
+    if (read.count == 0) return Broken("closed during the TLS handshake; try http://");
   }
 }
 
@@ -317,10 +315,9 @@ ByteStream::~ByteStream() = default;
 
 Result<ByteStream> ByteStream::Connect(const ConnectOptions& options, const std::stop_token& stop) {
   const double deadline_s = HostNow() + options.time_limit_s;
-  auto addresses = FindAddresses(options, deadline_s, stop);
-  if (!addresses) return tl::unexpected(addresses.error());
+  auto addresses = TRY(FindAddresses(options, deadline_s, stop));
   Error last{ErrorKind::kMachine, "no address to connect to"};
-  for (const addrinfo* address = addresses->get(); address != nullptr; address = address->ai_next) {
+  for (const addrinfo* address = addresses.get(); address != nullptr; address = address->ai_next) {
     auto socket = ConnectTo(*address, options, deadline_s, stop);
     if (!socket) {
       last = socket.error();
@@ -330,9 +327,7 @@ Result<ByteStream> ByteStream::Connect(const ConnectOptions& options, const std:
     auto state = std::make_unique<State>();
     state->socket = std::move(*socket);
     if (options.tls) {
-      if (auto tls = state->StartTls(options, deadline_s, stop); !tls) {
-        return tl::unexpected(tls.error());
-      }
+      TRY(state->StartTls(options, deadline_s, stop));
     }
     return ByteStream(std::move(state));
   }
@@ -362,9 +357,7 @@ Result<ByteStream::ReadResult> ByteStream::Read(std::span<std::uint8_t> buffer, 
     if (error != SSL_ERROR_WANT_READ) {
       return Broken(fmt::format("TLS failed while receiving ({})", TlsText()));
     }
-    if (auto sent = state_->SendPending(deadline_s, stop); !sent) {
-      return tl::unexpected(sent.error());
-    }
+    TRY(state_->SendPending(deadline_s, stop));
     auto read = state_->ReceivePending(deadline_s, stop);
     if (!read || read->timed_out || read->count == 0) return read;
   }

@@ -54,14 +54,13 @@ OpenFile::~OpenFile() {
 
 Result<std::vector<std::uint8_t>> ReadFileBytes(const std::filesystem::path& path,
                                                 std::int64_t most_bytes) {
-  const auto file = OpenFile::Open(path);
-  if (!file) return tl::unexpected(file.error());
-  if (file->size() > most_bytes) {
+  const auto file = TRY(OpenFile::Open(path));
+  if (file.size() > most_bytes) {
     return Fail(
-        fmt::format("it has {} bytes, more than the {} that are read", file->size(), most_bytes));
+        fmt::format("it has {} bytes, more than the {} that are read", file.size(), most_bytes));
   }
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(file->size()));
-  if (ReadInto(file->fd(), bytes) != static_cast<ssize_t>(bytes.size())) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(file.size()));
+  if (ReadInto(file.fd(), bytes) != static_cast<ssize_t>(bytes.size())) {
     return Fail("it cannot be read to its end; check that nothing is writing it");
   }
   return bytes;
@@ -69,10 +68,9 @@ Result<std::vector<std::uint8_t>> ReadFileBytes(const std::filesystem::path& pat
 
 Result<std::vector<std::uint8_t>> ReadFileStart(const std::filesystem::path& path,
                                                 std::size_t most) {
-  const auto file = OpenFile::Open(path);
-  if (!file) return tl::unexpected(file.error());
+  const auto file = TRY(OpenFile::Open(path));
   std::vector<std::uint8_t> bytes(most);
-  const ssize_t count = ReadInto(file->fd(), bytes);
+  const ssize_t count = ReadInto(file.fd(), bytes);
   if (count < 0) return Fail("it cannot be read; check its permissions");
   bytes.resize(static_cast<std::size_t>(count));
   return bytes;

@@ -252,9 +252,8 @@ Result<std::optional<MultipartPart>> MultipartReader::Take() {
   for (;;) {
     if (state_ == State::kEnded) return std::nullopt;
     if (state_ == State::kBody) return ReadBody();
-    auto moved = state_ == State::kSeek ? Seek() : ReadFields();
-    if (!moved) return tl::unexpected(moved.error());
-    if (!*moved) return std::nullopt;
+    auto moved = TRY(state_ == State::kSeek ? Seek() : ReadFields());
+    if (!moved) return std::nullopt;
   }
 }
 

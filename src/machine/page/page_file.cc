@@ -42,19 +42,17 @@ constexpr std::size_t kSignature = 8;
 Result<void> Read(const std::filesystem::path& path, const PageReadOptions& options,
                   const PageSink& sink) {
   constexpr std::int64_t kMostPageBytes = 4'000'000'000;
-  const auto start = ReadFileStart(path, kSignature);
-  if (!start) return tl::unexpected(start.error());
-  const PageFormat format = FormatOf(*start);
-  if (start->empty()) return Fail("it is empty; scan again");
+  const auto start = TRY(ReadFileStart(path, kSignature));
+  const PageFormat format = FormatOf(start);
+  if (start.empty()) return Fail("it is empty; scan again");
   if (format == PageFormat::kUnknown) {
     return Fail("it is no TIFF, PNG, JPEG or PDF; scan or convert it to one of these");
   }
   if (format == PageFormat::kTiff) return ReadTiff(path, options, sink);
   if (format == PageFormat::kPdf) return ReadPdf(path, options, sink);
-  const auto bytes = ReadFileBytes(path, kMostPageBytes);
-  if (!bytes) return tl::unexpected(bytes.error());
-  if (format == PageFormat::kPng) return One(DecodePng(*bytes, options), sink);
-  return One(DecodeJpeg(*bytes, options), sink);
+  const auto bytes = TRY(ReadFileBytes(path, kMostPageBytes));
+  if (format == PageFormat::kPng) return One(DecodePng(bytes, options), sink);
+  return One(DecodeJpeg(bytes, options), sink);
 }
 
 constexpr double kMostPixelsOfARow = 1e6;

@@ -16,7 +16,7 @@ tl::unexpected<Error> Damaged(const Error& error) {
 Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
   const auto outline = image::OutlineOf(bytes);
   if (!outline) return Damaged(outline.error());
-  if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
+  TRY(CheckCost(*outline, bytes.size()));
   auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kRefuse);
   if (!jpeg) return Damaged(jpeg.error());
   const image::JpegHeader& header = jpeg->header();

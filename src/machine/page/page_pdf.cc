@@ -60,9 +60,8 @@ class PdfPage {
     rows_ = 0;
     bytes_.clear();
     if (told_.jpeg) return {};
-    auto page = MakePage(told_.layout, options);
-    if (!page) return tl::unexpected(page.error());
-    page_ = std::move(*page);
+    auto page = TRY(MakePage(told_.layout, options));
+    page_ = std::move(page);
     return CheckRaster(told_.layout, told_.most_packed, file_bytes_);
   }
 
@@ -83,9 +82,8 @@ class PdfPage {
 
   Result<Page> End(const PageReadOptions& options) {
     if (told_.jpeg) {
-      auto page = DecodeJpeg(bytes_, options);
-      if (!page) return page;
-      return AsDrawn(told_, std::move(*page));
+      auto page = TRY(DecodeJpeg(bytes_, options));
+      return AsDrawn(told_, std::move(page));
     }
     if (rows_ < page_.height) {
       return Fail("its picture ends early; copy the file again, or scan again");
@@ -143,19 +141,17 @@ Result<void> ReadPdf(const std::filesystem::path& path, const PageReadOptions& o
   std::error_code unknown;
   const std::uintmax_t file_bytes = std::filesystem::file_size(path, unknown);
   if (unknown) return Fail(unknown.message());
-  const auto module = FindPdfModule();
-  if (!module) return tl::unexpected(module.error());
-  auto child = ChildProcess::Start(
+  const auto module = TRY(FindPdfModule());
+  auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
         LimitThisProcess(MemoryFor(file_bytes), kMostSeconds);
         const auto sent =
-            (*module)->send_pages(path, file_bytes, MemoryFor(file_bytes), options, sender);
+            module->send_pages(path, file_bytes, MemoryFor(file_bytes), options, sender);
         sender.Send(sent ? kPdfFileEnds : kPdfFault,
                     sent ? std::string_view() : sent.error().message);
       },
-      kPatience_s);
-  if (!child) return tl::unexpected(child.error());
-  return TakePages(*child, file_bytes, options, sink);
+      kPatience_s));
+  return TakePages(child, file_bytes, options, sink);
 }
 
 }  // namespace trammel::machine

@@ -42,18 +42,17 @@ Result<Page> Fill(image::PngReader& png, const PageLayout& layout, Page page) {
 
 Result<Page> DecodePng(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
   if (const auto outline = image::OutlineOfPng(bytes)) {
-    if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
+    TRY(CheckCost(*outline, bytes.size()));
   }
   auto png = image::PngReader::Open(bytes, image::PngPixels::kAsStored);
   if (!png) return Damaged(png.error());
   const image::PngHeader& header = png->header();
   const PageLayout layout{header.width_px, header.height_px, header.samples, header.bits};
-  auto page = MakePage(layout, options);
-  if (!page) return page;
-  page->dpi_x = header.dpi_x;
-  page->dpi_y = header.dpi_y;
-  return header.interlaced ? FillPasses(*png, layout, std::move(*page))
-                           : Fill(*png, layout, std::move(*page));
+  auto page = TRY(MakePage(layout, options));
+  page.dpi_x = header.dpi_x;
+  page.dpi_y = header.dpi_y;
+  return header.interlaced ? FillPasses(*png, layout, std::move(page))
+                           : Fill(*png, layout, std::move(page));
 }
 
 }  // namespace trammel::machine

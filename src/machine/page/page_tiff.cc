@@ -158,7 +158,7 @@ Result<Page> ReadDirectory(const Tiff& tiff, const PageReadOptions& options,
   layout.height = Tag<std::uint32_t>(tiff, TIFFTAG_IMAGELENGTH, 0);
   layout.samples = Tag<std::uint16_t>(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
   layout.bits = Tag<std::uint16_t>(tiff, TIFFTAG_BITSPERSAMPLE, 1);
-  if (auto fits = CheckPacked(tiff, layout, file_bytes); !fits) return tl::unexpected(fits.error());
+  TRY(CheckPacked(tiff, layout, file_bytes));
   const auto photometric = Tag<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
   layout.white_is_zero = photometric == PHOTOMETRIC_MINISWHITE;
   const bool grey = photometric == PHOTOMETRIC_MINISWHITE || photometric == PHOTOMETRIC_MINISBLACK;
@@ -200,9 +200,8 @@ Result<void> ReadTiff(const std::filesystem::path& path, const PageReadOptions& 
     if (++pages > options.most_pages) {
       return Fail(fmt::format("it has more than {} pages; give fewer", options.most_pages));
     }
-    auto page = ReadDirectory(tiff, options, unknown ? 0 : file_bytes, said);
-    if (!page) return tl::unexpected(page.error());
-    if (auto taken = sink(std::move(*page)); !taken) return taken;
+    auto page = TRY(ReadDirectory(tiff, options, unknown ? 0 : file_bytes, said));
+    TRY(sink(std::move(page)));
   } while (TIFFReadDirectory(tiff.get()) == 1);
   if (pages == 0) return Fail("it holds no page; scan again");
   return {};

@@ -195,9 +195,8 @@ Result<PdfPicture> Describe(QPDFObjectHandle picture, Palette& palette) {
   const bool mask = is_mask.isBool() && is_mask.getBoolValue();
   layout.samples = mask ? 1 : SamplesOf(dictionary.getKey("/ColorSpace"));
   layout.bits = mask ? 1 : static_cast<int>(Whole(dictionary, "/BitsPerComponent", 0));
-  auto colours = PaletteOf(dictionary, layout);
-  if (!colours) return tl::unexpected(colours.error());
-  palette = std::move(*colours);
+  auto colours = TRY(PaletteOf(dictionary, layout));
+  palette = std::move(colours);
   if (palette.bits > 0) told.most_packed *= 8.0 * layout.samples / palette.bits;
   QPDFObjectHandle decode = dictionary.getKey("/Decode");
   layout.white_is_zero = layout.samples == 1 && palette.bits == 0 && decode.isArray() &&
@@ -223,31 +222,29 @@ Result<void> CheckMask(QPDFObjectHandle dictionary) {
 
 Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
                       const ChildSender& sender) {
-  const auto drawn = PictureOf(helper);
-  if (!drawn) return tl::unexpected(drawn.error());
-  QPDFObjectHandle picture = drawn->picture;
-  if (auto whole = CheckMask(picture.getDict()); !whole) return whole;
+  const auto drawn = TRY(PictureOf(helper));
+  QPDFObjectHandle picture = drawn.picture;
+  TRY(CheckMask(picture.getDict()));
   Palette palette;
-  auto told = Describe(picture, palette);
-  if (!told) return tl::unexpected(told.error());
-  told->width_pt = drawn->width_pt();
-  told->height_pt = drawn->height_pt();
-  told->mirrored = drawn->mirrored();
-  sender.Send(kPdfPicture, std::span(reinterpret_cast<const std::uint8_t*>(&*told), sizeof *told));
+  auto told = TRY(Describe(picture, palette));
+  told.width_pt = drawn.width_pt();
+  told.height_pt = drawn.height_pt();
+  told.mirrored = drawn.mirrored();
+  sender.Send(kPdfPicture, std::span(reinterpret_cast<const std::uint8_t*>(&told), sizeof told));
   std::uint64_t wanted = 0;  // of a picture that no page can be: the caller refuses it
-  if (told->jpeg) {
+  if (told.jpeg) {
     wanted = file_bytes;
-  } else if (MayBePage(told->layout)) {
-    wanted = RowBytes(told->layout) * static_cast<std::uint64_t>(told->layout.height);
+  } else if (MayBePage(told.layout)) {
+    wanted = RowBytes(told.layout) * static_cast<std::uint64_t>(told.layout.height);
   }
   ToParent to_parent(sender, wanted);
   std::optional<Expand> expand;
-  if (palette.bits > 0 && MayBePage(told->layout)) {
-    expand.emplace(told->layout, palette, to_parent);
+  if (palette.bits > 0 && MayBePage(told.layout)) {
+    expand.emplace(told.layout, palette, to_parent);
   }
   try {
     picture.pipeStreamData(expand ? static_cast<Pipeline*>(&*expand) : &to_parent, 0,
-                           told->jpeg ? qpdf_dl_none : qpdf_dl_specialized, true);
+                           told.jpeg ? qpdf_dl_none : qpdf_dl_specialized, true);
   } catch (const Enough&) {
   }
   sender.Send(kPdfPageEnds, std::string_view());
@@ -273,7 +270,7 @@ Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_byt
           fmt::format("it has {} pages; 1 to {} are read", helpers.size(), options.most_pages));
     }
     for (QPDFPageObjectHelper& helper : helpers) {
-      if (auto sent = SendPage(helper, file_bytes, sender); !sent) return sent;
+      TRY(SendPage(helper, file_bytes, sender));
     }
     return {};
   } catch (const std::exception& failure) {

@@ -88,10 +88,9 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
   }
   Words words = {"/usr/bin/env", "LC_ALL=C", request.program};
   words.insert(words.end(), more.begin(), more.end());
-  auto process = CommandProcess::Start(words, run.most_bytes);
-  if (!process) return tl::unexpected(process.error());
+  auto process = TRY(CommandProcess::Start(words, run.most_bytes));
   std::string said;  // its last words
-  const CommandEnd end = (*process)->Follow(
+  const CommandEnd end = process->Follow(
       [&](OutputStream stream, std::string_view line) {
         constexpr std::size_t kLongest = 300;
         if (stream == OutputStream::kOutput && run.take_line) run.take_line(line);
@@ -133,17 +132,16 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
 
 Result<std::string> ChooseDevice(const ScanRequest& request) {
   if (!request.device.empty()) return request.device;
-  const auto scanners = ListScanners(request);
-  if (!scanners) return tl::unexpected(scanners.error());
-  if (scanners->size() == 1) return scanners->front().name;
-  if (scanners->empty()) {
+  const auto scanners = TRY(ListScanners(request));
+  if (scanners.size() == 1) return scanners.front().name;
+  if (scanners.empty()) {
     return Fail(
         "no scanner was found: switch it on, look at cable or network, and whether "
         "scanimage -L finds it",
         ErrorKind::kMachine);
   }
   std::string names;
-  for (const ScannerInfo& scanner : *scanners) names += fmt::format("\n  {}", scanner.name);
+  for (const ScannerInfo& scanner : scanners) names += fmt::format("\n  {}", scanner.name);
   return Fail(fmt::format("there are several scanners; name one of them with --device:{}", names));
 }
 
@@ -216,9 +214,8 @@ Result<void> AddSettings(const ScannerOptions& options, const ScanRequest& reque
       source != nullptr && source->Takes(std::string_view("Flatbed"))) {
     words.push_back("--source=Flatbed");
   }
-  const auto mode = ModeOf(options, request.color);
-  if (!mode) return tl::unexpected(mode.error());
-  if (!mode->empty()) words.push_back("--mode=" + *mode);
+  const auto mode = TRY(ModeOf(options, request.color));
+  if (!mode.empty()) words.push_back("--mode=" + mode);
   constexpr double kBits = 8;
   if (const auto* depth = options.FindActive("depth"); depth != nullptr && depth->Takes(kBits)) {
     words.push_back("--depth=8");
@@ -236,11 +233,10 @@ Result<void> AddSettings(const ScannerOptions& options, const ScanRequest& reque
       words.push_back(fmt::format("--{}={:g}", name, request.dpi));
     }
   }
-  const auto area = AddArea(options, request.area, words);
-  if (!area) return tl::unexpected(area.error());
-  const double pixels = *area ? (*area)->width_mm * (*area)->height_mm / (kInch_mm * kInch_mm) *
-                                    request.dpi * request.dpi
-                              : 0;
+  const auto area = TRY(AddArea(options, request.area, words));
+  const double pixels =
+      area ? area->width_mm * area->height_mm / (kInch_mm * kInch_mm) * request.dpi * request.dpi
+           : 0;
   if (pixels > static_cast<double>(limits.most_pixels)) {
     return Fail(
         fmt::format("the page would have {:.0f} megapixels, and at most {} megapixels are "
@@ -285,7 +281,7 @@ Result<void> WriteAsPng(const Page& page, const files::NewFile& file) {
   });
   if (!png) return tl::unexpected(png.error());
   for (int y = 0; y < page.height; ++y) {
-    if (auto written = png->WriteRow(page.view().row(y)); !written) return written;
+    TRY(png->WriteRow(page.view().row(y)));
   }
   return png->Finish();
 }
@@ -305,8 +301,7 @@ Result<std::vector<ScannerInfo>> ListScanners(const ScanRequest& request) {
     }
     if (!parts[1].empty()) scanners.push_back({parts[0], parts[1], parts[2], parts[3]});
   };
-  const auto listed = ScanImage(request, {"-f", "%d\t%v\t%m\t%t%n"}, run);
-  if (!listed) return tl::unexpected(listed.error());
+  TRY(ScanImage(request, {"-f", "%d\t%v\t%m\t%t%n"}, run));
   return scanners;
 }
 
@@ -322,31 +317,26 @@ Result<void> CheckPagePath(const std::filesystem::path& path) {
 Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& to,
                       const PageReadOptions& limits, const std::function<void(double)>& progress,
                       const std::stop_token& stop) {
-  const auto device = ChooseDevice(request);
-  if (!device) return tl::unexpected(device.error());
-  Run run{.about = fmt::format("scanner {}", *device), .stop = stop};
+  const auto device = TRY(ChooseDevice(request));
+  Run run{.about = fmt::format("scanner {}", device), .stop = stop};
   ScannerOptions options;
   run.take_line = [&](std::string_view line) { options.Add(line); };
-  const Words named = {fmt::format("--device-name={}", *device)};
+  const Words named = {fmt::format("--device-name={}", device)};
   Words words = named;
   words.push_back("-A");
-  if (auto listed = ScanImage(request, words, run); !listed) return tl::unexpected(listed.error());
+  TRY(ScanImage(request, words, run));
   auto file = files::NewFile::Create(to, files::IfThere::kRefuse);
   if (!file) return Fail("page " + file.error().message);
   words = named;
   // Debian 12's scanimage dies of a PNG whose length the scanner does not know beforehand.
   words.insert(words.end(), {"--format=tiff", "--progress",
                              fmt::format("--output-file={}", file->temporary_path().string())});
-  if (auto set = AddSettings(options, request, limits, words); !set) {
-    return tl::unexpected(set.error());
-  }
+  TRY(AddSettings(options, request, limits, words));
   run.take_line = {};
   run.progress = progress;
   constexpr std::uint64_t kHeads = 1 << 20;  // of the file, and of its rows
   run.most_bytes = 3 * static_cast<std::uint64_t>(limits.most_pixels) + kHeads;
-  if (auto scanned = ScanImage(request, words, run); !scanned) {
-    return tl::unexpected(scanned.error());
-  }
+  TRY(ScanImage(request, words, run));
   auto page = ReadBack(file->temporary_path(), request.dpi, limits);
   if (!page) return page;
   Result<void> kept;

@@ -157,11 +157,10 @@ Result<AviReader> AviReader::Open(const std::filesystem::path& path, std::size_t
   if (reader.file_.size() == 0) {
     return reader.Broken("the file is empty (0 bytes); record the line again");
   }
-  if (auto head = reader.CheckHead(); !head) return tl::unexpected(head.error());
+  TRY(reader.CheckHead());
   if (!reader.FindStream()) return reader.Broken(kForeign);
-  const auto whole = reader.HasWholeFrames();
-  if (!whole) return tl::unexpected(whole.error());
-  if (!*whole) return reader.Broken(kForeign);
+  const auto whole = TRY(reader.HasWholeFrames());
+  if (!whole) return reader.Broken(kForeign);
   return reader;
 }
 
@@ -196,14 +195,13 @@ Result<std::optional<AviReader::Chunk>> AviReader::NextChunk() {
 
 Result<bool> AviReader::Next(AviFrame& frame) {
   for (;;) {
-    const auto chunk = NextChunk();
-    if (!chunk) return tl::unexpected(chunk.error());
-    if (!*chunk) {
+    const auto chunk = TRY(NextChunk());
+    if (!chunk) {
       if (frames_ == 0) return Broken("holds no frames; record the line again");
       return false;
     }
     const std::uint64_t place = chunks_++;
-    const auto size = static_cast<std::size_t>((*chunk)->size);
+    const auto size = static_cast<std::size_t>(chunk->size);
     if (size == 0) continue;  // the frame before is shown once more
     ++frames_;
     if (size > most_bytes_) {
@@ -212,7 +210,7 @@ Result<bool> AviReader::Next(AviFrame& frame) {
     }
     frame.time_s.reset();
     frame.bytes.resize(size);
-    if (!ReadAt(file_.fd(), (*chunk)->at + kChunkHead, frame.bytes)) {
+    if (!ReadAt(file_.fd(), chunk->at + kChunkHead, frame.bytes)) {
       return Broken(fmt::format("frame {} cannot be read; copy the file again", frames_));
     }
     if (stream_.frames_per_s > 0) {

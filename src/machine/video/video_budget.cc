@@ -55,14 +55,13 @@ Result<void> VideoBudget::AddTime(std::chrono::steady_clock::duration time) {
 }
 
 Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg, std::size_t most_pixels) {
-  const auto outline = image::OutlineOf(jpeg);
-  if (!outline) return tl::unexpected(outline.error());
-  if (static_cast<double>(outline->width_px) * outline->height_px >
+  const auto outline = TRY(image::OutlineOf(jpeg));
+  if (static_cast<double>(outline.width_px) * outline.height_px >
       static_cast<double>(most_pixels)) {
-    return Fail(fmt::format("it has {}x{} px; at most {} megapixels are read", outline->width_px,
-                            outline->height_px, most_pixels / 1'000'000));
+    return Fail(fmt::format("it has {}x{} px; at most {} megapixels are read", outline.width_px,
+                            outline.height_px, most_pixels / 1'000'000));
   }
-  return CheckCost(*outline, jpeg.size());
+  return CheckCost(outline, jpeg.size());
 }
 
 }  // namespace trammel::machine

@@ -32,10 +32,9 @@ Result<void> Fill(const std::filesystem::path& video, AviReader& reader, const V
   Bytes part;
   for (;;) {
     if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-    const auto more = reader.Next(frame);
-    if (!more) return tl::unexpected(more.error());
-    if (!*more) return {};
-    if (auto fits = CheckMjpegFrame(frame.bytes, limits.max_pixels); !fits) return fits;
+    const auto more = TRY(reader.Next(frame));
+    if (!more) return {};
+    TRY(CheckMjpegFrame(frame.bytes, limits.max_pixels));
     const bool whole = avi.frames() % cut.whole_every == 0;
     const bool smaller =
         !whole && image::CutJpeg(frame.bytes, cut.part, part) && part.size() < frame.bytes.size();
@@ -53,21 +52,17 @@ Result<CutVideo> CutVideo::Write(const std::filesystem::path& video, const Video
   TRAMMEL_CHECK(cut.whole_every >= 1 && cut.frames_per_s > 0, "every {} frames, {} frames/s",
                 cut.whole_every, cut.frames_per_s);
   constexpr std::size_t kMostBytes = std::size_t{3} * VideoLimits{}.max_pixels;
-  auto reader = AviReader::Open(video, kMostBytes);
-  if (!reader) return tl::unexpected(reader.error());
-  const image::AviForm form{reader->width_px(), reader->height_px(), cut.frames_per_s};
+  auto reader = TRY(AviReader::Open(video, kMostBytes));
+  const image::AviForm form{reader.width_px(), reader.height_px(), cut.frames_per_s};
   if (form.width_px < 1 || form.width_px > 65535 || form.height_px < 1 || form.height_px > 65535) {
     return NotCut(video, fmt::format("its head states {}x{} px", form.width_px, form.height_px));
   }
-  auto file = files::NewFile::Create(video, files::IfThere::kReplace);
-  if (!file) return tl::unexpected(file.error());
-  image::AviWriter avi(file->fd());
+  auto file = TRY(files::NewFile::Create(video, files::IfThere::kReplace));
+  image::AviWriter avi(file.fd());
   if (const int error = avi.Begin(form); error != 0) return files::CannotWrite(video, error);
-  if (auto filled = Fill(video, *reader, cut, stop, avi); !filled) {
-    return tl::unexpected(filled.error());
-  }
+  TRY(Fill(video, reader, cut, stop, avi));
   if (const int error = avi.Finish(); error != 0) return files::CannotWrite(video, error);
-  return CutVideo(video, std::move(*file));
+  return CutVideo(video, std::move(file));
 }
 
 Result<void> CutVideo::TakePlace() {

@@ -89,9 +89,8 @@ VideoFile::~VideoFile() = default;
 
 Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const VideoLimits& limits) {
   const std::size_t most_bytes = 3 * limits.max_pixels;  // of a frame: as many as its pixels take
-  auto avi = AviReader::Open(path, most_bytes);
-  if (!avi) return tl::unexpected(avi.error());
-  return VideoFile(std::make_unique<State>(path, std::move(*avi), limits));
+  auto avi = TRY(AviReader::Open(path, most_bytes));
+  return VideoFile(std::make_unique<State>(path, std::move(avi), limits));
 }
 
 int VideoFile::width_px() const { return state_->place.whole_width; }
@@ -117,9 +116,8 @@ Result<const Frame*> VideoFile::Decode(const PixelRect& part) {
 }
 
 Result<const Frame*> VideoFile::Next() {
-  const auto more = Advance();
-  if (!more) return tl::unexpected(more.error());
-  if (!*more) return nullptr;
+  const auto more = TRY(Advance());
+  if (!more) return nullptr;
   return Decode({0, 0, width_px(), height_px()});
 }
 

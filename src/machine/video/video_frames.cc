@@ -32,9 +32,8 @@ class VideoFrames final : public FrameSource {
 Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
   AviFrame stored;
-  const auto more = avi_.Next(stored);
-  if (!more) return tl::unexpected(more.error());
-  if (!*more) return std::nullopt;
+  const auto more = TRY(avi_.Next(stored));
+  if (!more) return std::nullopt;
   CapturedFrame frame;
   frame.arrival_s = HostNow();
   frame.image = std::move(stored.bytes);
@@ -50,9 +49,8 @@ Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token s
 
 Result<std::unique_ptr<FrameSource>> OpenVideoFrames(const std::filesystem::path& path,
                                                      const CameraOptions& options) {
-  auto avi = AviReader::Open(path, options.max_frame_bytes);
-  if (!avi) return tl::unexpected(avi.error());
-  return std::make_unique<VideoFrames>(path, std::move(*avi));
+  auto avi = TRY(AviReader::Open(path, options.max_frame_bytes));
+  return std::make_unique<VideoFrames>(path, std::move(avi));
 }
 
 }  // namespace trammel::machine

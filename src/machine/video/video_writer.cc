@@ -116,7 +116,7 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
     std::filesystem::remove(path, ignored);
     std::filesystem::remove(FrameTimesPath(path), ignored);
   };
-  if (auto made = create(state->video, path); !made) return tl::unexpected(made.error());
+  TRY(create(state->video, path));
   if (auto made = create(state->times, FrameTimesPath(path)); !made) {
     std::error_code ignored;
     std::filesystem::remove(path, ignored);

@@ -621,7 +621,7 @@ AdjustmentCheck CheckOf(const BoardMeasurement& measurement, const Work& work) {
 
 Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
                                           const BoardCalibrateOptions& options) {
-  if (auto sound = Validate(measurement, options); !sound) return tl::unexpected(sound.error());
+  TRY(Validate(measurement, options));
   BoardCalibration result;
   NoteViews(measurement, result);
   if (const auto fault = SizeFault(measurement)) return Say(Verdict::kRefused, *fault, result);

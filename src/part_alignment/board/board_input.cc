@@ -125,17 +125,17 @@ Result<void> Validate(const BoardMeasurement& measurement, const BoardCalibrateO
         options.most_place_mm > 0 && options.false_alarm > 0 && options.false_alarm < 1)) {
     return Fail("the options' limits must be above 0, the false alarm's probability below 1");
   }
-  if (auto sound = CheckMachine(measurement); !sound) return sound;
+  TRY(CheckMachine(measurement));
   std::set<std::string> marks;
   for (std::size_t i = 0; i < measurement.views.size(); ++i) {
-    if (auto sound = CheckView(measurement, i); !sound) return sound;
+    TRY(CheckView(measurement, i));
     for (const Observation& seen : measurement.views[i].observations) marks.insert(seen.target);
   }
   constexpr std::size_t kMostMarks = 300;  // the adjustment is dense in them
   if (marks.size() > kMostMarks) {
     return Fail(fmt::format("{} marks; at most {}", marks.size(), kMostMarks));
   }
-  if (auto sound = CheckTouches(measurement); !sound) return sound;
+  TRY(CheckTouches(measurement));
   if (measurement.place &&
       !(measurement.place->at_mm.allFinite() && (measurement.place->sigma_mm.array() > 0).all() &&
         measurement.place->sigma_mm.allFinite())) {

@@ -226,11 +226,10 @@ Result<BoardPoses> PlanBoardPoses(const BoardSketch& sketch, double turn_rad,
   TRAMMEL_CHECK(options.pictures >= kLeastPictures && options.pictures <= 500, "pictures = {}",
                 options.pictures);
   BoardPoses poses;
-  const auto heights = HeightsOf(sketch, start_mm, options, poses.notices);
-  if (!heights) return tl::unexpected(heights.error());
-  const double rise_mm = heights->high_mm - heights->low_mm;
-  poses.nearest_mm = heights->distance_mm;
-  poses.farthest_mm = heights->distance_mm + rise_mm;
+  const auto heights = TRY(HeightsOf(sketch, start_mm, options, poses.notices));
+  const double rise_mm = heights.high_mm - heights.low_mm;
+  poses.nearest_mm = heights.distance_mm;
+  poses.farthest_mm = heights.distance_mm + rise_mm;
   const Matrix3d machine_from_camera = MachineFromCamera(sketch, turn_rad);
   const Vector2d half((sketch.camera.width_px - 1) / 2.0, (sketch.camera.height_px - 1) / 2.0);
   // The plane's most even sequence (Roberts 2018): powers of the root of x³ = x + 1.
@@ -243,7 +242,7 @@ Result<BoardPoses> PlanBoardPoses(const BoardSketch& sketch, double turn_rad,
     // More often near the edges, which tell the distortion, than a lens needs in between.
     const Vector2d where(std::sin(std::numbers::pi * (std::fmod(0.5 + kFirst * k, 1.0) - 0.5)),
                          std::sin(std::numbers::pi * (std::fmod(0.5 + kSecond * k, 1.0) - 0.5)));
-    const double z_mm = heights->high_mm - rise_mm * (k % kHeights) / (kHeights - 1);
+    const double z_mm = heights.high_mm - rise_mm * (k % kHeights) / (kHeights - 1);
     for (const double reach : kReaches) {
       const Vector2d pixel = half + reach * half.cwiseProduct(where);
       const auto place = PlaceFor(sketch, machine_from_camera, pixel, z_mm, options.room);

@@ -80,8 +80,7 @@ Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) 
   if (trials < 0 || trials > kMostTrials) {
     return Fail(fmt::format("{} trials; they must be 0 … {}", trials, kMostTrials));
   }
-  const auto terms = TermsOf(scene);
-  if (!terms) return tl::unexpected(terms.error());
+  const auto terms = TRY(TermsOf(scene));
   Budget budget;
   for (int axis = 0; axis < 3; ++axis) {
     AxisBudget& worst = budget.axes[static_cast<std::size_t>(axis)];
@@ -90,23 +89,22 @@ Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) 
       here.at_mm = corner;
       const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(corner);
       here.u_ip_mm =
-          std::sqrt(geometry::PropagateCovariance(by_motion, terms->motion_covariance)(axis, axis));
+          std::sqrt(geometry::PropagateCovariance(by_motion, terms.motion_covariance)(axis, axis));
       here.u_it_mm = ExpansionSigma(scene, corner)[axis];
       here.u_out_mm = OutSigma(scene)[axis];
       SumUp(scene, axis, here);
       if (here.combined_mm > worst.combined_mm) worst = here;
     }
   }
-  if (trials > 0) Simulate(scene, *terms, trials, random, budget);
+  if (trials > 0) Simulate(scene, terms, trials, random, budget);
   return budget;
 }
 
 Result<Vector3d> PointUncertainty(const BudgetScene& scene, const Vector3d& point_mm) {
-  const auto terms = TermsOf(scene);
-  if (!terms) return tl::unexpected(terms.error());
+  const auto terms = TRY(TermsOf(scene));
   const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(point_mm);
   return Vector3d(
-      geometry::PropagateCovariance(by_motion, terms->motion_covariance).diagonal().cwiseSqrt());
+      geometry::PropagateCovariance(by_motion, terms.motion_covariance).diagonal().cwiseSqrt());
 }
 
 Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, double constant_mm,

@@ -60,7 +60,7 @@ Eigen::Matrix<double, 3, 6> MotionAt(const Vector3d& point_mm) {
 }
 
 Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
-  if (const auto checked = Check(scene); !checked) return tl::unexpected(checked.error());
+  TRY(Check(scene));
   const auto n = static_cast<Eigen::Index>(scene.targets_mm.size());
   if (n < 3) return Fail(fmt::format("{} targets; a part needs three, not in one line", n));
   const Vector3d weight = scene.target_sigma_mm.cwiseAbs2().cwiseInverse();

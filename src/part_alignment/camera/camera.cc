@@ -155,9 +155,7 @@ Result<void> Validate(const Camera& camera) {
       Field{"taper_from_camera.angles_rad[1]", taper.angles_rad.y(), -7, 7},
       Field{"taper_from_camera.angles_rad[2]", taper.angles_rad.z(), -7, 7}};
   for (const Field& field : fields) {
-    if (const auto checked = CheckRange(field.name, field.value, field.low, field.high); !checked) {
-      return checked;
-    }
+    TRY(CheckRange(field.name, field.value, field.low, field.high));
   }
   return {};
 }

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using part_alignment::SurveyPicture;
 
 Result<void> CheckPlaces(const BoardArguments& arguments) {
-  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) return free;
+  TRY(CheckFree(arguments.out, arguments.report, arguments.force));
   if (arguments.keep_observations.empty()) return {};
   return RefuseToOverwrite({arguments.keep_observations}, arguments.force);
 }
@@ -34,14 +34,12 @@ Result<void> CheckPlaces(const BoardArguments& arguments) {
 Result<procedure::SurveyReading> ReadMarks(const BoardArguments& arguments,
                                            const files::BoardFile& board) {
   if (!arguments.observations.empty()) {
-    auto pictures = files::ReadSurveyFile(arguments.observations);
-    if (!pictures) return tl::unexpected(pictures.error());
-    return procedure::SurveyReading{std::move(*pictures), {}};
+    auto pictures = TRY(files::ReadSurveyFile(arguments.observations));
+    return procedure::SurveyReading{std::move(pictures), {}};
   }
   procedure::SurveyReadOptions options;
-  auto book = part_alignment::MakeCodeBook(board.bits);
-  if (!book) return tl::unexpected(book.error());
-  options.book = std::move(*book);
+  auto book = TRY(part_alignment::MakeCodeBook(board.bits));
+  options.book = std::move(book);
   options.extra_sigma_px = arguments.extra_sigma_px;
   options.finder.mirrored =
       board.measurement.camera.looks_along == part_alignment::LooksAlong::kMinusZ;

@@ -187,13 +187,12 @@ Result<files::BoardFile> BoardOf(const BoardCommandArguments& arguments) {
   std::set<std::string> marks;
   for (const auto& mark : measurement.layout) marks.insert(mark.id);
   for (const std::string& text : arguments.touches) {
-    auto touch = ReadTouch(text);
-    if (!touch) return tl::unexpected(touch.error());
-    if (!marks.contains(touch->mark)) {
+    auto touch = TRY(ReadTouch(text));
+    if (!marks.contains(touch.mark)) {
       return Fail(fmt::format("--touch {}: the sheet {} has no mark {}", text, arguments.sheet,
-                              touch->mark));
+                              touch.mark));
     }
-    measurement.touches.push_back(std::move(*touch));
+    measurement.touches.push_back(std::move(touch));
   }
   if (arguments.place_mm.empty()) return board;
   const auto& at = arguments.place_mm;
@@ -206,18 +205,16 @@ Result<files::BoardFile> BoardOf(const BoardCommandArguments& arguments) {
 
 Result<void> FillRoute(const BoardCommandArguments& arguments, const machine::LinuxCncTravel& told,
                        procedure::RouteOptions& route) {
-  const auto travel = TravelWithin(arguments, told);
-  if (!travel) return tl::unexpected(travel.error());
-  auto obstacles = ObstaclesOf(arguments.boxes);
-  if (!obstacles) return tl::unexpected(obstacles.error());
-  if (!obstacles->empty() && arguments.boxes.camera_below_mm == 0) {
+  const auto travel = TRY(TravelWithin(arguments, told));
+  auto obstacles = TRY(ObstaclesOf(arguments.boxes));
+  if (!obstacles.empty() && arguments.boxes.camera_below_mm == 0) {
     return Fail("--obstacle needs --camera-below: no camera file tells how far the camera reaches");
   }
-  route.travel = *travel;
-  route.obstacles = std::move(*obstacles);
+  route.travel = travel;
+  route.obstacles = std::move(obstacles);
   route.camera_radius_mm = arguments.boxes.camera_radius_mm;
   route.camera_below_mm = arguments.boxes.camera_below_mm;
-  route.safe_z_mm = arguments.safe_z_mm.empty() ? travel->high_mm.z() : arguments.safe_z_mm.front();
+  route.safe_z_mm = arguments.safe_z_mm.empty() ? travel.high_mm.z() : arguments.safe_z_mm.front();
   return {};
 }
 

@@ -49,12 +49,11 @@ class BoardFolder {
 
   Result<void> KeepPicture(std::size_t view, const machine::CapturedFrame& picture) {
     if (names_.empty()) {
-      if (auto kept = Write(folder_ / kSheetName, sheet_); !kept) return kept;
+      TRY(Write(folder_ / kSheetName, sheet_));
     }
-    auto name = WritePicture(folder_, view, picture);
-    if (!name) return tl::unexpected(name.error());
+    auto name = TRY(WritePicture(folder_, view, picture));
     names_.resize(std::max(names_.size(), view + 1));
-    names_[view] = std::move(*name);
+    names_[view] = std::move(name);
     return {};
   }
 
@@ -66,9 +65,7 @@ class BoardFolder {
       view.picture = names_.at(i);
       seen.push_back({view.picture, view.width_px, view.height_px, view.observations, view.discs});
     }
-    if (auto kept = Write(board_path(), files::BoardFileText(board_, kSheetName)); !kept) {
-      return kept;
-    }
+    TRY(Write(board_path(), files::BoardFileText(board_, kSheetName)));
     return Write(seen_path(), files::SurveyFileText(seen));
   }
 
@@ -107,9 +104,8 @@ Result<std::unique_ptr<machine::FrameSource>> OpenSource(const BoardCommandArgum
     options.width_px = size->first;
     options.height_px = size->second;
   }
-  const auto address = CameraAddressOf("--source", arguments.source);
-  if (!address) return tl::unexpected(address.error());
-  auto source = machine::OpenCamera(*address, options, stop);
+  const auto address = TRY(CameraAddressOf("--source", arguments.source));
+  auto source = machine::OpenCamera(address, options, stop);
   if (source && !(*source)->live()) {
     return Fail(
         fmt::format("--source {} is no live camera; pictures that were taken by hand go "
@@ -162,17 +158,14 @@ class BoardStand {
 
   Result<void> TurnTo(double c_deg) {
     if (arguments_.linuxcnc.options.c_holds_spindle) {
-      if (auto turned = linuxcnc_.TurnTo(c_deg, arguments_.turn_deg_min, stop_); !turned) {
-        return turned;
-      }
+      TRY(linuxcnc_.TurnTo(c_deg, arguments_.turn_deg_min, stop_));
     } else {
-      const auto turned =
+      const auto turned = TRY(
           person_.Confirm({kTurnQuestion,
                            "turn the spindle by half a turn by hand, the camera with it, and lock "
                            "it again; is it done"},
-                          Watch());
-      if (!turned) return tl::unexpected(turned.error());
-      if (!*turned) return Fail("the spindle was not turned", ErrorKind::kInterrupted);
+                          Watch()));
+      if (!turned) return Fail("the spindle was not turned", ErrorKind::kInterrupted);
     }
     c_deg_ = c_deg;
     return {};
@@ -187,7 +180,7 @@ class BoardStand {
 };
 
 Result<void> CheckPerson(const BoardCommandArguments& arguments, const TerminalPerson& person) {
-  if (auto can = person.CheckCanAnswer(kMoveQuestion); !can) return can;
+  TRY(person.CheckCanAnswer(kMoveQuestion));
   const machine::LinuxCncOptions& options = arguments.linuxcnc.options;
   if (!arguments.drive.half_turn || options.c_holds_spindle || person.present()) return {};
   return Fail(
@@ -197,21 +190,15 @@ Result<void> CheckPerson(const BoardCommandArguments& arguments, const TerminalP
 Result<BoardMeasurement> TakeBoard(BoardCommandArguments& arguments, const files::BoardFile& board,
                                    TerminalPerson& person, BoardFolder& folder,
                                    const std::stop_token& stop) {
-  auto linuxcnc = ConnectLinuxCnc(arguments.linuxcnc, stop);
-  if (!linuxcnc) return tl::unexpected(linuxcnc.error());
-  const auto told = (*linuxcnc)->Travel(stop);
-  if (!told) return tl::unexpected(told.error());
-  if (auto route = FillRoute(arguments, *told, arguments.drive.route); !route) {
-    return tl::unexpected(route.error());
-  }
-  const auto source = OpenSource(arguments, stop);
-  if (!source) return tl::unexpected(source.error());
-  auto book = part_alignment::MakeCodeBook(board.bits);
-  if (!book) return tl::unexpected(book.error());
-  arguments.drive.reading.book = std::move(*book);
+  auto linuxcnc = TRY(ConnectLinuxCnc(arguments.linuxcnc, stop));
+  const auto told = TRY(linuxcnc->Travel(stop));
+  TRY(FillRoute(arguments, told, arguments.drive.route));
+  const auto source = TRY(OpenSource(arguments, stop));
+  auto book = TRY(part_alignment::MakeCodeBook(board.bits));
+  arguments.drive.reading.book = std::move(book);
   arguments.drive.board = board.measurement;
   for (const auto& mark : board.measurement.layout) arguments.drive.marks.insert(mark.id);
-  BoardStand stand(arguments, **linuxcnc, **source, person, stop);
+  BoardStand stand(arguments, *linuxcnc, *source, person, stop);
   return DriveOverBoard(arguments.drive, stand.Hooks(folder));
 }
 

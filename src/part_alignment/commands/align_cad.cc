@@ -52,20 +52,19 @@ Result<files::MeshFile> ReadCadFile(const std::filesystem::path& path,
     return Fail(fmt::format("{}: an open shell is taken from an STL alone; leave out \"open\"",
                             path.string()));
   }
-  auto solid = machine::ReadStepFile(path);
-  if (!solid) return tl::unexpected(solid.error());
+  auto solid = TRY(machine::ReadStepFile(path));
   part_alignment::TriangleMesh mesh;
-  mesh.vertices_mm = std::move(solid->vertices_mm);
-  mesh.triangles = std::move(solid->triangles);
-  mesh.lifts.reserve(solid->lifts.size());
-  for (const machine::StepLift& lift : solid->lifts) {
+  mesh.vertices_mm = std::move(solid.vertices_mm);
+  mesh.triangles = std::move(solid.triangles);
+  mesh.lifts.reserve(solid.lifts.size());
+  for (const machine::StepLift& lift : solid.lifts) {
     mesh.lifts.push_back({lift.middle_mm, lift.left_mm});
   }
   auto made =
       files::MakeMeshFile(path, std::move(mesh), false,
-                          fmt::format("of {} faces; its unit is {}", solid->faces, solid->unit));
+                          fmt::format("of {} faces; its unit is {}", solid.faces, solid.unit));
   if (!made) return made;
-  for (const std::string& notice : solid->notices) {
+  for (const std::string& notice : solid.notices) {
     made->notices.push_back(fmt::format("{}: {}", path.filename().string(), notice));
   }
   return made;

@@ -123,14 +123,13 @@ Result<part_alignment::ConvertedCamera> Converted(
   if (const auto own = files::ReadCameraFile(arguments.file)) {
     return ConvertOwn(*own, arguments, options, calibration);
   }
-  const auto foreign = files::ReadForeignCameraFile(arguments.file);
-  if (!foreign) return tl::unexpected(foreign.error());
+  const auto foreign = TRY(files::ReadForeignCameraFile(arguments.file));
   if (!(arguments.pixel_pitch_mm > 0)) {
     return Fail(
         "--pixel-pitch-mm is missing: other programs' files do not have it, and the focal "
         "length in mm follows from it");
   }
-  return part_alignment::FromOpenCv(*foreign, arguments.pixel_pitch_mm, options);
+  return part_alignment::FromOpenCv(foreign, arguments.pixel_pitch_mm, options);
 }
 
 int RunCamera(const CameraArguments& arguments) {

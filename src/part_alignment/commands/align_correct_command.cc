@@ -39,18 +39,17 @@ Result<void> CorrectAtFixture(const CorrectArguments& arguments,
                               const files::AlignmentResult& result,
                               report::CorrectionOutput& output) {
   if (arguments.supports.empty()) return {};
-  const auto file = files::ReadSupportsFile(arguments.supports);
-  if (!file) return tl::unexpected(file.error());
+  const auto file = TRY(files::ReadSupportsFile(arguments.supports));
   const geometry::Pose& measured = result.machine_from_part;
   // Without an ideal the part is to lie level, turned about Z as it is.
   const Eigen::Vector3d ideal_rad =
-      file->ideal_angles_rad.value_or(Eigen::Vector3d(0, 0, measured.angles_rad.z()));
-  auto fixture = part_alignment::CorrectFixture(measured, file->supports, ideal_rad,
-                                                file->ideal_translation_mm);
+      file.ideal_angles_rad.value_or(Eigen::Vector3d(0, 0, measured.angles_rad.z()));
+  auto fixture =
+      part_alignment::CorrectFixture(measured, file.supports, ideal_rad, file.ideal_translation_mm);
   if (!fixture) {
     return Fail(arguments.supports + ": " + fixture.error().message, fixture.error().kind);
   }
-  for (const part_alignment::Support& support : file->supports) {
+  for (const part_alignment::Support& support : file.supports) {
     output.points.push_back({"support " + support.id, support.part_mm});
   }
   output.fixture = std::move(*fixture);
@@ -62,21 +61,17 @@ Result<void> CorrectAtControl(const CorrectArguments& arguments, report::Correct
   const bool rows = control == Control::kHeidenhain;  // of its preset table
   const std::string slot_name =
       !arguments.work_offset.empty() ? arguments.work_offset : (rows ? "1" : "G54");
-  const auto slot = part_alignment::ParseOffsetSlot(control, slot_name);
-  if (!slot) return tl::unexpected(slot.error());
+  const auto slot = TRY(part_alignment::ParseOffsetSlot(control, slot_name));
   output.control = control;
-  output.slot = *slot;
+  output.slot = slot;
   output.tilts = arguments.tilts;
   output.after_shims = arguments.after_shims;
   output.offset = part_alignment::CorrectWorkOffset(output.pose(), output.points);
   if (!arguments.tilts) {
-    if (auto level = part_alignment::CheckTilt(output.offset); !level) {
-      return tl::unexpected(level.error());
-    }
+    TRY(part_alignment::CheckTilt(output.offset));
   }
-  auto text = part_alignment::TextFor(control, *slot, output.pose(), arguments.tilts);
-  if (!text) return tl::unexpected(text.error());
-  output.text = std::move(*text);
+  auto text = TRY(part_alignment::TextFor(control, slot, output.pose(), arguments.tilts));
+  output.text = std::move(text);
   return {};
 }
 

@@ -48,18 +48,17 @@ Result<files::PartFile> PartOfCad(const FitArguments& arguments,
     return Fail(fmt::format(
         "{} says nothing of stock: --overstock MM is what each point is to have", arguments.part));
   }
-  auto mesh = ReadCadFile(
+  auto mesh = TRY(ReadCadFile(
       arguments.part, arguments.unit.empty() ? std::nullopt : files::LengthUnitOf(arguments.unit),
-      false);
-  if (!mesh) return tl::unexpected(mesh.error());
+      false));
   files::PartFile part;
-  part.notices = std::move(mesh->notices);
+  part.notices = std::move(mesh.notices);
   part.options.least_stock_allowance_mm = arguments.least_stock_allowance_mm;
   part_alignment::IdealSurface surface;
   surface.id = std::filesystem::path(arguments.part).filename().string();
   surface.kind = part_alignment::SurfaceKind::kMesh;
   surface.stock_allowance_mm = *arguments.stock_allowance_mm;
-  surface.mesh = std::move(mesh->mesh);
+  surface.mesh = std::move(mesh.mesh);
   for (part_alignment::MeasuredPoint& point : points) {
     if (!point.surface.empty()) point.surface = surface.id;
   }

@@ -54,14 +54,11 @@ Result<std::optional<machine::LinuxCncFacts>> LookAtMachine(const std::string& a
   LinuxCncArguments arguments;
   arguments.address = address;
   if (joints > 0) arguments.options.joints = joints;
-  const auto options = ParseLinuxCnc(arguments);
-  if (!options) return tl::unexpected(options.error());
-  auto linuxcnc = machine::LinuxCnc::Connect(*options, stop);
-  if (!linuxcnc) return tl::unexpected(linuxcnc.error());
-  auto facts = (*linuxcnc)->Facts(stop);
-  if (!facts) return tl::unexpected(facts.error());
-  Say(fmt::format("LinuxCNC: {}\n", procedure::FactsText(*facts)));
-  return std::optional(std::move(*facts));
+  const auto options = TRY(ParseLinuxCnc(arguments));
+  auto linuxcnc = TRY(machine::LinuxCnc::Connect(options, stop));
+  auto facts = TRY(linuxcnc->Facts(stop));
+  Say(fmt::format("LinuxCNC: {}\n", procedure::FactsText(facts)));
+  return std::optional(std::move(facts));
 }
 
 /// Tells them. @returns whether one forbids to go on.
@@ -92,36 +89,31 @@ struct Begun {
 };
 
 Result<Begun> BeginSettings(const StartFiles& names, const StartValues& values) {
-  auto settings = files::NewFile::Create(names.settings, files::IfThere::kRefuse);
-  if (!settings) return tl::unexpected(settings.error());
-  if (auto written = settings->Write(SettingsText(names, values)); !written) {
-    return tl::unexpected(written.error());
-  }
-  auto input = files::ReadAlignmentFile(settings->temporary_path(), 0);
-  if (!input) return tl::unexpected(input.error());
-  if (input->measurement.targets.empty()) {
+  auto settings = TRY(files::NewFile::Create(names.settings, files::IfThere::kRefuse));
+  TRY(settings.Write(SettingsText(names, values)));
+  auto input = TRY(files::ReadAlignmentFile(settings.temporary_path(), 0));
+  if (input.measurement.targets.empty()) {
     return Fail(values.targets + ": no targets");
   }
-  return Begun{std::move(*settings), std::move(*input)};
+  return Begun{std::move(settings), std::move(input)};
 }
 
 Result<std::string> ViewsText(const StartValues& values, files::AlignmentInput input) {
   const geometry::Pose rough{values.rough_mm, values.rough_rad};
   const SlowWork work("planning the views");
-  const auto plan = part_alignment::PlanViews(input.measurement.camera, input.measurement.targets,
-                                              rough, PlanOptions(values, input.unknowns));
-  if (!plan) return tl::unexpected(plan.error());
-  if (plan->verdict != Verdict::kGood) {
+  const auto plan =
+      TRY(part_alignment::PlanViews(input.measurement.camera, input.measurement.targets, rough,
+                                    PlanOptions(values, input.unknowns)));
+  if (plan.verdict != Verdict::kGood) {
     return Fail(fmt::format("no views were found that locate the part: {}; move the part, or "
                             "change --rough, --travel, --obstacle or --distance",
-                            plan->reason),
+                            plan.reason),
                 ErrorKind::kMeasurement);
   }
-  for (const part_alignment::PlannedView& view : plan->views) {
+  for (const part_alignment::PlannedView& view : plan.views) {
     input.measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
-  Say(fmt::format("{} views of {} targets\n", plan->views.size(),
-                  input.measurement.targets.size()));
+  Say(fmt::format("{} views of {} targets\n", plan.views.size(), input.measurement.targets.size()));
   return files::AlignmentFileText(input);
 }
 
@@ -135,10 +127,7 @@ Result<void> MakeFolder(const fs::path& folder) {
 // Before anything is asked.
 Result<void> CheckFree(const StartFiles& names) {
   for (const fs::path& path : {names.settings, names.views}) {
-    if (auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another folder");
-        !free) {
-      return free;
-    }
+    TRY(files::CheckTarget(path, files::IfThere::kRefuse, "choose another folder"));
   }
   return {};
 }

@@ -104,9 +104,8 @@ Result<void> CheckNormal(const std::vector<double>& normal) {
 
 Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& arguments) {
   procedure::RouteOptions& route = arguments.options.route;
-  auto obstacles = ObstaclesOf(arguments.boxes);
-  if (!obstacles) return tl::unexpected(obstacles.error());
-  route.obstacles = std::move(*obstacles);
+  auto obstacles = TRY(ObstaclesOf(arguments.boxes));
+  route.obstacles = std::move(obstacles);
   if (!arguments.boxes.travel.empty()) route.travel = TravelOf(arguments.boxes);
   route.camera_radius_mm = arguments.boxes.camera_radius_mm;
   route.camera_below_mm = part_alignment::ToolLength(camera, arguments.boxes.camera_below_mm);

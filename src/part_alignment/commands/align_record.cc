@@ -58,23 +58,20 @@ Result<std::string> WritePicture(const fs::path& folder, std::size_t view,
   std::string name = fmt::format("view-{:02}.{}", view + 1, png ? "png" : "jpg");
   const std::string_view bytes(reinterpret_cast<const char*>(picture.image.data()),
                                picture.image.size());
-  if (auto done = files::WriteWholeFile(folder / name, bytes, files::IfThere::kReplace); !done) {
-    return tl::unexpected(done.error());
-  }
+  TRY(files::WriteWholeFile(folder / name, bytes, files::IfThere::kReplace));
   return name;
 }
 
 Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::CapturedFrame& picture) {
-  if (auto made = MakeFolder(); !made) return made;
-  auto name = WritePicture(folder_, view, picture);
-  if (!name) return tl::unexpected(name.error());
+  TRY(MakeFolder());
+  auto name = TRY(WritePicture(folder_, view, picture));
   input_.pictures.resize(std::max(input_.pictures.size(), view + 1));
-  input_.pictures[view] = std::move(*name);
+  input_.pictures[view] = std::move(name);
   return {};
 }
 
 Result<void> AlignmentRecord::KeepObservations(const part_alignment::Measurement& so_far) {
-  if (auto made = MakeFolder(); !made) return made;
+  TRY(MakeFolder());
   input_.measurement = so_far;
   return files::WriteWholeFile(folder_ / "observations.json", files::AlignmentFileText(input_),
                                files::IfThere::kReplace);

@@ -72,9 +72,8 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
   if (!picture.empty()) {
     machine::ImageReadOptions as_measured;
     as_measured.reduce_above_px = as_measured.most_pixels;
-    auto read = machine::ReadImageFile(picture, as_measured);
-    if (!read) return tl::unexpected(read.error());
-    frame = std::move(*read);
+    auto read = TRY(machine::ReadImageFile(picture, as_measured));
+    frame = std::move(read);
     if (frame.width != camera.width_px || frame.height != camera.height_px) {
       return Fail(fmt::format("{} has {} x {} px, the camera {} x {}", picture.string(),
                               frame.width, frame.height, camera.width_px, camera.height_px));
@@ -139,12 +138,11 @@ Result<void> WriteAlignmentReport(const fs::path& folder, const report::Alignmen
   const std::set<std::size_t> shown = ShownViews(output.alignment, pictures);
   std::vector<report::Figure> views;
   for (std::size_t i = 0; i < output.measurement.views.size(); ++i) {
-    auto figure = DrawView(output, i, i < pictures.size() ? pictures[i] : fs::path());
-    if (!figure) return tl::unexpected(figure.error());
+    auto figure = TRY(DrawView(output, i, i < pictures.size() ? pictures[i] : fs::path()));
     files.push_back(
-        {folder / (figure->name + "_residuals.png"), figure->canvas.ToPng(figure->png_scale)});
+        {folder / (figure.name + "_residuals.png"), figure.canvas.ToPng(figure.png_scale)});
     // A drawing is far larger than its PNG: of thousands only the page's are kept.
-    if (shown.contains(i)) views.push_back(std::move(*figure));
+    if (shown.contains(i)) views.push_back(std::move(figure));
   }
   files.push_back({folder / "report.html", report::AlignmentPage(output, views)});
   std::error_code error;

@@ -95,7 +95,7 @@ Result<void> Write(const SolveArguments& arguments, const files::AlignmentInput&
   std::vector<OutputFile> files;
   if (!arguments.out.empty()) files.push_back({arguments.out, json});
   if (!arguments.result.empty()) files.push_back(OutputOf(arguments.result, result));
-  if (auto written = WriteOutputs(files, arguments.force); !written) return written;
+  TRY(WriteOutputs(files, arguments.force));
   if (arguments.report.empty()) return {};
   return WriteAlignmentReport(arguments.report, output, &result, PicturesOf(input, arguments.file),
                               arguments.force);

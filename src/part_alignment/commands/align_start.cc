@@ -36,8 +36,7 @@ Result<void> IsMachine(const std::string& text) {
   if (text == "none") return {};
   LinuxCncArguments arguments;
   arguments.address = text;
-  const auto parsed = ParseLinuxCnc(arguments);
-  if (!parsed) return tl::unexpected(parsed.error());
+  TRY(ParseLinuxCnc(arguments));
   return {};
 }
 
@@ -47,35 +46,30 @@ Result<void> IsSpindle(const std::string& text) {
 }
 
 Result<void> IsSource(const std::string& text) {
-  const auto address = CameraAddressOf("--source", text);
-  if (!address) return tl::unexpected(address.error());
+  TRY(CameraAddressOf("--source", text));
   return {};
 }
 
 Result<void> IsWorkOffset(const std::string& text) {
-  const auto parsed = part_alignment::ParseOffsetSlot(part_alignment::Control::kLinuxCnc, text);
-  if (!parsed) return tl::unexpected(parsed.error());
+  TRY(part_alignment::ParseOffsetSlot(part_alignment::Control::kLinuxCnc, text));
   return {};
 }
 
 auto AreNumbers(std::size_t count) {
   return [count](const std::string& text) -> Result<void> {
-    const auto numbers = ParseNumbers(text, count);
-    if (!numbers) return tl::unexpected(numbers.error());
+    TRY(ParseNumbers(text, count));
     return {};
   };
 }
 
 Result<void> AreBoxes(const std::string& text) {
-  const auto numbers = ParseBoxes(text);
-  if (!numbers) return tl::unexpected(numbers.error());
+  TRY(ParseBoxes(text));
   return {};
 }
 
 Result<void> IsDistance(const std::string& text) {
-  const auto number = ParseNumbers(text, 1);
-  if (!number) return tl::unexpected(number.error());
-  if (number->front() >= kNearest_mm && number->front() <= kFarthest_mm) return {};
+  const auto number = TRY(ParseNumbers(text, 1));
+  if (number.front() >= kNearest_mm && number.front() <= kFarthest_mm) return {};
   return Fail(fmt::format("{} mm is not within {} … {}", text, kNearest_mm, kFarthest_mm));
 }
 

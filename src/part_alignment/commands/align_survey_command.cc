@@ -82,20 +82,17 @@ Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& argumen
     return Fail("align survey takes either pictures or --observations FILE");
   }
   if (!arguments.observations.empty()) {
-    auto pictures = files::ReadSurveyFile(arguments.observations);
-    if (!pictures) return tl::unexpected(pictures.error());
-    return procedure::SurveyReading{std::move(*pictures), {}};
+    auto pictures = TRY(files::ReadSurveyFile(arguments.observations));
+    return procedure::SurveyReading{std::move(pictures), {}};
   }
   procedure::SurveyReadOptions options;
-  auto book = part_alignment::MakeCodeBook(arguments.bits);
-  if (!book) return tl::unexpected(book.error());
-  options.book = std::move(*book);
+  auto book = TRY(part_alignment::MakeCodeBook(arguments.bits));
+  options.book = std::move(book);
   options.extra_sigma_px = arguments.extra_sigma_px;
   options.plain = arguments.plain;
-  const auto paths = PicturesOf(arguments.pictures);
-  if (!paths) return tl::unexpected(paths.error());
+  const auto paths = TRY(PicturesOf(arguments.pictures));
   return procedure::ReadSurveyPictures(
-      *paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+      paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
 }
 
 Result<void> Write(const SurveyArguments& arguments, const part_alignment::Survey& survey,
@@ -103,9 +100,8 @@ Result<void> Write(const SurveyArguments& arguments, const part_alignment::Surve
   if (!arguments.report.empty()) {
     std::vector<report::Figure> figures;
     if (survey.verdict == Verdict::kGood) figures.push_back(report::SurveyNetworkFigure(survey));
-    const auto written = WriteMetrologyReport(
-        arguments.report, report::SurveyPage(Today(), survey, figures), figures, arguments.force);
-    if (!written) return written;
+    TRY(WriteMetrologyReport(arguments.report, report::SurveyPage(Today(), survey, figures),
+                             figures, arguments.force));
   }
   if (survey.verdict != Verdict::kGood) return {};
   std::vector<OutputFile> files;
@@ -125,7 +121,7 @@ Result<void> CheckSurface(const std::string& surface) {
 }
 
 Result<void> CheckPlaces(const SurveyArguments& arguments) {
-  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) return free;
+  TRY(CheckFree(arguments.out, arguments.report, arguments.force));
   std::vector<fs::path> others;
   if (!arguments.points.empty()) others.emplace_back(arguments.points);
   if (!arguments.keep_observations.empty()) others.emplace_back(arguments.keep_observations);

@@ -116,21 +116,18 @@ void TellWhatIsPrinted(const TargetSheet& sheet) {
 }
 
 Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
-  if (auto done = SetPage(arguments.page, arguments.request); !done) return done;
-  const Result<TargetSheet> sheet = PlanTargetSheet(arguments.request);
-  if (!sheet) return tl::unexpected(sheet.error());
-  const Result<std::vector<File>> files = DrawFiles(arguments, *sheet);
+  TRY(SetPage(arguments.page, arguments.request));
+  const TargetSheet sheet = TRY(PlanTargetSheet(arguments.request));
+  const Result<std::vector<File>> files = DrawFiles(arguments, sheet);
   if (!files) return tl::unexpected(files.error());
   std::vector<fs::path> paths;
   for (const File& file : *files) paths.push_back(file.path);
-  if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
+  TRY(RefuseToOverwrite(paths, arguments.force));
   for (const File& file : *files) {
-    if (auto done = files::WriteWholeFile(file.path, file.bytes, files::ReplaceIf(arguments.force));
-        !done)
-      return done;
+    TRY(files::WriteWholeFile(file.path, file.bytes, files::ReplaceIf(arguments.force)));
     fmt::print("wrote      {}\n", file.path.string());
   }
-  TellWhatIsPrinted(*sheet);
+  TellWhatIsPrinted(sheet);
   return {};
 }
 

@@ -43,30 +43,28 @@ Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& argument
 
 Result<std::unique_ptr<machine::LinuxCnc>> ConnectLinuxCnc(const LinuxCncArguments& arguments,
                                                            const std::stop_token& stop) {
-  const auto address = ParseLinuxCnc(arguments);
-  if (!address) return tl::unexpected(address.error());
-  auto linuxcnc = machine::LinuxCnc::Connect(*address, stop);
+  const auto address = TRY(ParseLinuxCnc(arguments));
+  auto linuxcnc = machine::LinuxCnc::Connect(address, stop);
   if (!linuxcnc) return linuxcnc;
   // Before a camera is waited for: what forbids a motion is said at once.
-  if (auto ready = (*linuxcnc)->Prepare(true, stop); !ready) return tl::unexpected(ready.error());
+  TRY((*linuxcnc)->Prepare(true, stop));
   return linuxcnc;
 }
 
 Result<Eigen::Vector3d> StandsAt(machine::LinuxCnc& linuxcnc, std::optional<double> c_deg,
                                  const std::stop_token& stop) {
-  const auto state = linuxcnc.State(stop);
-  if (!state) return tl::unexpected(state.error());
-  if (!state->spindle_stopped) {
+  const auto state = TRY(linuxcnc.State(stop));
+  if (!state.spindle_stopped) {
     return Fail("the spindle turns; stop it: a camera is to sit in it", ErrorKind::kSafety);
   }
   constexpr double kOriented_deg = 0.01;
-  if (c_deg && std::abs(state->c_deg - *c_deg) > kOriented_deg) {
+  if (c_deg && std::abs(state.c_deg - *c_deg) > kOriented_deg) {
     return Fail(fmt::format("the spindle's axis C stands at {:.4f} degrees, and the plan has it at "
                             "{:g}: turn it there",
-                            state->c_deg, *c_deg),
+                            state.c_deg, *c_deg),
                 ErrorKind::kSafety);
   }
-  return state->position_mm;
+  return state.position_mm;
 }
 
 }  // namespace trammel::app

@@ -137,10 +137,7 @@ Result<FixtureCorrection> CorrectFixture(const Pose& machine_from_part,
                                          const std::vector<Support>& supports,
                                          const Vector3d& ideal_rotation_rad,
                                          const std::optional<Vector3d>& ideal_translation_mm) {
-  if (auto checked = Check(machine_from_part, supports, ideal_rotation_rad, ideal_translation_mm);
-      !checked) {
-    return tl::unexpected(checked.error());
-  }
+  TRY(Check(machine_from_part, supports, ideal_rotation_rad, ideal_translation_mm));
   const Matrix3d ideal = geometry::RotationFromAngles(ideal_rotation_rad);
   const Matrix3d measured = geometry::RotationFromAngles(machine_from_part.angles_rad);
   const Vector3d origin_mm = ideal_translation_mm
@@ -155,9 +152,7 @@ Result<FixtureCorrection> CorrectFixture(const Pose& machine_from_part,
     correction.moves.push_back(
         {support.id, support.direction_machine.dot(displacement_mm), displacement_mm});
   }
-  if (auto applied = ApplyShims(supports, correction); !applied) {
-    return tl::unexpected(applied.error());
-  }
+  TRY(ApplyShims(supports, correction));
   return correction;
 }
 

@@ -70,9 +70,8 @@ constexpr const char* kInputsKey = "input_uncertainty";
 Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, TargetList& list) {
   const nlohmann::json* value = root.Find("targets");
   if (value == nullptr || !value->is_string()) {
-    auto own = ReadTargetList(root);
-    if (!own) return tl::unexpected(own.error());
-    list = std::move(*own);
+    auto own = TRY(ReadTargetList(root));
+    list = std::move(own);
     return {};
   }
   const auto named = path.parent_path() / value->get<std::string>();
@@ -82,9 +81,8 @@ Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, Ta
     root.Fault("targets", fmt::format("names {}, which is not a regular file", Show(*value)));
     return root.Faults();
   }
-  auto file = ReadTargetFile(named);
-  if (!file) return tl::unexpected(file.error());
-  list = std::move(*file);
+  auto file = TRY(ReadTargetFile(named));
+  list = std::move(file);
   return {};
 }
 
@@ -163,13 +161,13 @@ Result<void> ReadViews(JsonObject& root, std::size_t least, AlignmentInput& inpu
     input.pictures.push_back(ReadPictureName(object));
     static const nlohmann::json kNone = nlohmann::json::array();
     const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMostTargets);
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
     view.spindle_mm = {mm[0], mm[1], mm[2]};
     for (const nlohmann::json& seen : seen_here != nullptr ? *seen_here : kNone) {
       JsonObject inner =
           object.Inner(seen, fmt::format("observations[{}]", view.observations.size()));
       ReadObservation(inner, input.measurement.camera, known, view);
-      if (auto read = inner.Finish(); !read) return read;
+      TRY(inner.Finish());
     }
     views.push_back(std::move(view));
   }
@@ -199,20 +197,18 @@ Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
       root.Fault("camera", fmt::format("names {}, which is not a regular file", Show(*value)));
       return root.Faults();
     }
-    const auto file = ReadCameraFile(named);
-    if (!file) return tl::unexpected(file.error());
-    input.measurement.camera = file->camera;
-    input.calibration = file->calibration;
+    const auto file = TRY(ReadCameraFile(named));
+    input.measurement.camera = file.camera;
+    input.calibration = file.calibration;
     return {};
   }
   JsonObject object = root.Inner(*value, "camera");
   input.measurement.camera = ReadCamera(object);
-  if (auto read = object.Finish(); !read) return read;
+  TRY(object.Finish());
   const nlohmann::json* calibration = root.Find("calibration");
   if (calibration == nullptr) return {};
-  const auto record = ReadCalibration(root.Inner(*calibration, "calibration"));
-  if (!record) return tl::unexpected(record.error());
-  input.calibration = *record;
+  const auto record = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
+  input.calibration = record;
   return {};
 }
 
@@ -305,24 +301,23 @@ std::vector<std::string> NamesOf(const Unknowns& unknowns) {
 
 Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
                                          std::size_t least_views) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   AlignmentInput input;
   root.Integer("format", {1, 1});
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
-  if (auto read = ReadCameraOf(root, path, input); !read) return tl::unexpected(read.error());
+  TRY(root.Faults());
+  TRY(ReadCameraOf(root, path, input));
   TargetList targets;
-  if (auto read = ReadTargets(root, path, targets); !read) return tl::unexpected(read.error());
+  TRY(ReadTargets(root, path, targets));
   input.measurement.targets = targets.targets;
-  if (auto read = ReadViews(root, least_views, input); !read) return tl::unexpected(read.error());
+  TRY(ReadViews(root, least_views, input));
   DropBarEnds(ObservedIn(input.measurement.views), targets);
   input.measurement.targets = std::move(targets.targets);
   input.target_covariance = std::move(targets.covariance);
   input.numeric_ids = std::move(targets.numeric_ids);
-  if (auto read = ReadInputs(root, input.inputs); !read) return tl::unexpected(read.error());
+  TRY(ReadInputs(root, input.inputs));
   ReadUnknowns(root, input);
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return input;
 }
 

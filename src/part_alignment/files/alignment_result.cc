@@ -64,11 +64,11 @@ Error NotGood(const std::string& file, std::string_view verdict, const std::stri
 Result<std::vector<part_alignment::PartTarget>> ReadTargets(JsonObject& owner) {
   std::vector<part_alignment::PartTarget> targets;
   const json* list = owner.OptionalList("targets", 0, 10'000);
-  if (auto read = owner.Faults(); !read) return tl::unexpected(read.error());
+  TRY(owner.Faults());
   for (const json& entry : list != nullptr ? *list : json::array()) {
     JsonObject object = owner.Inner(entry, fmt::format("targets[{}]", targets.size()));
     part_alignment::PartTarget target{Id(object), Three(object, "ideal_mm", kMost_mm)};
-    if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+    TRY(object.Faults());
     targets.push_back(std::move(target));
   }
   return targets;
@@ -105,9 +105,8 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
   result.result = outcome;
   if (const json* const found = root.Find("details"); found != nullptr) {
     JsonObject details = root.Inner(*found, "details");
-    auto targets = ReadTargets(details);
-    if (!targets) return tl::unexpected(targets.error());
-    result.targets = std::move(*targets);
+    auto targets = TRY(ReadTargets(details));
+    result.targets = std::move(targets);
   }
   return result;
 }
@@ -116,7 +115,7 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
 Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
   root.Integer("format", {1, 1});
   const std::string verdict = root.Choice("verdict", {"good", "cannot_tell", "refused"});
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  TRY(root.Faults());
   if (verdict != "good") {
     const json* reason = root.Find("reason");
     const bool said = reason != nullptr && reason->is_string();
@@ -131,9 +130,8 @@ Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
   for (const json& notice : notices != nullptr ? *notices : json::array()) {
     if (notice.is_string()) result.notices.push_back(notice.get<std::string>());
   }
-  auto targets = ReadTargets(root);
-  if (!targets) return tl::unexpected(targets.error());
-  result.targets = std::move(*targets);
+  auto targets = TRY(ReadTargets(root));
+  result.targets = std::move(targets);
   return result;
 }
 
@@ -142,19 +140,16 @@ Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
 Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return ReadAlignmentResult(path / kResultFile);
-  const auto parsed = ReadJsonFile(path, kMostBytes);
-  if (!parsed) return tl::unexpected(parsed.error());
-  JsonObject root(*parsed, path.string());
+  const auto parsed = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(parsed, path.string());
   if (!root.has("instrument")) return FromPrinted(root, path.string());
-  const auto outcome = ReadOutcome(path, measurement::Instrument::kPartAlignment);
-  if (!outcome) return tl::unexpected(outcome.error());
-  return FromKept(*outcome, root, path.string());
+  const auto outcome = TRY(ReadOutcome(path, measurement::Instrument::kPartAlignment));
+  return FromKept(outcome, root, path.string());
 }
 
 Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
-  const auto parsed = ReadJsonFile(path, kMostBytes);
-  if (!parsed) return tl::unexpected(parsed.error());
-  JsonObject root(*parsed, path.string());
+  const auto parsed = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(parsed, path.string());
   root.Integer("format", {1, 1});
   SupportsFile file;
   constexpr std::size_t kMostSupports = 100;
@@ -167,7 +162,7 @@ Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
     const double length = support.direction_machine.norm();
     constexpr double kLeastLength = 1e-6;
     if (length < kLeastLength) object.Fault("direction", "has no length; give three numbers");
-    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    TRY(object.Finish());
     support.direction_machine /= length;
     file.supports.push_back(std::move(support));
   }
@@ -175,9 +170,9 @@ Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
     JsonObject ideal = root.Inner(*value, "ideal");
     file.ideal_angles_rad = OptionalThree(ideal, "angles_rad", kMost_rad);
     file.ideal_translation_mm = OptionalThree(ideal, "translation_mm", kMost_mm);
-    if (auto read = ideal.Finish(); !read) return tl::unexpected(read.error());
+    TRY(ideal.Finish());
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return file;
 }
 

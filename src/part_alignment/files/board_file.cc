@@ -71,7 +71,7 @@ Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
     if (!object.failed() && (view.picture.empty() || !names.insert(view.picture).second)) {
       object.Fault("picture", "must be the name of a file, and of another one in each view");
     }
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
     measurement.views.push_back(std::move(view));
   }
   return root.Faults();
@@ -88,7 +88,7 @@ Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
     touch.tool_length_mm = object.Number("tool_length_mm", {-10'000, 10'000});
     const double sigma_mm = object.Number("sigma_mm", {1e-6, kMostSigma_mm});
     const std::string axes = object.Text("axes");
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
     touch.sigma_mm.setConstant(std::numeric_limits<double>::infinity());
     for (const char axis : axes) {
       if (axis < 'x' || axis > 'z') {
@@ -115,14 +115,14 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
     machine.index_rad = object.Number("index_rad", {0, 0.1}, machine.index_rad);
     machine.repeatability_mm =
         object.Number("repeatability_mm", {1e-6, 1}, machine.repeatability_mm);
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
   }
   if (const nlohmann::json* value = root.Find("place")) {
     JsonObject object = root.Inner(*value, "place");
     part_alignment::CameraPlacePrior place;
     place.at_mm = ReadThree(object, "at_mm", {-10'000, 10'000});
     place.sigma_mm = ReadThree(object, "sigma_mm", {1e-6, kMostSigma_mm});
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
     measurement.place = place;
   }
   return root.Faults();
@@ -130,9 +130,8 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
 
 // What `align targets --layout` left; of other keys nothing is asked.
 Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   file.bits = root.Integer("bits", {12, 20});
   file.measurement.disc_radius_mm = root.Number("radius_mm", {0.1, 100});
@@ -145,7 +144,7 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
     const int page = object.Integer("page", {1, 10'000});
     const double x_mm = object.Number("x_mm", {0, 10'000});
     const double y_mm = object.Number("y_mm", {0, 10'000});
-    if (auto read = object.Faults(); !read) return read;
+    TRY(object.Faults());
     if (number == nullptr || !number->is_number_integer()) continue;  // a plain disc
     pages.insert(page);
     file.measurement.layout.push_back({std::to_string(number->get<long long>()), {x_mm, -y_mm}});
@@ -158,34 +157,31 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
 }  // namespace
 
 Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   BoardFile file;
   file.date = ReadDate(root);
   const nlohmann::json* camera = root.Find("camera");
   if (camera == nullptr) root.Fault("camera", "is missing");
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  TRY(root.Faults());
   JsonObject frame = root.Inner(*camera, "camera");
   file.measurement.lens_focal_length_mm = frame.Number("lens_focal_length_mm", {0, 10'000}, 0);
   ReadCameraFrame(frame, file.measurement.camera);
-  if (auto read = frame.Finish(); !read) return tl::unexpected(read.error());
+  TRY(frame.Finish());
   const std::string sheet = root.has("sheet") ? root.Text("sheet") : std::string();
-  if (auto read = ReadViews(root, file.measurement); !read) return tl::unexpected(read.error());
-  if (auto read = ReadTouches(root, file.measurement); !read) return tl::unexpected(read.error());
-  if (auto read = ReadOptional(root, file.measurement); !read) return tl::unexpected(read.error());
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(ReadViews(root, file.measurement));
+  TRY(ReadTouches(root, file.measurement));
+  TRY(ReadOptional(root, file.measurement));
+  TRY(root.Finish());
   if (sheet.empty()) return file;
-  if (auto read = ReadSheet(path.parent_path() / sheet, file); !read) {
-    return tl::unexpected(read.error());
-  }
+  TRY(ReadSheet(path.parent_path() / sheet, file));
   return file;
 }
 
 Result<BoardFile> ReadBoardSheet(const std::filesystem::path& path) {
   BoardFile file;
-  if (auto read = ReadSheet(path, file); !read) return tl::unexpected(read.error());
+  TRY(ReadSheet(path, file));
   return file;
 }
 

@@ -44,9 +44,8 @@ void ReadLists(JsonObject& root, BudgetFile& file) {
 
 Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 10'000'000;
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   BudgetFile file;
   part_alignment::BudgetScene& scene = file.scene;
@@ -75,7 +74,7 @@ Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
     }
     if (!root.failed()) file.tolerance_mm = {limits[0], limits[1]};
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return file;
 }
 

@@ -53,13 +53,12 @@ Result<void> ReadSetUp(JsonObject& root, GridMeasurement& grid) {
 Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 100'000'000;
   constexpr std::size_t kMostViews = 20'000;
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   CalibrationGridFile file;
   file.date = ReadDate(root);
-  if (auto read = ReadSetUp(root, file.grid); !read) return tl::unexpected(read.error());
+  TRY(ReadSetUp(root, file.grid));
   file.grid.position_sigma_mm = root.Number("position_sigma_mm", {0, kMostSigma_mm});
   for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
     JsonObject view = root.Inner(entry, fmt::format("views[{}]", file.grid.views.size()));
@@ -69,10 +68,10 @@ Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& pat
     seen.column_px = view.Number("column_px", {-0.5, camera.width_px - 0.5});
     seen.row_px = view.Number("row_px", {-0.5, camera.height_px - 0.5});
     seen.sigma_px = view.Number("sigma_px", {1e-9, 1e3});
-    if (auto read = view.Finish(); !read) return tl::unexpected(read.error());
+    TRY(view.Finish());
     file.grid.views.push_back(seen);
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return file;
 }
 

@@ -176,7 +176,7 @@ Result<CalibrationRecord> ReadCalibration(JsonObject object) {
                                             range_mm[0], range_mm[1]));
   }
   calibration.covariance = ReadCovariance(object);
-  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  TRY(object.Finish());
   calibration.nearest_mm = range_mm[0];
   calibration.farthest_mm = range_mm[1];
   return calibration;
@@ -199,24 +199,22 @@ Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   // Many programs keep a camera's parameters, each in a convention of its own.
   constexpr const char* kConvert =
       "cameras of OpenCV, ROS and mrcal become one by trammel align camera FILE --out camera.json";
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto text = TRY(ReadWholeFile(path, kMostBytes));
+  const auto json = ParseJson(text, path.string());
   if (!json) return Fail(fmt::format("{} ({})", json.error().message, kConvert));
   JsonObject root(*json, path.string());
   const nlohmann::json* value = root.Find("camera");
   if (value == nullptr) root.Fault("camera", fmt::format("is missing ({})", kConvert));
   root.Integer("format", {1, 1});
   const nlohmann::json* calibration = root.Find("calibration");
-  if (const auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   CameraFile file;
   JsonObject object = root.Inner(*value, "camera");
   file.camera = ReadCamera(object);
-  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  TRY(object.Finish());
   if (calibration != nullptr) {
-    const auto read = ReadCalibration(root.Inner(*calibration, "calibration"));
-    if (!read) return tl::unexpected(read.error());
-    file.calibration = *read;
+    const auto read = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
+    file.calibration = read;
   }
   return file;
 }

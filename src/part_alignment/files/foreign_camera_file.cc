@@ -126,41 +126,34 @@ Result<OpenCvCamera> FromMrcal(const json& root, const std::string& file) {
         "(mrcal-convert-lensmodel makes one)",
         file, Show(root["lensmodel"])));
   }
-  const auto intrinsics = Find(root, file, {"intrinsics"});
-  if (!intrinsics) return tl::unexpected(intrinsics.error());
-  if (!*intrinsics || (*intrinsics)->numbers.size() != 4 + coefficients) {
+  const auto intrinsics = TRY(Find(root, file, {"intrinsics"}));
+  if (!intrinsics || intrinsics->numbers.size() != 4 + coefficients) {
     return Fail(
         fmt::format("{}: intrinsics must be {} numbers for {}", file, 4 + coefficients, model));
   }
-  const auto size = Find(root, file, {"imagersize"});
-  if (!size) return tl::unexpected(size.error());
-  if (!*size) return Fail(fmt::format("{}: imagersize is missing", file));
+  const auto size = TRY(Find(root, file, {"imagersize"}));
+  if (!size) return Fail(fmt::format("{}: imagersize is missing", file));
   OpenCvCamera camera;
-  if (auto set = SetSize((*size)->numbers, file, camera); !set) return tl::unexpected(set.error());
-  const std::vector<double>& n = (*intrinsics)->numbers;
+  TRY(SetSize(size->numbers, file, camera));
+  const std::vector<double>& n = intrinsics->numbers;
   camera.fx_px = n[0];
   camera.fy_px = n[1];
   camera.cx_px = n[2];
   camera.cy_px = n[3];
-  if (auto set = SetDistortion({n.begin() + 4, n.end()}, file, camera); !set) {
-    return tl::unexpected(set.error());
-  }
+  TRY(SetDistortion({n.begin() + 4, n.end()}, file, camera));
   return camera;
 }
 
 Result<void> ReadOpenCvSize(const json& root, const std::string& file, OpenCvCamera& camera) {
-  const auto width = Find(root, file, {"image_width", "image_Width", "width"});
-  if (!width) return tl::unexpected(width.error());
-  const auto height = Find(root, file, {"image_height", "image_Height", "height"});
-  if (!height) return tl::unexpected(height.error());
-  if (*width && *height) {
-    std::vector<double> size = (*width)->numbers;
-    size.insert(size.end(), (*height)->numbers.begin(), (*height)->numbers.end());
+  const auto width = TRY(Find(root, file, {"image_width", "image_Width", "width"}));
+  const auto height = TRY(Find(root, file, {"image_height", "image_Height", "height"}));
+  if (width && height) {
+    std::vector<double> size = width->numbers;
+    size.insert(size.end(), height->numbers.begin(), height->numbers.end());
     return SetSize(size, file, camera);
   }
-  const auto both = Find(root, file, {"image_size", "imageSize", "img_shape", "resolution"});
-  if (!both) return tl::unexpected(both.error());
-  if (*both) return SetSize((*both)->numbers, file, camera);
+  const auto both = TRY(Find(root, file, {"image_size", "imageSize", "img_shape", "resolution"}));
+  if (both) return SetSize(both->numbers, file, camera);
   return Fail(
       fmt::format("{}: the picture's size (image_width, image_height) is missing: add it", file));
 }
@@ -218,19 +211,18 @@ Result<void> CheckModel(const json& root, const std::string& file) {
 }
 
 Result<OpenCvCamera> FromOpenCvFile(const json& root, const std::string& file) {
-  if (auto known = CheckModel(root, file); !known) return tl::unexpected(known.error());
-  const auto matrix = Find(root, file,
-                           {"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix",
-                            "intrinsic_matrix", "mtx", "K", "M1"});
-  if (!matrix) return tl::unexpected(matrix.error());
-  if (!*matrix || (*matrix)->numbers.size() != 9) {
+  TRY(CheckModel(root, file));
+  const auto matrix = TRY(Find(root, file,
+                               {"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix",
+                                "intrinsic_matrix", "mtx", "K", "M1"}));
+  if (!matrix || matrix->numbers.size() != 9) {
     return Fail(
         fmt::format("{}: there is no camera_matrix of nine numbers, and no lensmodel", file));
   }
-  const std::vector<double>& m = (*matrix)->numbers;
+  const std::vector<double>& m = matrix->numbers;
   if (m[1] != 0 || m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1) {
     return Fail(fmt::format("{}: {} is not [fx 0 cx; 0 fy cy; 0 0 1]; skew cannot be converted",
-                            file, (*matrix)->key));
+                            file, matrix->key));
   }
   OpenCvCamera camera;
   camera.fx_px = m[0];
@@ -238,16 +230,13 @@ Result<OpenCvCamera> FromOpenCvFile(const json& root, const std::string& file) {
   camera.fy_px = m[4];
   camera.cy_px = m[5];
   const auto distortion =
-      Find(root, file,
-           {"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs",
-            "dist_coeff", "DistortionCoefficients", "distortion", "dist", "D", "D1"});
-  if (!distortion) return tl::unexpected(distortion.error());
-  if (*distortion) {
-    if (auto set = SetDistortion((*distortion)->numbers, file, camera); !set) {
-      return tl::unexpected(set.error());
-    }
+      TRY(Find(root, file,
+               {"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs",
+                "dist_coeff", "DistortionCoefficients", "distortion", "dist", "D", "D1"}));
+  if (distortion) {
+    TRY(SetDistortion(distortion->numbers, file, camera));
   }
-  if (auto set = ReadOpenCvSize(root, file, camera); !set) return tl::unexpected(set.error());
+  TRY(ReadOpenCvSize(root, file, camera));
   return camera;
 }
 
@@ -257,23 +246,20 @@ Result<OpenCvCamera> ParseForeignCamera(std::string_view text, const std::string
   const bool mrcal = text.find("lensmodel") != std::string_view::npos;
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   const char begin = first == std::string_view::npos ? '\0' : text[first];
-  const auto root = mrcal          ? ParseLiteral(text, file)
-                    : begin == '<' ? ParsePlainXml(text, file)
-                    : begin == '{' ? ParseJson(text, file)
-                                   : ParsePlainYaml(text, file);
-  if (!root) return tl::unexpected(root.error());
-  if (!root->is_object()) {
-    return Fail(fmt::format("{}: is {}; it must be a camera file", file, Show(*root)));
+  const auto root = TRY(mrcal          ? ParseLiteral(text, file)
+                        : begin == '<' ? ParsePlainXml(text, file)
+                        : begin == '{' ? ParseJson(text, file)
+                                       : ParsePlainYaml(text, file));
+  if (!root.is_object()) {
+    return Fail(fmt::format("{}: is {}; it must be a camera file", file, Show(root)));
   }
-  return mrcal && root->contains("lensmodel") ? FromMrcal(*root, file)
-                                              : FromOpenCvFile(*root, file);
+  return mrcal && root.contains("lensmodel") ? FromMrcal(root, file) : FromOpenCvFile(root, file);
 }
 
 Result<OpenCvCamera> ReadForeignCameraFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 32'000'000;  // mrcal keeps its inputs in the file
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseForeignCamera(*text, path.string());
+  const auto text = TRY(ReadWholeFile(path, kMostBytes));
+  return ParseForeignCamera(text, path.string());
 }
 
 }  // namespace trammel::files

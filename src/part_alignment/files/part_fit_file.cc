@@ -51,7 +51,7 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
   if (open != nullptr && !open->is_boolean()) object.Fault("open", "must be true or false");
   surface.most_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMost_mm});
   surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
-  if (auto read = object.Finish(); !read) return read;
+  TRY(object.Finish());
   const bool may_be_open = open != nullptr && open->get<bool>();
   const std::tuple key(file, unit.value_or(""), may_be_open);
   auto found = meshes.read.find(key);
@@ -62,11 +62,10 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
                    fmt::format("is one more than the {} meshes that are read", kMostMeshes));
       return object.Faults();
     }
-    auto mesh =
-        meshes.reader(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt, may_be_open);
-    if (!mesh) return tl::unexpected(mesh.error());
-    part.notices.insert(part.notices.end(), mesh->notices.begin(), mesh->notices.end());
-    found = meshes.read.emplace(key, std::move(*mesh)).first;
+    auto mesh = TRY(meshes.reader(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt,
+                                  may_be_open));
+    part.notices.insert(part.notices.end(), mesh.notices.begin(), mesh.notices.end());
+    found = meshes.read.emplace(key, std::move(mesh)).first;
   }
   surface.mesh = found->second.mesh;
   return {};
@@ -79,7 +78,7 @@ Result<void> ReadSurfaces(JsonObject& root, NamedMeshes meshes, PartFile& part) 
     surface.id = Id(object, "id");
     const std::string kind = object.Choice("kind", {"plane", "shaft", "bore", "mesh"});
     if (kind == "mesh") {
-      if (auto read = ReadMesh(object, meshes, surface, part); !read) return read;
+      TRY(ReadMesh(object, meshes, surface, part));
       part.surfaces.push_back(std::move(surface));
       continue;
     }
@@ -91,7 +90,7 @@ Result<void> ReadSurfaces(JsonObject& root, NamedMeshes meshes, PartFile& part) 
     if (surface.kind != SurfaceKind::kPlane)
       surface.radius_mm = object.Number("radius_mm", {0, kMost_mm});
     surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
-    if (auto read = object.Finish(); !read) return read;
+    TRY(object.Finish());
     part.surfaces.push_back(std::move(surface));
   }
   return root.Faults();
@@ -164,9 +163,8 @@ Result<MeasuredPoint> ReadRow(std::string_view line, const Header& header,
 }
 
 Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const std::string& file) {
-  const auto json = ParseJson(text, file);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, file);
+  const auto json = TRY(ParseJson(text, file));
+  JsonObject root(json, file);
   root.Integer("format", {1, 1});
   std::vector<MeasuredPoint> points;
   for (const nlohmann::json& entry : root.List("points", 1, kMostPoints)) {
@@ -176,10 +174,10 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
     point.at_mm = ReadThree(object, "at_mm", {-kMost_mm, kMost_mm});
     point.sigma_mm = object.Number("sigma_mm", {1e-9, kMost_mm});
     if (object.has("surface")) point.surface = Id(object, "surface");
-    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    TRY(object.Finish());
     points.push_back(std::move(point));
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return points;
 }
 
@@ -195,17 +193,16 @@ Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root) {
     bar.to = Id(object, "to");
     bar.length_mm = object.Number("length_mm", {0, kMost_mm});
     bar.sigma_mm = object.Number("sigma_mm", {0, kMost_mm});
-    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    TRY(object.Finish());
     read_bars.push_back(std::move(bar));
   }
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  TRY(root.Faults());
   return read_bars;
 }
 
 Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReader& read_mesh) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   PartFile part;
   part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
@@ -213,19 +210,18 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReade
   part.options.most_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
   if (auto read = ReadSurfaces(root, {read_mesh, path.parent_path(), {}}, part); !read)
     return tl::unexpected(read.error());
-  auto bars = ReadScaleBars(root);
-  if (!bars) return tl::unexpected(bars.error());
-  part.bars = std::move(*bars);
+  auto bars = TRY(ReadScaleBars(root));
+  part.bars = std::move(bars);
   if (const nlohmann::json* start = root.Find("start")) {
     JsonObject object = root.Inner(*start, "start");
     geometry::Pose pose;
     pose.translation_mm = ReadThree(object, "translation_mm", {-kMost_mm, kMost_mm});
     constexpr double kTurn = 2 * std::numbers::pi;
     pose.angles_rad = ReadThree(object, "angles_rad", {-kTurn, kTurn});
-    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    TRY(object.Finish());
     part.start = pose;
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return part;
 }
 
@@ -253,14 +249,12 @@ Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const 
     const std::string where = fmt::format("{}:{}", file, ++number);
     if (line.find_first_not_of(" \t\r") == std::string_view::npos || line.front() == '#') continue;
     if (!header) {
-      auto read = ReadHeader(line, where);
-      if (!read) return tl::unexpected(read.error());
-      header = *read;
+      auto read = TRY(ReadHeader(line, where));
+      header = read;
       continue;
     }
-    auto point = ReadRow(line, *header, where);
-    if (!point) return tl::unexpected(point.error());
-    points.push_back(std::move(*point));
+    auto point = TRY(ReadRow(line, *header, where));
+    points.push_back(std::move(point));
     if (points.size() > kMostPoints) {
       return Fail(fmt::format("{}: more than {} points", file, kMostPoints));
     }
@@ -269,9 +263,8 @@ Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const 
 }
 
 Result<std::vector<MeasuredPoint>> ReadPointTable(const std::filesystem::path& path) {
-  auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParsePointTable(Utf8OfFile(std::move(*text)), path.string());
+  auto text = TRY(ReadWholeFile(path, kMostBytes));
+  return ParsePointTable(Utf8OfFile(std::move(text)), path.string());
 }
 
 }  // namespace trammel::files

@@ -128,29 +128,27 @@ class Words {
 Result<Vector3d> Three(Words& words) {
   Vector3d three;
   for (double& number : three) {
-    const auto read = words.Number();
-    if (!read) return tl::unexpected(read.error());
-    number = *read;
+    const auto read = TRY(words.Number());
+    number = read;
   }
   return three;
 }
 
 // Behind "facet". Normals are words alone: some programs write "nan" for that of a narrow triangle.
 Result<Triangle> Facet(Words& words, VertexWeld& weld, double mm_per_unit) {
-  if (auto is = words.Expect("normal"); !is) return tl::unexpected(is.error());
+  TRY(words.Expect("normal"));
   for (int i = 0; i < 3; ++i) words.Next();
   for (const std::string_view word : {"outer", "loop"}) {
-    if (auto is = words.Expect(word); !is) return tl::unexpected(is.error());
+    TRY(words.Expect(word));
   }
   Triangle triangle{};
   for (std::uint32_t& corner : triangle) {
-    if (auto is = words.Expect("vertex"); !is) return tl::unexpected(is.error());
-    const auto at = Three(words);
-    if (!at) return tl::unexpected(at.error());
-    corner = weld.Number(*at * mm_per_unit);
+    TRY(words.Expect("vertex"));
+    const auto at = TRY(Three(words));
+    corner = weld.Number(at * mm_per_unit);
   }
   for (const std::string_view word : {"endloop", "endfacet"}) {
-    if (auto is = words.Expect(word); !is) return tl::unexpected(is.error());
+    TRY(words.Expect(word));
   }
   return triangle;
 }
@@ -170,9 +168,8 @@ Result<TriangleMesh> ParseText(std::string_view text, const std::string& file, d
       within = false;
       words.SkipLine();
     } else if (within && SameWord(word, "facet")) {
-      const auto triangle = Facet(words, weld, mm_per_unit);
-      if (!triangle) return tl::unexpected(triangle.error());
-      mesh.triangles.push_back(*triangle);
+      const auto triangle = TRY(Facet(words, weld, mm_per_unit));
+      mesh.triangles.push_back(triangle);
       if (mesh.triangles.size() > kMostTriangles) {
         return tl::unexpected(TooMany(file, mesh.triangles.size()).error());
       }
@@ -248,10 +245,9 @@ Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
   Result<TriangleMesh> triangles;
   std::size_t trailing = 0;
   {
-    const auto bytes = ReadNamedFile(path, kMostBytes);
-    if (!bytes) return tl::unexpected(bytes.error());
-    triangles = ParseStl(*bytes, path.string(), unit ? unit->mm : 1);
-    trailing = StlTrailingBytes(*bytes);
+    const auto bytes = TRY(ReadNamedFile(path, kMostBytes));
+    triangles = ParseStl(bytes, path.string(), unit ? unit->mm : 1);
+    trailing = StlTrailingBytes(bytes);
   }
   if (!triangles) return tl::unexpected(triangles.error());
   std::string read = unit ? fmt::format("read in {}", unit->name)

@@ -44,7 +44,7 @@ Result<std::vector<PlainPoint>> ReadPlainPoints(JsonObject& picture) {
     point.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
     point.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
     point.disc = ReadDisc(inner, point.column_px, point.row_px);
-    if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    TRY(inner.Finish());
     points.push_back(point);
   }
   return points;
@@ -74,30 +74,28 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
     if (const auto disc = ReadDisc(inner, observation.column_px, observation.row_px)) {
       picture.discs.push_back(*disc);
     }
-    if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    TRY(inner.Finish());
     picture.observations.push_back(std::move(observation));
   }
-  auto plain = ReadPlainPoints(object);
-  if (!plain) return tl::unexpected(plain.error());
-  picture.plain = std::move(*plain);
-  if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  auto plain = TRY(ReadPlainPoints(object));
+  picture.plain = std::move(plain);
+  TRY(object.Finish());
   return picture;
 }
 
 }  // namespace
 
 Result<std::vector<SurveyPicture>> ReadSurveyFile(const std::filesystem::path& path) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   std::vector<SurveyPicture> pictures;
   for (const nlohmann::json& entry : root.List("pictures", 1, kMostPictures)) {
-    auto picture = ReadPicture(root.Inner(entry, fmt::format("pictures[{}]", pictures.size())));
-    if (!picture) return tl::unexpected(picture.error());
-    pictures.push_back(std::move(*picture));
+    auto picture =
+        TRY(ReadPicture(root.Inner(entry, fmt::format("pictures[{}]", pictures.size()))));
+    pictures.push_back(std::move(picture));
   }
-  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  TRY(root.Finish());
   return pictures;
 }
 
@@ -131,9 +129,8 @@ std::string SurveyFileText(const std::vector<SurveyPicture>& pictures) {
 }
 
 Result<std::vector<part_alignment::ScaleBar>> ReadScaleBarFile(const std::filesystem::path& path) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   if (!root.has("scale_bars")) root.Fault("scale_bars", "is missing");
   return ReadScaleBars(root);

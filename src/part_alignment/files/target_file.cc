@@ -91,23 +91,22 @@ Result<TargetList> ReadTargetList(JsonObject& object) {
     if (!inner.failed() && !ids.insert(target.id).second) {
       inner.Fault("id", fmt::format("is {}, which another target has already", target.id));
     }
-    if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    TRY(inner.Finish());
     target.ideal_mm = {mm[0], mm[1], mm[2]};
     list.targets.push_back(std::move(target));
   }
   if (!object.failed()) ReadCovariance(object, list);
   ReadBarEnds(object, list);
-  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  TRY(object.Faults());
   return list;
 }
 
 Result<TargetList> ReadTargetFile(const std::filesystem::path& path) {
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject root(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   const auto verdict = root.OptionalChoice("verdict", {"good", "cannot_tell", "refused"});
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  TRY(root.Faults());
   if (verdict && *verdict != "good") {
     return Fail(
         fmt::format("{}: no targets are taken from an answer that is {}; run align fit anew",

@@ -176,17 +176,16 @@ Result<void> OneSolid(SolidMesh& solid, const std::vector<MeshPart>& parts) {
 }  // namespace
 
 Result<SolidMesh> MakeSolid(TriangleMesh mesh, bool open) {
-  if (auto checked = CheckNumbers(mesh); !checked) return tl::unexpected(checked.error());
+  TRY(CheckNumbers(mesh));
   SolidMesh solid;
   if (const std::size_t collapsed = LeaveOutCollapsed(mesh); collapsed > 0) {
     solid.notices.push_back(
         fmt::format("{} triangles of no area (two equal corners) were left out", collapsed));
   }
   if (mesh.triangles.empty()) return Fail("all its triangles have no area");
-  auto topology = JoinedEdges(mesh, open, solid);
-  if (!topology) return tl::unexpected(topology.error());
+  auto topology = TRY(JoinedEdges(mesh, open, solid));
   if (mesh.triangles.empty()) return Fail("all its triangles have no area");
-  solid.neighbours = std::move(topology->neighbours);
+  solid.neighbours = std::move(topology.neighbours);
   solid.mesh = std::move(mesh);
   const MeshParts found = TurnAlike(solid.mesh, solid.neighbours);
   if (found.one_sided) {
@@ -203,7 +202,7 @@ Result<SolidMesh> MakeSolid(TriangleMesh mesh, bool open) {
                     turned, solid.mesh.triangles.size()));
   }
   if (!solid.open) {
-    if (auto one = OneSolid(solid, found.parts); !one) return tl::unexpected(one.error());
+    TRY(OneSolid(solid, found.parts));
   } else {
     solid.notices.emplace_back(
         "the shell is open: outside is where its triangles face, and points beyond its rim cannot "

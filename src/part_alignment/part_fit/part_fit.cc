@@ -274,9 +274,8 @@ Rest EvenPlacement(const Problem& problem, Motion motion) {
 }  // namespace
 
 Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options) {
-  const auto checked = CheckedPartFit(given, options);
-  if (!checked) return tl::unexpected(checked.error());
-  const PartFitInput& input = *checked;
+  const auto checked = TRY(CheckedPartFit(given, options));
+  const PartFitInput& input = checked;
   PartFit fit;
   const BarScale bars = ScaleOf(input, options);
   fit.scale = bars.scale;

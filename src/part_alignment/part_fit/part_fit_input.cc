@@ -46,11 +46,9 @@ Result<std::set<std::string>> CheckSurfaces(PartFitInput& input, const PartFitOp
     if (!ids.insert(surface.id).second) {
       return Fail(fmt::format("surface {} stands there twice", surface.id));
     }
-    if (auto wanted = CheckWanted(surface, options); !wanted) {
-      return tl::unexpected(wanted.error());
-    }
+    TRY(CheckWanted(surface, options));
     if (surface.kind == SurfaceKind::kMesh) {
-      if (auto read = CheckMesh(surface); !read) return tl::unexpected(read.error());
+      TRY(CheckMesh(surface));
       continue;
     }
     const double length = surface.direction.norm();
@@ -135,10 +133,8 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
         fmt::format("targets {} mm thick, sigma {} mm; 0 … {} are possible, in mm (100 µm are 0.1)",
                     options.target_thickness_mm, options.target_thickness_sigma_mm, kThickest_mm));
   }
-  const auto surfaces = CheckSurfaces(checked, options);
-  if (!surfaces) return tl::unexpected(surfaces.error());
-  const auto points = CheckPoints(checked, *surfaces);
-  if (!points) return tl::unexpected(points.error());
+  const auto surfaces = TRY(CheckSurfaces(checked, options));
+  const auto points = TRY(CheckPoints(checked, surfaces));
   std::set<std::pair<std::string, std::string>> bar_ends;
   for (const ScaleBar& bar : checked.bars) {
     if (!bar_ends.insert(std::minmax(bar.from, bar.to)).second) {
@@ -148,7 +144,7 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
           bar.from, bar.to));
     }
     for (const std::string& end : {bar.from, bar.to}) {
-      if (!points->contains(end)) {
+      if (!points.contains(end)) {
         return Fail(
             fmt::format("scale bar {}-{}: {} is none of the points", bar.from, bar.to, end));
       }

@@ -131,7 +131,7 @@ Result<void> Check(const TargetDisc& disc) {
 
 Result<Alignment> SolveByDiscs(const SolveOptions& options, const TargetDisc& disc,
                                const SeenDiscs& seen, Measurement& measurement) {
-  if (auto checked = Check(disc); !checked) return tl::unexpected(checked.error());
+  TRY(Check(disc));
   TRAMMEL_CHECK(seen.size() == measurement.views.size(), "{} of {}", seen.size(),
                 measurement.views.size());
   auto first = Solve(measurement, options);

@@ -39,9 +39,7 @@ Result<void> CheckFixed(const Unknowns& unknowns, const AlignmentState& state) {
 
 Result<PoseSolver> Prepare(const Measurement& measurement, const SolveOptions& options,
                            const AlignmentState& state) {
-  if (const auto valid = CheckFixed(options.unknowns, state); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(CheckFixed(options.unknowns, state));
   return PoseSolver::Make(measurement, options, state.machine_from_part, state.clamping);
 }
 

@@ -388,8 +388,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     return Fail(fmt::format("weakest_limit_mm is {}, it must lie in 0.001 ... 100",
                             options.weakest_limit_mm));
   }
-  auto problem = MakeProblem(measurement, options);
-  if (!problem) return tl::unexpected(problem.error());
+  auto problem = TRY(MakeProblem(measurement, options));
   if (std::string back = LooksBack(measurement.camera); !back.empty()) {
     Alignment alignment;
     alignment.parameters = ParameterNames(options.unknowns);
@@ -397,7 +396,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   }
   const std::vector<std::string> labels = LabelsOf(measurement.targets);
   const Answer answer =
-      FindAnswer(std::move(*problem), CountedInputs(measurement, options), labels, options);
+      FindAnswer(std::move(problem), CountedInputs(measurement, options), labels, options);
   if (!answer.fit.found) {
     Alignment alignment;
     alignment.parameters = ParameterNames(options.unknowns);

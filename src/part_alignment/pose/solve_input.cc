@@ -98,9 +98,7 @@ Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance, std::si
 }
 
 Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& unknowns) {
-  if (const auto valid = Validate(measurement.camera); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(Validate(measurement.camera));
   const auto by_id = TargetsById(measurement.targets);
   if (!by_id) {
     return tl::unexpected(by_id.error());
@@ -108,9 +106,7 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
   PoseProblem problem{measurement.camera, unknowns, {}, {}};
   for (std::size_t number = 0; number < measurement.views.size(); ++number) {
     const View& view = measurement.views[number];
-    if (const auto valid = CheckView(view, number); !valid) {
-      return tl::unexpected(valid.error());
-    }
+    TRY(CheckView(view, number));
     std::set<std::string> seen_here;
     for (const Observation& seen : view.observations) {
       const auto found = by_id->find(seen.target);
@@ -122,9 +118,7 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
         return Fail(fmt::format("view {}: target {} is observed twice in one picture", number + 1,
                                 seen.target));
       }
-      if (const auto valid = CheckObservation(measurement.camera, seen, number); !valid) {
-        return tl::unexpected(valid.error());
-      }
+      TRY(CheckObservation(measurement.camera, seen, number));
       problem.observations.push_back({measurement.targets[found->second].ideal_mm,
                                       view.spindle_rotation.transpose(),
                                       view.spindle_mm,
@@ -150,9 +144,7 @@ namespace {
 
 Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
                             std::size_t target_count) {
-  if (auto valid = Validate(options.inputs); !valid) {
-    return valid;
-  }
+  TRY(Validate(options.inputs));
   constexpr std::size_t kMostUncertain = 300;  // 900 errors that observations share
   if ((options.target_covariance || target_mm > 0) && target_count > kMostUncertain) {
     return Fail(
@@ -163,12 +155,8 @@ Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
                         ? ""
                         : ", or state target_mm: 0 if they are exact"));
   }
-  if (auto valid = options.target_covariance
-                       ? ValidateTargetCovariance(*options.target_covariance, target_count)
-                       : Result<void>{};
-      !valid) {
-    return valid;
-  }
+  TRY(options.target_covariance ? ValidateTargetCovariance(*options.target_covariance, target_count)
+                                : Result<void>{});
   return options.camera_covariance ? Validate(*options.camera_covariance) : Result<void>{};
 }
 

@@ -49,15 +49,13 @@ Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOpt
 Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measurement& plan,
                           const MeasureOptions& options,
                           part_alignment::FinderWorkspace& workspace) {
-  const auto frame = machine::DecodeFrame(picture);
-  if (!frame) return tl::unexpected(frame.error());
-  if (frame->width != plan.camera.width_px || frame->height != plan.camera.height_px) {
-    return Fail(
-        fmt::format("the picture has {} x {} px, the camera of the plan {} x {}", frame->width,
-                    frame->height, plan.camera.width_px, plan.camera.height_px),
-        ErrorKind::kMeasurement);
+  const auto frame = TRY(machine::DecodeFrame(picture));
+  if (frame.width != plan.camera.width_px || frame.height != plan.camera.height_px) {
+    return Fail(fmt::format("the picture has {} x {} px, the camera of the plan {} x {}",
+                            frame.width, frame.height, plan.camera.width_px, plan.camera.height_px),
+                ErrorKind::kMeasurement);
   }
-  const Page grey = part_alignment::GreyPicture(frame->width, frame->height, frame->bgr);
+  const Page grey = part_alignment::GreyPicture(frame.width, frame.height, frame.bgr);
   part_alignment::FinderOptions finder = options.finder;
   finder.mirrored = plan.camera.looks_along == part_alignment::LooksAlong::kMinusZ;
   return part_alignment::FindTargets(grey.view(), options.book, finder, workspace);
@@ -103,20 +101,16 @@ class Measuring {
       : plan_(plan), options_(options), shop_(shop) {}
 
   Result<MeasureOutcome> Run() {
-    auto ids = CheckIds(plan_, options_);
-    if (!ids) return tl::unexpected(ids.error());
-    ids_ = std::move(*ids);
+    auto ids = TRY(CheckIds(plan_, options_));
+    ids_ = std::move(ids);
     outcome_.measurement = plan_;
     for (View& view : outcome_.measurement.views) view.observations.clear();
     outcome_.discs.resize(plan_.views.size());
-    const auto way = Way();
-    if (!way) return tl::unexpected(way.error());
+    const auto way = TRY(Way());
     const auto taken = [this](std::size_t number, const machine::CapturedFrame& picture) {
       return Look(number, picture);
     };
-    if (auto driven = DriveThroughViews(*way, plan_.views, shop_, taken); !driven) {
-      return tl::unexpected(driven.error());
-    }
+    TRY(DriveThroughViews(way, plan_.views, shop_, taken));
     const auto& views = outcome_.measurement.views;
     if (std::all_of(views.begin(), views.end(),
                     [](const View& view) { return view.observations.empty(); })) {
@@ -131,9 +125,8 @@ class Measuring {
  private:
   Result<std::vector<Waypoint>> Way() {
     if (shop_.move_to) {
-      const auto start_mm = shop_.stands_at();
-      if (!start_mm) return tl::unexpected(start_mm.error());
-      return RouteThrough(*start_mm, plan_.views, options_.route);
+      const auto start_mm = TRY(shop_.stands_at());
+      return RouteThrough(start_mm, plan_.views, options_.route);
     }
     std::vector<Waypoint> way;
     for (const View& view : plan_.views) {
@@ -143,13 +136,12 @@ class Measuring {
   }
 
   Result<void> Look(std::size_t number, const machine::CapturedFrame& picture) {
-    auto found = Read(picture, plan_, options_, workspace_);
-    if (!found) return tl::unexpected(found.error());
-    AddObservations(*found, ids_, options_, number, outcome_);
-    outcome_.found.push_back(std::move(*found));
+    auto found = TRY(Read(picture, plan_, options_, workspace_));
+    AddObservations(found, ids_, options_, number, outcome_);
+    outcome_.found.push_back(std::move(found));
     Measurement so_far = outcome_.measurement;
     so_far.views.resize(number + 1);
-    if (auto kept = shop_.keep_observations(so_far); !kept) return kept;
+    TRY(shop_.keep_observations(so_far));
     shop_.tell(fmt::format("view {} of {}: {} targets", number + 1, plan_.views.size(),
                            outcome_.measurement.views[number].observations.size()));
     return {};

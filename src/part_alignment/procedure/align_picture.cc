@@ -18,13 +18,12 @@ StillPictures::StillPictures(machine::FrameSource& source, double settle_s)
 
 Result<machine::CapturedFrame> StillPictures::Take(const std::stop_token& stop) {
   if (!reader_) {
-    auto frame = source_.Next(kPictureLimit_s, stop);
-    if (!frame) return tl::unexpected(frame.error());
-    if (!*frame) {
+    auto frame = TRY(source_.Next(kPictureLimit_s, stop));
+    if (!frame) {
       return Fail("there is no further picture: one is wanted for each view of the plan",
                   ErrorKind::kMeasurement);
     }
-    return std::move(**frame);
+    return std::move(*frame);
   }
   const double settled_s = machine::HostNow() + settle_s_;
   const double end_s = settled_s + kPictureLimit_s;

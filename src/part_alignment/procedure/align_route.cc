@@ -126,9 +126,7 @@ Result<void> CheckView(const part_alignment::View& view, std::size_t number,
 Result<std::vector<Waypoint>> RouteThrough(const Vector3d& start_mm,
                                            const std::vector<part_alignment::View>& views,
                                            const RouteOptions& options) {
-  if (auto checked = CheckOptions(start_mm, options); !checked) {
-    return tl::unexpected(checked.error());
-  }
+  TRY(CheckOptions(start_mm, options));
   std::vector<Waypoint> way;
   Vector3d at = start_mm;
   const auto go = [&](const Vector3d& to, int view) -> Result<void> {
@@ -150,17 +148,15 @@ Result<std::vector<Waypoint>> RouteThrough(const Vector3d& start_mm,
     return Vector3d(mm.x(), mm.y(), options.safe_z_mm);
   };
   if (start_mm.z() < options.safe_z_mm) {
-    if (auto gone = go(above(start_mm), -1); !gone) return tl::unexpected(gone.error());
+    TRY(go(above(start_mm), -1));
   }
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (auto checked = CheckView(views[i], i, options); !checked) {
-      return tl::unexpected(checked.error());
-    }
+    TRY(CheckView(views[i], i, options));
     const Vector3d& place = views[i].spindle_mm;
     const Vector3d across(place.x(), place.y(), std::max(at.z(), options.safe_z_mm));
     for (const auto& [to, view] : {std::pair{across, -1}, std::pair{place, static_cast<int>(i)},
                                    std::pair{above(place), -1}}) {
-      if (auto gone = go(to, view); !gone) return tl::unexpected(gone.error());
+      TRY(go(to, view));
     }
   }
   return way;

@@ -128,27 +128,23 @@ class Driving {
   }
 
   Result<void> TakeAll() {
-    if (auto ready = Begin(); !ready) return ready;
-    if (auto taken = TakeFirst(); !taken) return taken;
-    auto sketch = part_alignment::SketchBoard(board_);
-    if (!sketch) return tl::unexpected(sketch.error());
-    if (auto agreed = PlanAll(*sketch); !agreed) return agreed;
+    TRY(Begin());
+    TRY(TakeFirst());
+    auto sketch = TRY(part_alignment::SketchBoard(board_));
+    TRY(PlanAll(sketch));
     const std::vector<int> rounds = Rounds();
     for (std::size_t round = 0; round < rounds.size(); ++round) {
       const double c_deg = round % 2 == 0 ? 0 : kHalfTurn_deg;
-      if (auto turned = TurnTo(c_deg); !turned) return turned;
-      auto done =
-          c_deg == 0 ? TakeRound(*sketch, rounds[round]) : TakeTurnedRound(*sketch, rounds[round]);
-      if (!done) return done;
+      TRY(TurnTo(c_deg));
+      TRY(c_deg == 0 ? TakeRound(sketch, rounds[round]) : TakeTurnedRound(sketch, rounds[round]));
     }
     return {};
   }
 
   // Where it stands, and that it can come back there.
   Result<void> Begin() {
-    const auto at_mm = hooks_.stands_at();
-    if (!at_mm) return tl::unexpected(at_mm.error());
-    start_mm_ = *at_mm;
+    const auto at_mm = TRY(hooks_.stands_at());
+    start_mm_ = at_mm;
     const RouteOptions& route = options_.route;
     if (start_mm_.z() > route.safe_z_mm) {
       return Fail(fmt::format("the spindle stands at Z {:.3f}, above the safe height {:.3f}: begin "
@@ -166,7 +162,7 @@ class Driving {
   // The pictures from which all others are planned.
   Result<void> TakeFirst() {
     AddViews({start_mm_});
-    if (auto taken = TakeView(0, views_[0], hooks_, OnSeen()); !taken) return taken;
+    TRY(TakeView(0, views_[0], hooks_, OnSeen()));
     const BoardView& first = board_.views.front();
     if (first.observations.size() < kLeastFirstMarks) {
       return Fail(
@@ -179,30 +175,25 @@ class Driving {
     for (const auto& disc : first.discs) radii.push_back(disc.semi_major_px);
     const double mm_per_px = board_.disc_radius_mm / Median(radii);
     const double field_mm = board_.camera.width_px * mm_per_px;
-    auto places = part_alignment::FirstBoardPoses(start_mm_, field_mm, room_);
-    if (!places) return tl::unexpected(places.error());
-    const MachineBox box = Around(*places);
-    places->erase(places->begin());
-    const std::size_t first_view = AddViews(*places);
-    const auto way = WayFrom(start_mm_, first_view);
-    if (!way) return tl::unexpected(way.error());
+    auto places = TRY(part_alignment::FirstBoardPoses(start_mm_, field_mm, room_));
+    const MachineBox box = Around(places);
+    places.erase(places.begin());
+    const std::size_t first_view = AddViews(places);
+    const auto way = TRY(WayFrom(start_mm_, first_view));
     shop_.tell(
         fmt::format("the picture is about {:.0f} mm wide on the board; {} more pictures are "
                     "needed to plan the others",
-                    field_mm, places->size()));
-    if (auto may = Ask(fmt::format("the spindle moves to {}, each time over Z {:.1f} mm, at {:g} "
-                                   "mm/min, and in the end back here: may it",
-                                   Text(box), options_.route.safe_z_mm, options_.feed_mm_min));
-        !may) {
-      return may;
-    }
-    return DriveThroughViews(*way, views_, hooks_, OnSeen());
+                    field_mm, places.size()));
+    TRY(
+        Ask(fmt::format("the spindle moves to {}, each time over Z {:.1f} mm, at {:g} "
+                        "mm/min, and in the end back here: may it",
+                        Text(box), options_.route.safe_z_mm, options_.feed_mm_min)));
+    return DriveThroughViews(way, views_, hooks_, OnSeen());
   }
 
   // All rounds, before the first of them moves.
   Result<void> PlanAll(const BoardSketch& sketch) {
-    const auto at_mm = hooks_.stands_at();
-    if (!at_mm) return tl::unexpected(at_mm.error());
+    const auto at_mm = TRY(hooks_.stands_at());
     std::vector<Vector3d> all;
     std::size_t count = 0;
     double way_mm = 0;
@@ -210,15 +201,13 @@ class Driving {
     const std::vector<int> rounds = Rounds();
     for (std::size_t round = 0; round < rounds.size(); ++round) {
       const double turn_rad = round % 2 == 0 ? 0 : std::numbers::pi;
-      auto poses = PlanBoardPoses(sketch, turn_rad, start_mm_, PoseOptions(rounds[round]));
-      if (!poses) return tl::unexpected(poses.error());
+      auto poses = TRY(PlanBoardPoses(sketch, turn_rad, start_mm_, PoseOptions(rounds[round])));
       // Looked at as a whole for obstacles.
-      const auto way = RouteThrough(*at_mm, ViewsAt(poses->spindle_mm), options_.route);
-      if (!way) return tl::unexpected(way.error());
-      way_mm += Length(*way, *at_mm);
-      count += poses->spindle_mm.size();
-      all.insert(all.end(), poses->spindle_mm.begin(), poses->spindle_mm.end());
-      if (round == 0) first = std::move(*poses);
+      const auto way = TRY(RouteThrough(at_mm, ViewsAt(poses.spindle_mm), options_.route));
+      way_mm += Length(way, at_mm);
+      count += poses.spindle_mm.size();
+      all.insert(all.end(), poses.spindle_mm.begin(), poses.spindle_mm.end());
+      if (round == 0) first = std::move(poses);
     }
     all.push_back(start_mm_);
     told_ = Around(all);
@@ -246,9 +235,8 @@ class Driving {
   }
 
   Result<void> TakeRound(const BoardSketch& sketch, int pictures) {
-    const auto poses = PlanBoardPoses(sketch, 0, start_mm_, PoseOptions(pictures));
-    if (!poses) return tl::unexpected(poses.error());
-    return Drive(poses->spindle_mm);
+    const auto poses = TRY(PlanBoardPoses(sketch, 0, start_mm_, PoseOptions(pictures)));
+    return Drive(poses.spindle_mm);
   }
 
   // The first picture tells where a camera beside the spindle's axis came to.
@@ -259,9 +247,8 @@ class Driving {
     around.high_mm.head<2>().array() += kAroundTold_mm;
     options.room = Common(options.room, around);
     const double turn_rad = std::numbers::pi;
-    const auto plain = PlanBoardPoses(sketch, turn_rad, start_mm_, options);
-    if (!plain) return tl::unexpected(plain.error());
-    if (auto taken = Drive({plain->spindle_mm.front()}); !taken) return taken;
+    const auto plain = TRY(PlanBoardPoses(sketch, turn_rad, start_mm_, options));
+    TRY(Drive({plain.spindle_mm.front()}));
     const BoardView& view = board_.views.back();
     if (view.observations.size() < kLeastMarks) {
       return Fail(
@@ -277,39 +264,34 @@ class Driving {
                               off_px),
                   ErrorKind::kMeasurement);
     }
-    auto poses = PlanBoardPoses(sketch, turn_rad, start_mm_, options);
-    if (!poses) return tl::unexpected(poses.error());
-    poses->spindle_mm.erase(poses->spindle_mm.begin());
-    return Drive(poses->spindle_mm);
+    auto poses = TRY(PlanBoardPoses(sketch, turn_rad, start_mm_, options));
+    poses.spindle_mm.erase(poses.spindle_mm.begin());
+    return Drive(poses.spindle_mm);
   }
 
   Result<void> Drive(const std::vector<Vector3d>& places) {
-    const auto at_mm = hooks_.stands_at();
-    if (!at_mm) return tl::unexpected(at_mm.error());
-    const auto way = WayFrom(*at_mm, AddViews(places));
-    if (!way) return tl::unexpected(way.error());
-    return DriveThroughViews(*way, views_, hooks_, OnSeen());
+    const auto at_mm = TRY(hooks_.stands_at());
+    const auto way = TRY(WayFrom(at_mm, AddViews(places)));
+    return DriveThroughViews(way, views_, hooks_, OnSeen());
   }
 
   Result<void> TurnTo(double c_deg) {
     if (c_deg == c_deg_) return {};
-    if (auto turned = Noted(shop_.turn_to(c_deg)); !turned) return turned;
+    TRY(Noted(shop_.turn_to(c_deg)));
     c_deg_ = c_deg;
     return {};
   }
 
   // Up, turned back, across and down.
   Result<void> GoBack() {
-    const auto at_mm = hooks_.stands_at();
-    if (!at_mm) return tl::unexpected(at_mm.error());
-    auto way = RouteThrough(*at_mm, ViewsAt({start_mm_}), options_.route);
-    if (!way) return tl::unexpected(way.error());
-    way->pop_back();  // up again
+    const auto at_mm = TRY(hooks_.stands_at());
+    auto way = TRY(RouteThrough(at_mm, ViewsAt({start_mm_}), options_.route));
+    way.pop_back();  // up again
     bool first = true;
-    for (const Waypoint& point : *way) {
-      if (auto moved = hooks_.move_to(point.spindle_mm); !moved) return moved;
+    for (const Waypoint& point : way) {
+      TRY(hooks_.move_to(point.spindle_mm));
       if (!std::exchange(first, false)) continue;
-      if (auto turned = TurnTo(0); !turned) return turned;
+      TRY(TurnTo(0));
     }
     return {};
   }
@@ -340,9 +322,8 @@ class Driving {
   }
 
   Result<void> Ask(const std::string& how) {
-    const auto may = shop_.may_move(how);
-    if (!may) return tl::unexpected(may.error());
-    if (*may) return {};
+    const auto may = TRY(shop_.may_move(how));
+    if (may) return {};
     declined_ = true;
     return Fail("no further picture was taken, as you answered", ErrorKind::kInterrupted);
   }
@@ -354,34 +335,32 @@ class Driving {
   }
 
   Result<void> See(std::size_t number, const machine::CapturedFrame& picture) {
-    const auto frame = machine::DecodeFrame(picture);
-    if (!frame) return tl::unexpected(frame.error());
+    const auto frame = TRY(machine::DecodeFrame(picture));
     if (number == 0) {
-      board_.camera.width_px = frame->width;
-      board_.camera.height_px = frame->height;
+      board_.camera.width_px = frame.width;
+      board_.camera.height_px = frame.height;
     }
-    if (frame->width != board_.camera.width_px || frame->height != board_.camera.height_px) {
-      return Fail(fmt::format("the picture has {} x {} px, the first one {} x {}", frame->width,
-                              frame->height, board_.camera.width_px, board_.camera.height_px),
+    if (frame.width != board_.camera.width_px || frame.height != board_.camera.height_px) {
+      return Fail(fmt::format("the picture has {} x {} px, the first one {} x {}", frame.width,
+                              frame.height, board_.camera.width_px, board_.camera.height_px),
                   ErrorKind::kMeasurement);
     }
-    const Page grey = part_alignment::GreyPicture(frame->width, frame->height, frame->bgr);
+    const Page grey = part_alignment::GreyPicture(frame.width, frame.height, frame.bgr);
     std::vector<std::string> notices;
-    auto seen = ReadSurveyPicture(fmt::format("view {}", number + 1), grey.view(), options_.reading,
-                                  workspace_, notices);
-    if (!seen) return tl::unexpected(seen.error());
+    auto seen = TRY(ReadSurveyPicture(fmt::format("view {}", number + 1), grey.view(),
+                                      options_.reading, workspace_, notices));
     BoardView& view = board_.views.emplace_back();
-    view.width_px = frame->width;
-    view.height_px = frame->height;
+    view.width_px = frame.width;
+    view.height_px = frame.height;
     view.spindle_mm = views_[number].spindle_mm;
     view.spindle_rotation =
         geometry::RotationFromAngles({0, 0, c_deg_ / kHalfTurn_deg * std::numbers::pi});
-    for (std::size_t i = 0; i < seen->observations.size(); ++i) {
-      if (!options_.marks.contains(seen->observations[i].target)) continue;
-      view.observations.push_back(seen->observations[i]);
-      view.discs.push_back(seen->discs[i]);
+    for (std::size_t i = 0; i < seen.observations.size(); ++i) {
+      if (!options_.marks.contains(seen.observations[i].target)) continue;
+      view.observations.push_back(seen.observations[i]);
+      view.discs.push_back(seen.discs[i]);
     }
-    if (auto kept = shop_.keep_views(board_); !kept) return kept;
+    TRY(shop_.keep_views(board_));
     const std::size_t marks = view.observations.size();
     const bool few = marks < kLeastMarks;
     left_out_ += few ? 1 : 0;

@@ -29,10 +29,9 @@ Result<std::string> AskOne(const StartQuestion& question, Person& person,
   };
   prompt();
   for (;;) {
-    const auto line = person.LineWithin(kLook_s);
-    if (!line) return tl::unexpected(line.error());
-    if (!*line) continue;
-    std::string answer = Trimmed(**line);
+    const auto line = TRY(person.LineWithin(kLook_s));
+    if (!line) continue;
+    std::string answer = Trimmed(*line);
     if (answer.empty()) answer = question.fallback;
     if (answer.empty() && ++empty == kMostEmpty) {
       return Fail(fmt::format(
@@ -73,9 +72,8 @@ Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Person
       answers[question.name] = question.fallback;
       continue;
     }
-    auto answer = AskOne(question, *person, say);
-    if (!answer) return tl::unexpected(answer.error());
-    answers[question.name] = std::move(*answer);
+    auto answer = TRY(AskOne(question, *person, say));
+    answers[question.name] = std::move(answer);
   }
   return {};
 }

@@ -42,8 +42,7 @@ class ScriptedPerson : public Person {
 std::vector<StartQuestion> Questions() {
   const auto numbers = [](std::size_t count) {
     return [count](const std::string& text) -> Result<void> {
-      const auto read = ParseNumbers(text, count);
-      if (!read) return tl::unexpected(read.error());
+      TRY(ParseNumbers(text, count));
       return {};
     };
   };

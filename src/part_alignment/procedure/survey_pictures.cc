@@ -66,13 +66,12 @@ void AddPlain(const FoundTargets& found, double extra_sigma_px, SurveyPicture& p
 }
 
 Result<Page> ReadPicture(const std::filesystem::path& path) {
-  auto pages = machine::ReadPages(path);
-  if (!pages) return tl::unexpected(pages.error());
-  if (pages->size() != 1) {
+  auto pages = TRY(machine::ReadPages(path));
+  if (pages.size() != 1) {
     return Fail(
-        fmt::format("{}: {} pictures in one file; one is needed", path.string(), pages->size()));
+        fmt::format("{}: {} pictures in one file; one is needed", path.string(), pages.size()));
   }
-  Page page = std::move(pages->front());
+  Page page = std::move(pages.front());
   if (page.channels == 1) return page;
   return part_alignment::GreyPicture(page.width, page.height, page.samples);
 }
@@ -85,13 +84,12 @@ Result<SurveyPicture> ReadSurveyPicture(const std::string& name, const PageView&
                                         std::vector<std::string>& notices) {
   part_alignment::FinderOptions finder = options.finder;
   finder.plain_discs = options.plain;
-  const auto found = part_alignment::FindTargets(grey, options.book, finder, workspace);
-  if (!found) return tl::unexpected(found.error());
+  const auto found = TRY(part_alignment::FindTargets(grey, options.book, finder, workspace));
   SurveyPicture picture;
   picture.name = name;
   picture.width_px = grey.width;
   picture.height_px = grey.height;
-  for (const FoundTarget& target : found->targets) {
+  for (const FoundTarget& target : found.targets) {
     if (!target.number) continue;
     const double sigma_px =
         std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
@@ -99,8 +97,8 @@ Result<SurveyPicture> ReadSurveyPicture(const std::string& name, const PageView&
         {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
     picture.discs.push_back(target.disc);
   }
-  if (options.plain) AddPlain(*found, options.extra_sigma_px, picture);
-  NoteRejected(*found, name, notices);
+  if (options.plain) AddPlain(found, options.extra_sigma_px, picture);
+  NoteRejected(found, name, notices);
   return picture;
 }
 
@@ -118,9 +116,8 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
                       "new; give each its own name",
                       path.string()));
     }
-    const auto grey = ReadPicture(path);
-    if (!grey) return tl::unexpected(grey.error());
-    auto picture = ReadSurveyPicture(name, grey->view(), options, workspace, reading.notices);
+    const auto grey = TRY(ReadPicture(path));
+    auto picture = ReadSurveyPicture(name, grey.view(), options, workspace, reading.notices);
     if (!picture) {
       return Fail(fmt::format("{}: {}", path.string(), picture.error().message),
                   picture.error().kind);

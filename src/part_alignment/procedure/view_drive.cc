@@ -20,9 +20,8 @@ Error At(std::size_t number, const Error& error, bool back) {
 // Only behind the picture is it known where the spindle was while the light came in.
 Result<void> CheckStood(const View& view, const ViewHooks& shop) {
   if (!shop.move_to) return {};
-  const auto at_mm = shop.stands_at();
-  if (!at_mm) return tl::unexpected(at_mm.error());
-  const double off_mm = (*at_mm - view.spindle_mm).norm();
+  const auto at_mm = TRY(shop.stands_at());
+  const double off_mm = (at_mm - view.spindle_mm).norm();
   if (off_mm <= kStands_mm) return {};
   return Fail(fmt::format("the spindle moved by {:.3f} mm while the picture was taken; does "
                           "somebody else drive the machine?",
@@ -35,11 +34,10 @@ Result<void> CheckStood(const View& view, const ViewHooks& shop) {
 Result<void> TakeView(std::size_t number, const View& view, const ViewHooks& shop,
                       const OnPicture& on_picture) {
   const auto take = [&]() -> Result<void> {
-    const auto picture = shop.take_picture();
-    if (!picture) return tl::unexpected(picture.error());
-    if (auto kept = shop.keep_picture(number, *picture); !kept) return kept;
-    if (auto stood = CheckStood(view, shop); !stood) return stood;
-    return on_picture(number, *picture);
+    const auto picture = TRY(shop.take_picture());
+    TRY(shop.keep_picture(number, picture));
+    TRY(CheckStood(view, shop));
+    return on_picture(number, picture);
   };
   if (auto taken = take(); !taken) return tl::unexpected(At(number, taken.error(), false));
   return {};
@@ -58,7 +56,7 @@ Result<void> DriveThroughViews(const std::vector<Waypoint>& way, const std::vect
       }
     }
     if (way[i].view < 0) continue;
-    if (auto taken = TakeView(number, views[number], shop, on_picture); !taken) return taken;
+    TRY(TakeView(number, views[number], shop, on_picture));
   }
   return {};
 }

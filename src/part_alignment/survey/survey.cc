@@ -392,14 +392,14 @@ std::string NoStart(const SurveyInput& input, const IndexedSurvey& indexed, Rand
 }  // namespace
 
 Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& options) {
-  if (auto checked = CheckSurvey(input, options); !checked) return tl::unexpected(checked.error());
+  TRY(CheckSurvey(input, options));
   Survey survey;
   if (const auto mixed = MixedPictures(input)) {
     return Ended(
         survey, Verdict::kRefused,
         *mixed + ": pictures of one camera, uncropped, are needed; survey the others apart");
   }
-  if (auto places = CheckPlaces(input); !places) return tl::unexpected(places.error());
+  TRY(CheckPlaces(input));
   IndexedSurvey indexed = IndexSurvey(input);
   Network& network = indexed.network;
   NoteInput(input, indexed, survey);

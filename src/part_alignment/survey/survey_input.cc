@@ -62,7 +62,7 @@ Result<void> CheckPlain(const SurveyPicture& picture) {
           picture.name, point.column_px, point.row_px, point.sigma_px));
     }
     if (!point.disc) continue;
-    if (auto checked = CheckDisc(picture, *point.disc); !checked) return checked;
+    TRY(CheckDisc(picture, *point.disc));
   }
   return {};
 }
@@ -78,9 +78,9 @@ Result<void> CheckPicture(const SurveyPicture& picture) {
                             picture.discs.size(), picture.observations.size()));
   }
   for (const ImageEllipse& disc : picture.discs) {
-    if (auto checked = CheckDisc(picture, disc); !checked) return checked;
+    TRY(CheckDisc(picture, disc));
   }
-  if (auto checked = CheckPlain(picture); !checked) return checked;
+  TRY(CheckPlain(picture));
   std::set<std::string> ids;
   for (const Observation& observation : picture.observations) {
     if (!std::isfinite(observation.column_px) || !std::isfinite(observation.row_px) ||
@@ -119,7 +119,7 @@ Result<void> CheckBar(const ScaleBar& bar) {
 Result<void> CheckBars(const std::vector<ScaleBar>& bars) {
   std::set<std::pair<std::string, std::string>> ends;
   for (const ScaleBar& bar : bars) {
-    if (auto checked = CheckBar(bar); !checked) return checked;
+    TRY(CheckBar(bar));
     if (ends.insert(std::minmax(bar.from, bar.to)).second) continue;
     return Fail(fmt::format(
         "the scale bar {}-{} stands there twice: it would count as two; of a bar that was "
@@ -161,10 +161,10 @@ Result<void> CheckCopies(const std::vector<SurveyPicture>& pictures) {
 
 Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options) {
   for (const SurveyPicture& picture : input.pictures) {
-    if (auto checked = CheckPicture(picture); !checked) return checked;
+    TRY(CheckPicture(picture));
   }
-  if (auto checked = CheckCopies(input.pictures); !checked) return checked;
-  if (auto checked = CheckBars(input.bars); !checked) return checked;
+  TRY(CheckCopies(input.pictures));
+  TRY(CheckBars(input.bars));
   if (input.focal_length_px && !(*input.focal_length_px > 0 && *input.focal_length_px < 1e6)) {
     return Fail(fmt::format("focal length {} px; above 0 it must be", *input.focal_length_px));
   }
@@ -182,12 +182,10 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
 Result<void> CheckPlaces(const SurveyInput& input) {
   for (const SurveyPicture& picture : input.pictures) {
     for (const Observation& at : picture.observations) {
-      if (auto in = CheckInside(picture, "target " + at.target, at.column_px, at.row_px); !in) {
-        return in;
-      }
+      TRY(CheckInside(picture, "target " + at.target, at.column_px, at.row_px));
     }
     for (const PlainPoint& at : picture.plain) {
-      if (auto in = CheckInside(picture, "a plain point", at.column_px, at.row_px); !in) return in;
+      TRY(CheckInside(picture, "a plain point", at.column_px, at.row_px));
     }
   }
   return {};

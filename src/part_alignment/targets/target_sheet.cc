@@ -43,9 +43,8 @@ std::optional<std::string> FindRingProblem(const SheetRequest& r) {
 /// What is to be printed, with numbers and words, but not where.
 Result<std::vector<PlacedTarget>> RingTargets(const SheetRequest& request) {
   if (const auto problem = FindRingProblem(request)) return Fail(*problem);
-  const Result<CodeBook> book = MakeCodeBook(request.bits);
-  if (!book) return tl::unexpected(book.error());
-  const int members = static_cast<int>(book->words.size());
+  const CodeBook book = TRY(MakeCodeBook(request.bits));
+  const int members = static_cast<int>(book.words.size());
   if (request.count > 0 && (request.first < 1 || request.first > members - request.count + 1)) {
     return Fail(fmt::format("targets {} ... {}: the code of {} bits has 1 ... {}", request.first,
                             static_cast<long>(request.first) + request.count - 1, request.bits,
@@ -55,7 +54,7 @@ Result<std::vector<PlacedTarget>> RingTargets(const SheetRequest& request) {
   for (int i = 0; i < request.count; ++i) {
     PlacedTarget& target = targets[static_cast<std::size_t>(i)];
     target.number = request.first + i;
-    target.word = book->words[static_cast<std::size_t>(target.number - 1)];
+    target.word = book.words[static_cast<std::size_t>(target.number - 1)];
   }
   return targets;
 }
@@ -97,14 +96,13 @@ Result<void> Place(TargetSheet& sheet) {
 
 Result<TargetSheet> PlanTargetSheet(const SheetRequest& request) {
   if (const auto problem = FindPageProblem(request)) return Fail(*problem);
-  auto targets = RingTargets(request);
-  if (!targets) return tl::unexpected(targets.error());
+  auto targets = TRY(RingTargets(request));
   TargetSheet sheet;
   sheet.request = request;
-  sheet.targets = std::move(*targets);
+  sheet.targets = std::move(targets);
   sheet.square_mm = 2 * kQuietRadius * request.radius_mm;
   sheet.label_mm = std::clamp(0.6 * request.radius_mm, 1.8, 5.0);
-  if (auto placed = Place(sheet); !placed) return tl::unexpected(placed.error());
+  TRY(Place(sheet));
   return sheet;
 }
 

@@ -295,9 +295,7 @@ void Order(ViewPlan& plan) {
 Result<ViewPlan> PlanViews(const Camera& camera, const std::vector<PartTarget>& targets,
                            const geometry::Pose& rough_machine_from_part,
                            const ViewPlanOptions& options) {
-  if (const auto valid = Check(camera, targets, rough_machine_from_part, options); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(Check(camera, targets, rough_machine_from_part, options));
   Choosing choosing = Prepare(camera, targets, rough_machine_from_part, options);
   ViewPlan plan;
   if (choosing.candidates.empty()) {

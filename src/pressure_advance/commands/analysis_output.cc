@@ -104,7 +104,7 @@ std::string AnswerPng(const report::AnswerHead& head, const std::vector<report::
 
 Result<void> WriteResult(const ResultFile& result, const AnalysisOutput& output) {
   if (output.keep_in_recording) {
-    if (auto kept = KeepInRecording(SourceOf(result), result); !kept) return kept;
+    TRY(KeepInRecording(SourceOf(result), result));
   }
   if (output.files.result.empty()) return {};
   return WriteOutputs({OutputOf(output.files.result, result)}, output.files.force);

@@ -112,8 +112,7 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
 }  // namespace
 
 Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
-  const Result<Frame> picture = machine::ReadPhotoFile(file);
-  if (!picture) return tl::unexpected(picture.error());
+  const Frame picture = TRY(machine::ReadPhotoFile(file));
   pressure_advance::PhotoOptions options;
   options.pressure_advance_s = plan.pressure_advance_s;
   options.from = plan.from;
@@ -121,8 +120,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.corner_mark = plan.corner_mark;
   options.slow_before = plan.segments.front().fraction;
   options.slow_after = plan.segments.back().fraction;
-  pressure_advance::PhotoMeasurement seen =
-      pressure_advance::MeasurePhoto(picture->view(), options);
+  pressure_advance::PhotoMeasurement seen = pressure_advance::MeasurePhoto(picture.view(), options);
   if (!seen.refusal.empty()) {
     return RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
   }

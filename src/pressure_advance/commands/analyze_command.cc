@@ -65,14 +65,12 @@ struct Sides {
 Result<Sides> SidesOf(const AnalyzeArguments& arguments) {
   Sides sides;
   if (!arguments.from.empty()) {
-    const auto from = ParseSide("--from", arguments.from);
-    if (!from) return tl::unexpected(from.error());
-    sides.from = *from;
+    const auto from = TRY(ParseSide("--from", arguments.from));
+    sides.from = from;
   }
   if (!arguments.start.empty()) {
-    const auto start = ParseSide("--start", arguments.start);
-    if (!start) return tl::unexpected(start.error());
-    sides.start = *start;
+    const auto start = TRY(ParseSide("--start", arguments.start));
+    sides.start = start;
   }
   return sides;
 }
@@ -81,40 +79,33 @@ Result<Sides> SidesOf(const AnalyzeArguments& arguments) {
 Result<FoundPlan> LinesOf(const AnalyzeArguments& arguments) {
   if (arguments.plan.empty() && arguments.pa.empty()) return FindPlanOf(arguments.path);
   if (!arguments.plan.empty()) {
-    auto plan = ReadPhotoPlan(arguments.plan);
-    if (!plan) return tl::unexpected(plan.error());
-    return FoundPlan{std::move(*plan), ""};
+    auto plan = TRY(ReadPhotoPlan(arguments.plan));
+    return FoundPlan{std::move(plan), ""};
   }
   FoundPlan found;
   found.plan.corner_mark = arguments.photo;
-  auto values = ParsePressureAdvances(arguments.pa);
-  if (!values) return tl::unexpected(values.error());
-  found.plan.pressure_advance_s = std::move(*values);
+  auto values = TRY(ParsePressureAdvances(arguments.pa));
+  found.plan.pressure_advance_s = std::move(values);
   if (arguments.segments.empty()) {
     found.notice = "no --segments were given: 0.1:10,0.6:100,0.3:10 was taken";
     return found;
   }
-  auto segments = ParseSegments(arguments.segments);
-  if (!segments) return tl::unexpected(segments.error());
-  found.plan.segments = std::move(*segments);
+  auto segments = TRY(ParseSegments(arguments.segments));
+  found.plan.segments = std::move(segments);
   return found;
 }
 
 Result<FoundPlan> PlanOf(const AnalyzeArguments& arguments) {
-  const auto sides = SidesOf(arguments);
-  if (!sides) return tl::unexpected(sides.error());
+  const auto sides = TRY(SidesOf(arguments));
   Result<FoundPlan> found = LinesOf(arguments);
   if (!found) return found;
   PhotoPlan* const plan = &found->plan;
-  plan->from = sides->from;
-  plan->start = sides->start;
+  plan->from = sides.from;
+  plan->start = sides.start;
   const std::string source = !arguments.plan.empty() ? arguments.plan
                              : arguments.pa.empty()  ? std::string("the plan")
                                                      : std::string();
-  if (auto distinct = CheckDuplicates(source.empty() ? "--pa" : source, plan->pressure_advance_s);
-      !distinct) {
-    return tl::unexpected(distinct.error());
-  }
+  TRY(CheckDuplicates(source.empty() ? "--pa" : source, plan->pressure_advance_s));
   pressure_advance::LineMotion motion;
   motion.segments = plan->segments;
   const auto windows =
@@ -148,10 +139,9 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
     if (arguments.photo) return Fail(fmt::format("--photo: {} is a recording", path.string()));
     return AnalyseRecording(path);
   }
-  const Result<FoundPlan> found = PlanOf(arguments);
-  if (!found) return tl::unexpected(found.error());
-  Result<AnalysisRun> run = AnalysePhoto(path, found->plan);
-  if (run && !found->notice.empty()) run->analysis.notices.push_back(found->notice);
+  const FoundPlan found = TRY(PlanOf(arguments));
+  Result<AnalysisRun> run = AnalysePhoto(path, found.plan);
+  if (run && !found.notice.empty()) run->analysis.notices.push_back(found.notice);
   return run;
 }
 

@@ -96,11 +96,10 @@ Result<ChosenValue> Answer(const fs::path& folder) {
     return Fail(fmt::format("{}: is no recording: there is neither {} nor scan.json in it",
                             folder.string(), files::kResultFile));
   }
-  const auto run = AnalyseRecording(folder);
-  if (!run) return tl::unexpected(run.error());
-  const Measured& measured = run->analysis.pressure_advance;
+  const auto run = TRY(AnalyseRecording(folder));
+  const Measured& measured = run.analysis.pressure_advance;
   if (measured.good()) {
-    ResultFile found = ResultOf(run->analysis, folder.string());
+    ResultFile found = ResultOf(run.analysis, folder.string());
     found.outcome.subject = SubjectIn(folder);
     if (!again.empty()) found.outcome.notices.push_back("for pa apply: " + again);
     return ChosenValue{measured.quantity().value, measured.quantity(), found.outcome, folder,
@@ -161,19 +160,16 @@ Result<std::optional<files::FileLock>> TakeTurnFor(const ApplyArguments& argumen
                                                    const procedure::Session& session,
                                                    const files::Config& config) {
   if (arguments.dry_run) return std::nullopt;
-  const auto state = files::StateFolder();
-  if (!state) return tl::unexpected(state.error());
-  auto turn = procedure::TakeTurn(session, config.scan, *state, kWho);
-  if (!turn) return tl::unexpected(turn.error());
-  return std::optional(std::move(*turn));
+  const auto state = TRY(files::StateFolder());
+  auto turn = TRY(procedure::TakeTurn(session, config.scan, state, kWho));
+  return std::optional(std::move(turn));
 }
 
 // Says what a run left open that died while it set a value.
 Result<void> Settle(const ApplyArguments& arguments, const procedure::Session& session,
                     const std::string& address, std::optional<double> now_s) {
-  const auto left = SettleUnfinished(kInstrument, address, now_s, !arguments.dry_run);
-  if (!left) return tl::unexpected(left.error());
-  if (!left->empty()) session.Say(*left);
+  const auto left = TRY(SettleUnfinished(kInstrument, address, now_s, !arguments.dry_run));
+  if (!left.empty()) session.Say(left);
   return {};
 }
 
@@ -216,8 +212,7 @@ int RunUndo(const ApplyArguments& arguments) {
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   options.own_s = undoing->before_each;
   options.before_setting = [&](const procedure::PressureAdvanceChange& change) -> Result<void> {
-    auto in_force = CheckInForce(*undoing, change.before_s, arguments.force);
-    if (!in_force) return in_force;
+    TRY(CheckInForce(*undoing, change.before_s, arguments.force));
     return NoteUndoing(kInstrument, config->scan.address, *undoing);
   };
   fmt::print("in force until    {}: {}\n", undoing->utc, BeforeText(*undoing));
@@ -276,13 +271,12 @@ Result<void> CheckSameToolhead(const measurement::Subject& subject,
                                const procedure::Session& session, bool force) {
   constexpr double kAsk_s = 10;
   if (force || subject.toolhead.empty()) return {};
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  if (state->active_extruder.empty() || state->active_extruder == subject.toolhead) return {};
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  if (state.active_extruder.empty() || state.active_extruder == subject.toolhead) return {};
   return Fail(
       fmt::format("the result is of the toolhead '{}', and '{}' is active, on which it would "
                   "be set: select the other one, or --force",
-                  subject.toolhead, state->active_extruder));
+                  subject.toolhead, state.active_extruder));
 }
 
 // Where Spoolman keeps a value, or why it does not; neither where nobody asked for it.
@@ -433,11 +427,10 @@ Result<ChosenValue> ValueFrom(const std::string& text) {
 
 Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
                    const procedure::ApplyOptions& options, bool quiet) {
-  const auto change = procedure::ApplyPressureAdvance(session, pressure_advance_s, options);
-  if (!change) return tl::unexpected(change.error());
+  const auto change = TRY(procedure::ApplyPressureAdvance(session, pressure_advance_s, options));
   if (quiet) return {};
-  const bool several = change->motors.size() > 1;
-  for (const procedure::MotorChange& motor : change->motors) {
+  const bool several = change.motors.size() > 1;
+  for (const procedure::MotorChange& motor : change.motors) {
     fmt::print("pressure advance  {}  ->  {:.4f} s{}\n",
                motor.before_s ? fmt::format("{:.4f}", *motor.before_s) : "(not told)",
                motor.after_s, several ? " on " + motor.section : "");
@@ -447,7 +440,7 @@ Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
     return {};
   }
   std::map<double, std::vector<std::string>> sections;
-  for (const procedure::MotorChange& motor : change->motors) {
+  for (const procedure::MotorChange& motor : change.motors) {
     fmt::print("applied           {}: read back from the printer; until the next restart\n",
                motor.command);
     sections[motor.after_s].push_back(motor.section);

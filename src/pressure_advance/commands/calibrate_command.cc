@@ -75,17 +75,16 @@ Result<pressure_advance::PatternPlan> NamedPlan(const std::string& file) {
 
 // The plan of what lies on the bed, where nobody named it.
 Result<pressure_advance::PatternPlan> PlanOnBed(const std::string& address) {
-  auto lying = FindLyingPattern(address);
-  if (!lying) return tl::unexpected(lying.error());
-  const auto& lines = lying->plan.lines;
+  auto lying = TRY(FindLyingPattern(address));
+  const auto& lines = lying.plan.lines;
   const auto [least, most] =
       std::ranges::minmax(lines, {}, &pressure_advance::PlanLine::pressure_advance_s);
   fmt::print(stderr,
              "  taking what lies on the bed for the last pattern that was printed there ({}, {}): "
              "{} lines, {:.4g} to {:.4g} s; --plan names another\n",
-             lying->print.utc, lying->print.folder, lines.size(), least.pressure_advance_s,
+             lying.print.utc, lying.print.folder, lines.size(), least.pressure_advance_s,
              most.pressure_advance_s);
-  return std::move(lying->plan);
+  return std::move(lying.plan);
 }
 
 // Whether another spool came onto the printer meanwhile, in words; empty where not.
@@ -153,19 +152,18 @@ struct Ran {
 
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
                 procedure::CalibrationRequest request) {
-  const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return tl::unexpected(folder.error());
-  request.folder = folder->path();
+  const auto folder = TRY(NewFolder::Make(arguments.out));
+  request.folder = folder.path();
   if (request.print && request.scan) {
     const MachineTime time = MachineTimeOf(request.pattern, request.settings);
     session.Say(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart", time.print.total_s(),
                             time.scan ? time.scan->total_s() : 0));
   }
   const CalibrationRun run = CalibrateInto(session, request);
-  if (run.done) return Ran{folder->path(), run.bed_c};
+  if (run.done) return Ran{folder.path(), run.bed_c};
   // The printer is not as it was; what was recorded gives an answer all the same.
   if (run.recorded && request.scan && !arguments.json) {
-    const auto analysed = AnalyseRecording(folder->path());
+    const auto analysed = AnalyseRecording(folder.path());
     if (analysed) SayAnswer(analysed->analysis);
   }
   return tl::unexpected(run.done.error());
@@ -188,11 +186,9 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   if (!config || !arguments.plate.photo) return config;
   SetForPhoto(config->pattern);
   for (const std::string& assignment : arguments.printer.set) {
-    if (auto done = files::OverrideConfig(assignment, *config); !done) {
-      return tl::unexpected(done.error());
-    }
+    TRY(files::OverrideConfig(assignment, *config));
   }
-  if (auto valid = Validate(config->pattern); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(config->pattern));
   return config;
 }
 

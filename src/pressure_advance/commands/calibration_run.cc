@@ -80,17 +80,16 @@ Result<void> FitForDryRun(const PrinterOptions& options, const std::stop_token& 
     return {};
   }
   const procedure::Session session{**printer, stop, TellOnTerminal};
-  if (auto fitted = FitPattern(session, config); !fitted) return fitted;
-  const auto facts = procedure::ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
-  return FirstFailure(CompareFacts(*facts, procedure::NeedsOf({config.pattern})),
+  TRY(FitPattern(session, config));
+  const auto facts = TRY(procedure::ReadFacts(session));
+  return FirstFailure(CompareFacts(facts, procedure::NeedsOf({config.pattern})),
                       ErrorKind::kSafety);
 }
 
 Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
                          const settings::ScanSettings& settings, const DryRun& shown) {
   if (shown.print) {
-    if (auto told = trammel::settings::ValidateTemperatures(pattern); !told) return told;
+    TRY(trammel::settings::ValidateTemperatures(pattern));
   }
   if (shown.for_photo) {
     fmt::print("; --- print ---\n{}", WriteGcode(LayOut(pattern), pattern));
@@ -101,17 +100,16 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
   if (shown.print && shown.scan) pattern = procedure::ParkedForScan(pattern, settings, bed);
   const auto layout = LayOut(pattern);
   const auto sweeps =
-      procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, bed);
-  if (!sweeps) return tl::unexpected(sweeps.error());
+      TRY(procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, bed));
   if (shown.print) fmt::print("; --- print ---\n{}", WriteGcode(layout, pattern));
   if (shown.scan) {
     const procedure::ScanTime time =
-        TimeOf(*sweeps, pattern, pattern.acceleration_mm_s2, ParkPoint(pattern));
+        TimeOf(sweeps, pattern, pattern.acceleration_mm_s2, ParkPoint(pattern));
     fmt::print("; --- scan, about {:.0f} s{} ---\n{}", time.total_s(),
                settings.scan_nozzle_temperature_c > 0
                    ? fmt::format(", nozzle at {:.4g} degC", settings.scan_nozzle_temperature_c)
                    : ", nozzle off",
-               procedure::DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
+               procedure::DescribeSweeps(sweeps, settings, pattern.travel_speed_mm_s));
   }
   return {};
 }

@@ -172,7 +172,7 @@ Result<std::vector<PatternConditions>> CombineConditions(const AskedConditions& 
                                                          const PatternConfig& pattern) {
   for (const auto& [option, values] : {std::pair{"--speeds", &asked.speeds_mm_s},
                                        {"--accelerations", &asked.accelerations_mm_s2}}) {
-    if (auto sound = CheckNumbers(option, *values); !sound) return tl::unexpected(sound.error());
+    TRY(CheckNumbers(option, *values));
   }
   if (asked.max_flow_mm3_s && !(*asked.max_flow_mm3_s > 0)) {
     return Fail(fmt::format("--max-flow {}: it must be a number above 0", *asked.max_flow_mm3_s));
@@ -187,9 +187,7 @@ Result<std::vector<PatternConditions>> CombineConditions(const AskedConditions& 
     return Fail(fmt::format("{} make {} combination(s); a plate has {} to {}", kOption, count,
                             procedure::kFewestPatterns, procedure::kMostPatterns));
   }
-  if (auto sound = CheckSpeeds(asked, speeds_mm_s, pattern); !sound) {
-    return tl::unexpected(sound.error());
-  }
+  TRY(CheckSpeeds(asked, speeds_mm_s, pattern));
   std::vector<PatternConditions> conditions;
   for (const double acceleration_mm_s2 : accelerations_mm_s2) {
     for (const double speed_mm_s : speeds_mm_s) {
@@ -205,7 +203,7 @@ Result<PatternConfig> LayConditions(const std::vector<PatternConditions>& condit
                                         config.scan, reach, kOption);
   if (!laid) return laid;
   laid->conditions = conditions;
-  if (auto valid = Validate(*laid); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(*laid));
   const auto layout = LayOut(*laid);
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     const auto sweeps = procedure::PlanSweeps(PlanOfPattern(layout, *laid, static_cast<int>(i), ""),

@@ -44,23 +44,21 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   const auto answer = KeptPressureAdvance(folder);
   if (!answer) return tl::unexpected(answer.error());
   const fs::path file = folder / "pattern.plan.json";
-  const auto text = files::ReadNamedFile(file, kMostPlanBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto plan = files::ParsePlan(*text, file.string());
-  if (!plan) return tl::unexpected(plan.error());
+  const auto text = TRY(files::ReadNamedFile(file, kMostPlanBytes));
+  const auto plan = TRY(files::ParsePlan(text, file.string()));
   const auto [slow, fast] = std::ranges::minmax(
-      plan->segments, {}, [](const pressure_advance::Segment& s) { return s.speed_mm_s; });
-  if (!(plan->layer_height_mm > 0 && plan->layer_height_mm <= plan->line_width_mm)) {
+      plan.segments, {}, [](const pressure_advance::Segment& s) { return s.speed_mm_s; });
+  if (!(plan.layer_height_mm > 0 && plan.layer_height_mm <= plan.line_width_mm)) {
     return Fail(
         fmt::format("{}: a bead {} mm wide and {} mm high has no flow: it must be as wide as "
                     "high at least",
-                    file.string(), plan->line_width_mm, plan->layer_height_mm));
+                    file.string(), plan.line_width_mm, plan.layer_height_mm));
   }
-  const double area_mm2 = gcode::BeadArea_mm2(plan->line_width_mm, plan->layer_height_mm);
+  const double area_mm2 = gcode::BeadArea_mm2(plan.line_width_mm, plan.layer_height_mm);
   FlowPoint point;
   point.flow_mm3_s = fast.speed_mm_s * area_mm2;
   point.slow_flow_mm3_s = slow.speed_mm_s * area_mm2;
-  point.acceleration_mm_s2 = plan->acceleration_mm_s2;
+  point.acceleration_mm_s2 = plan.acceleration_mm_s2;
   point.pressure_advance_s = *answer->measured;
   return Calibration{point, answer->result->subject, files::Fingerprint(*answer->result)};
 }
@@ -166,17 +164,15 @@ Result<FlowTable> TableOf(const std::vector<std::string>& recordings) {
   measurement::Subject subject;
   std::map<std::string, std::string> taken;  // fingerprint, folder
   for (const std::string& recording : recordings) {
-    const auto calibration = CalibrationOf(recording);
-    if (!calibration) return tl::unexpected(calibration.error());
-    const auto [first, fresh] = taken.emplace(calibration->fingerprint, recording);
+    const auto calibration = TRY(CalibrationOf(recording));
+    const auto [first, fresh] = taken.emplace(calibration.fingerprint, recording);
     if (!fresh) {
       return Fail(fmt::format("{}: is the same calibration as {}: name each once", recording,
                               first->second));
     }
-    auto same = CheckSameSubject(subject, calibration->subject, recording);
-    if (!same) return tl::unexpected(same.error());
-    Complete(subject, calibration->subject);
-    points.push_back(calibration->point);
+    TRY(CheckSameSubject(subject, calibration.subject, recording));
+    Complete(subject, calibration.subject);
+    points.push_back(calibration.point);
   }
   return pressure_advance::MakeFlowTable(std::move(points));
 }

@@ -29,9 +29,8 @@ measurement::Subject SubjectIn(const std::filesystem::path& folder) {
 }
 
 Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path) {
-  auto outcome = files::ReadOutcome(path, measurement::Instrument::kPressureAdvance);
-  if (!outcome) return tl::unexpected(outcome.error());
-  const measurement::Answer* const answer = outcome->Find(kQuantity);
+  auto outcome = TRY(files::ReadOutcome(path, measurement::Instrument::kPressureAdvance));
+  const measurement::Answer* const answer = outcome.Find(kQuantity);
   if (answer == nullptr || answer->unit != "s") {
     return Fail(fmt::format("{}: holds no {} in s", path.string(), kQuantity));
   }
@@ -48,7 +47,7 @@ Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path) {
         "+-{} s",
         path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMost_s, kMost_s));
   }
-  return ChosenValue{quantity.value, quantity, std::move(*outcome)};
+  return ChosenValue{quantity.value, quantity, std::move(outcome)};
 }
 
 }  // namespace trammel::app

@@ -29,12 +29,11 @@ Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
   scan.crop = scan.found_crop;
   if (!scan.crop) {
     const ScanLine& line = scan.lines[scan.lines.size() / 2];
-    const auto found = procedure::FindCropIn(folder, scan, line);
-    if (!found) return tl::unexpected(found.error());
-    if (!found->crop) {
-      return Fail(fmt::format("'{}': {}", line.video, found->fault), ErrorKind::kMeasurement);
+    const auto found = TRY(procedure::FindCropIn(folder, scan, line));
+    if (!found.crop) {
+      return Fail(fmt::format("'{}': {}", line.video, found.fault), ErrorKind::kMeasurement);
     }
-    scan.crop = found->crop;
+    scan.crop = found.crop;
   }
   notices.push_back(fmt::format("crop_px was not given; found {}x{} px at ({}, {})",
                                 scan.crop->width, scan.crop->height, scan.crop->x, scan.crop->y));
@@ -83,16 +82,14 @@ Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan
                                  std::size_t index, const FrameSize& size,
                                  const pressure_advance::DeviationOptions& deviation) {
   const ScanLine& line = scan.lines[index];
-  const auto path = procedure::VideoOf(folder, line);
-  if (!path) return tl::unexpected(path.error());
-  const auto frames = procedure::ReadFrames(*path, scan, line, size);
-  if (!frames) return tl::unexpected(frames.error());
+  const auto path = TRY(procedure::VideoOf(folder, line));
+  const auto frames = TRY(procedure::ReadFrames(path, scan, line, size));
   vision::LaserLineWorkspace workspace;
   pressure_advance::DeviationFrame scratch;
   MeasuredLine measured;
-  measured.reading = ReadSweep(*frames, scan, line, {}, workspace);
+  measured.reading = ReadSweep(frames, scan, line, {}, workspace);
   measured.paper =
-      DeviationHeights(*frames, measured.reading.frame, scan.height_direction, deviation, scratch);
+      DeviationHeights(frames, measured.reading.frame, scan.height_direction, deviation, scratch);
   measured.paper.position_mm = measured.reading.heights.position_mm;
   return measured;
 }
@@ -110,8 +107,7 @@ int LinesAtOnce(const PixelRect& crop) {
 Result<std::vector<MeasuredLine>> MeasureLines(
     const std::filesystem::path& folder, const Scan& scan,
     const pressure_advance::DeviationOptions& deviation) {
-  const auto size = procedure::SizeOf(folder, scan);
-  if (!size) return tl::unexpected(size.error());
+  const auto size = TRY(procedure::SizeOf(folder, scan));
   std::vector<std::optional<Result<MeasuredLine>>> lines(scan.lines.size());
   std::atomic<int> first_failed = static_cast<int>(lines.size());
   ParallelFor(
@@ -119,7 +115,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(
       [&](int i) {
         if (i > first_failed) return;
         const auto index = static_cast<std::size_t>(i);
-        lines[index] = MeasureLine(folder, scan, index, *size, deviation);
+        lines[index] = MeasureLine(folder, scan, index, size, deviation);
         int first = first_failed;
         while (!*lines[index] && i < first && !first_failed.compare_exchange_weak(first, i)) {
         }
@@ -137,9 +133,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(
 
 Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
                                           const pressure_advance::DeviationOptions& deviation) {
-  if (auto valid = Validate(deviation); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(Validate(deviation));
   auto scan = files::ReadScan(folder);
   if (!scan) {
     return tl::unexpected(scan.error());
@@ -147,17 +141,14 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
   LaserMeasurement result;
   result.scan = std::move(*scan);
   if (!result.scan.crop) {
-    if (auto located = LocateCrop(folder, result.scan, result.notices); !located) {
-      return tl::unexpected(located.error());
-    }
+    TRY(LocateCrop(folder, result.scan, result.notices));
   }
-  auto lines = MeasureLines(folder, result.scan, deviation);
-  if (!lines) return tl::unexpected(lines.error());
+  auto lines = TRY(MeasureLines(folder, result.scan, deviation));
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;
   std::vector<pressure_advance::StripeSight> sights;
-  for (std::size_t i = 0; i < lines->size(); ++i) {
-    MeasuredLine& line = (*lines)[i];
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    MeasuredLine& line = lines[i];
     scores.push_back(DeviationScore(line.paper));
     pressure_advance_s.push_back(result.scan.lines[i].pressure_advance_s);
     AddNotices(result.scan.lines[i], line.reading, result.notices);

@@ -113,16 +113,14 @@ std::string StoredUtc(const fs::path& path) {
 }
 
 Result<std::optional<FoundPlan>> PlanOfLastPrint(const fs::path& photo) {
-  const auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
+  const auto folder = TRY(files::StateFolder());
   const auto prints =
-      files::LastPatternPrints(*folder / files::kPatternPrintsFile, files::PrintsFor::kPhoto);
-  if (!prints) return tl::unexpected(prints.error());
+      TRY(files::LastPatternPrints(folder / files::kPatternPrintsFile, files::PrintsFor::kPhoto));
   const std::string name = photo.filename().string();
   const std::string stored = StoredUtc(photo);
   std::vector<NamedPlan> plans;
   const files::PatternPrint* older = nullptr;
-  for (const auto& [printer, print] : *prints) {
+  for (const auto& [printer, print] : prints) {
     if (stored < print.utc) {
       older = &print;
       continue;
@@ -168,43 +166,36 @@ Result<void> NotePrint(const procedure::Session& session, const procedure::Calib
 }
 
 Result<std::optional<files::PatternPrint>> LastNotedPrint(const std::string& address) {
-  const auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
-  return files::LastPatternPrint(*folder / files::kPatternPrintsFile,
+  const auto folder = TRY(files::StateFolder());
+  return files::LastPatternPrint(folder / files::kPatternPrintsFile,
                                  procedure::PrinterName(address), files::PrintsFor::kPhoto);
 }
 
 Result<PhotoPlan> PlanOfPrint(const files::PatternPrint& print) {
-  const auto plan = PatternOfPrint(print);
-  if (!plan) return tl::unexpected(plan.error());
-  return PhotoPlanOf(*plan, PlanFileOf(print).string());
+  const auto plan = TRY(PatternOfPrint(print));
+  return PhotoPlanOf(plan, PlanFileOf(print).string());
 }
 
 Result<LyingPattern> FindLyingPattern(const std::string& address) {
-  const auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
+  const auto folder = TRY(files::StateFolder());
   const std::string printer = procedure::PrinterName(address);
-  auto print = files::LastPatternPrint(*folder / files::kPatternPrintsFile, printer,
-                                       files::PrintsFor::kEither);
-  if (!print) return tl::unexpected(print.error());
-  if (!*print) {
+  auto print = TRY(files::LastPatternPrint(folder / files::kPatternPrintsFile, printer,
+                                           files::PrintsFor::kEither));
+  if (!print) {
     return Fail(
         fmt::format("cannot tell which pattern lies on the bed: no print of one is noted for {}. "
                     "Name the plan that pa pattern wrote with the G-code (--plan FILE)",
                     printer));
   }
-  auto plan = PatternOfPrint(**print);
-  if (!plan) return tl::unexpected(plan.error());
-  return LyingPattern{std::move(**print), std::move(*plan)};
+  auto plan = TRY(PatternOfPrint(*print));
+  return LyingPattern{std::move(*print), std::move(plan)};
 }
 
 Result<FoundPlan> FindPlanOf(const fs::path& photo) {
-  auto beside = PlanBeside(photo);
-  if (!beside) return tl::unexpected(beside.error());
-  if (*beside) return std::move(**beside);
-  auto printed = PlanOfLastPrint(photo);
-  if (!printed) return tl::unexpected(printed.error());
-  if (*printed) return std::move(**printed);
+  auto beside = TRY(PlanBeside(photo));
+  if (beside) return std::move(*beside);
+  auto printed = TRY(PlanOfLastPrint(photo));
+  if (printed) return std::move(*printed);
   return Fail(
       fmt::format("{}no plan (*.plan.json) lies beside it, and no print of a pattern is "
                   "noted. {}",
@@ -212,17 +203,14 @@ Result<FoundPlan> FindPlanOf(const fs::path& photo) {
 }
 
 Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {
-  const auto uploads = procedure::ListUploads(session, IsPlanName);
-  if (!uploads) return tl::unexpected(uploads.error());
+  const auto uploads = TRY(procedure::ListUploads(session, IsPlanName));
   std::vector<NamedPlan> plans;
-  for (const procedure::UploadedFile& upload : *uploads) {
-    const auto text = procedure::DownloadUpload(session, upload.name, kMostPlanFileBytes);
-    if (!text) return tl::unexpected(text.error());
-    plans.push_back({upload.name, ParsePhotoPlan(*text, upload.name)});
+  for (const procedure::UploadedFile& upload : uploads) {
+    const auto text = TRY(procedure::DownloadUpload(session, upload.name, kMostPlanFileBytes));
+    plans.push_back({upload.name, ParsePhotoPlan(text, upload.name)});
   }
-  auto plan = OnlyOne("the photo", "beside it", std::move(plans));
-  if (!plan) return tl::unexpected(plan.error());
-  if (*plan) return std::move(**plan);
+  auto plan = TRY(OnlyOne("the photo", "beside it", std::move(plans)));
+  if (plan) return std::move(*plan);
   return Fail(
       fmt::format("{}no print of a pattern is noted for this printer (pa print --photo, "
                   "TRAMMEL_PA_PATTERN), and no plan lies beside it. Name the *.plan.json "

@@ -51,17 +51,14 @@ struct PatternArguments {
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
   if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
-    if (auto done = files::OverrideConfig(assignment, config); !done) return done;
+    TRY(files::OverrideConfig(assignment, config));
   }
   if (!arguments.dialect.empty()) {
-    if (auto done = files::OverrideConfig("dialect=" + arguments.dialect, config); !done) {
-      return done;
-    }
+    TRY(files::OverrideConfig("dialect=" + arguments.dialect, config));
   }
   if (!arguments.pa.empty()) {
-    auto values = ParsePressureAdvances(arguments.pa);
-    if (!values) return tl::unexpected(values.error());
-    config.pattern.pressure_advances_s = std::move(*values);
+    auto values = TRY(ParsePressureAdvances(arguments.pa));
+    config.pattern.pressure_advances_s = std::move(values);
     config.options["pressure_advance_pattern.pressure_advances"] = "--pa";
   }
   TakeMaterial(arguments.material, config);
@@ -71,10 +68,8 @@ Result<void> Override(const PatternArguments& arguments, files::Config& config) 
 Result<files::Config> Configure(const PatternArguments& arguments, const ConfigText& text) {
   Result<files::Config> config = files::ParseConfig(text.text, text.file);
   if (!config) return tl::unexpected(config.error());
-  if (auto done = Override(arguments, *config); !done) return tl::unexpected(done.error());
-  if (auto valid = files::ValidateConfig(*config, text.text, text.file); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(Override(arguments, *config));
+  TRY(files::ValidateConfig(*config, text.text, text.file));
   if (const auto problem = settings::FindTemperatureProblem(config->pattern)) {
     return tl::unexpected(files::LocateProblem(*problem, *config, text.text, text.file));
   }
@@ -125,32 +120,28 @@ void PrintJson(const PatternSummary& summary, const MachineTime& time) {
 }
 
 Result<void> RunPattern(const PatternArguments& arguments) {
-  const Result<ConfigText> text = FindConfig(arguments.config);
-  if (!text) return tl::unexpected(text.error());
-  Result<files::Config> settings = Configure(arguments, *text);
-  if (!settings) return tl::unexpected(settings.error());
-  const PatternConfig& config = settings->pattern;
+  const ConfigText text = TRY(FindConfig(arguments.config));
+  files::Config settings = TRY(Configure(arguments, text));
+  const PatternConfig& config = settings.pattern;
   const fs::path gcode_path = arguments.out;
   if (!gcode_path.has_filename()) {
     return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
   }
   fs::path plan_path = gcode_path;
   plan_path.replace_extension(".plan.json");
-  if (auto may = RefuseToOverwrite({gcode_path, plan_path}, arguments.force); !may) return may;
+  TRY(RefuseToOverwrite({gcode_path, plan_path}, arguments.force));
   const PatternLayout layout = LayOut(config);
   const auto plan = MakePlan(layout, config, gcode_path.filename().string());
-  auto written =
-      WriteOutputs({{gcode_path, WriteGcode(layout, config)}, {plan_path, files::FormatPlan(plan)}},
-                   arguments.force);
-  if (!written) return written;
+  TRY(WriteOutputs({{gcode_path, WriteGcode(layout, config)}, {plan_path, files::FormatPlan(plan)}},
+                   arguments.force));
   const PatternSummary summary = Summarise(layout, config);
   const MachineTime time =
-      arguments.photo ? MachineTime{summary.time, {}} : MachineTimeOf(config, settings->scan);
+      arguments.photo ? MachineTime{summary.time, {}} : MachineTimeOf(config, settings.scan);
   if (arguments.json) {
     PrintJson(summary, time);
     return {};
   }
-  fmt::print("settings   {}\n", text->file);
+  fmt::print("settings   {}\n", text.file);
   fmt::print("G-code     {}\nplan       {}\n", gcode_path.string(), plan_path.string());
   Print(summary, layout, config, time);
   const std::string plan_option = " --plan " + ShellQuoted(plan_path.string());

@@ -57,30 +57,26 @@ struct Fetched {
 Result<FoundPlan> PlanFor(const PhotoArguments& arguments, const procedure::Session& session,
                           const std::optional<files::PatternPrint>& print) {
   if (arguments.plan.empty() && !print) return FindUploadedPlan(session);
-  auto plan = arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan);
-  if (!plan) return tl::unexpected(plan.error());
-  return FoundPlan{std::move(*plan), ""};
+  auto plan = TRY(arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan));
+  return FoundPlan{std::move(plan), ""};
 }
 
 Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
                            const std::optional<files::PatternPrint>& print,
                            const fs::path& recordings) {
-  auto photo = procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
-  if (!photo) return tl::unexpected(photo.error());
-  if (!arguments.file.empty()) return Fetched{std::move(*photo)};
+  auto photo = TRY(procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture));
+  if (!arguments.file.empty()) return Fetched{std::move(photo)};
   // Nobody named it, so that it may be that of another filament.
-  const std::string kept = kPhotoName + procedure::PictureEnding(photo->name);
-  const auto before = FindKeptCopy(recordings, {&kept, 1}, photo->bytes);
-  if (!before) return tl::unexpected(before.error());
-  if (!before->empty()) {
+  const std::string kept = kPhotoName + procedure::PictureEnding(photo.name);
+  const auto before = TRY(FindKeptCopy(recordings, {&kept, 1}, photo.bytes));
+  if (!before.empty()) {
     return Fail(
         fmt::format("{}, the newest photo there, was measured before ({}): upload a photo of "
                     "this pattern, or name that one once more (FILE=, --file)",
-                    photo->name, before->string()));
+                    photo.name, before.string()));
   }
-  auto notice = CheckPhotoIsOf(*photo, print, arguments.filament);
-  if (!notice) return tl::unexpected(notice.error());
-  return Fetched{std::move(*photo), {std::move(*notice)}};
+  auto notice = TRY(CheckPhotoIsOf(photo, print, arguments.filament));
+  return Fetched{std::move(photo), {std::move(notice)}};
 }
 
 int Measure(const PhotoArguments& arguments, const procedure::Session& session,
@@ -115,13 +111,12 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
 
 // That the pattern can have been printed as its plan has it, and that its answer can be used.
 Result<void> CheckPrintable(const procedure::Session& session, const PhotoPlan& plan) {
-  const auto facts = procedure::ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
+  const auto facts = TRY(procedure::ReadFacts(session));
   procedure::PrintNeeds needs;
   needs.printed_before = true;
   for (const auto& segment : plan.segments) needs.motions.push_back({segment.speed_mm_s, 0});
-  auto checks = CompareFacts(*facts, needs);
-  checks.push_back(procedure::ComparePressureAdvance(*facts, facts->advance_names()));
+  auto checks = CompareFacts(facts, needs);
+  checks.push_back(procedure::ComparePressureAdvance(facts, facts.advance_names()));
   return FirstFailure(checks, ErrorKind::kSafety);
 }
 

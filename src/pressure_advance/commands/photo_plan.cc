@@ -113,21 +113,18 @@ void SetForPhoto(pressure_advance::PatternConfig& pattern) {
 }
 
 Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file) {
-  const Result<PatternPlan> plan = files::ParsePlan(text, file);
-  if (!plan) return tl::unexpected(plan.error());
-  return PhotoPlanOf(*plan, file);
+  const PatternPlan plan = TRY(files::ParsePlan(text, file));
+  return PhotoPlanOf(plan, file);
 }
 
 Result<PatternPlan> ReadPatternPlan(const std::filesystem::path& file) {
-  const Result<std::string> text = files::ReadWholeFile(file, kMostPlanFileBytes);
-  if (!text) return tl::unexpected(text.error());
-  return files::ParsePlan(*text, file.string());
+  const std::string text = TRY(files::ReadWholeFile(file, kMostPlanFileBytes));
+  return files::ParsePlan(text, file.string());
 }
 
 Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
-  const Result<PatternPlan> plan = ReadPatternPlan(file);
-  if (!plan) return tl::unexpected(plan.error());
-  return PhotoPlanOf(*plan, file.string());
+  const PatternPlan plan = TRY(ReadPatternPlan(file));
+  return PhotoPlanOf(plan, file.string());
 }
 
 bool IsPlanName(const std::string& name) { return name.ends_with(".plan.json"); }

@@ -39,9 +39,8 @@ Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
   if (asked.repeat) {
     laid = procedure::PatternsBeside(config.pattern, *asked.repeat, config.scan, reach);
   } else if (asked.conditions.any()) {
-    const auto conditions = CombineConditions(asked.conditions, config.pattern);
-    if (!conditions) return tl::unexpected(conditions.error());
-    laid = LayConditions(*conditions, config, reach);
+    const auto conditions = TRY(CombineConditions(asked.conditions, config.pattern));
+    laid = LayConditions(conditions, config, reach);
   }
   if (!laid) return tl::unexpected(laid.error());
   config.pattern = std::move(*laid);
@@ -51,11 +50,9 @@ Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
 Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& session,
                           files::Config& config) {
   if (!asked.repeat && !asked.conditions.any()) return {};
-  auto ready = procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine);
-  if (!ready) return ready;
-  const auto reach = procedure::ReachOf(session);
-  if (!reach) return tl::unexpected(reach.error());
-  return LayOnPlate(asked, *reach, config);
+  TRY(procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine));
+  const auto reach = TRY(procedure::ReachOf(session));
+  return LayOnPlate(asked, reach, config);
 }
 
 }  // namespace trammel::app

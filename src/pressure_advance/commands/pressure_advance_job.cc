@@ -44,32 +44,26 @@ Result<files::Config> SettingsFor(const service::PrinterPlace& place,
   PrinterOptions options = OptionsAt(place);
   const auto temperature = arguments.find(service::kTemperatureArgument);
   if (temperature != arguments.end()) {
-    if (auto plain = CheckTemperatureArgument(temperature->second); !plain) {
-      return tl::unexpected(plain.error());
-    }
+    TRY(CheckTemperatureArgument(temperature->second));
     options.set.push_back(fmt::format("{}={}", service::kTemperatureSetting, temperature->second));
   }
   auto config = LoadSettingsFor(MaterialFor(arguments), temperature != arguments.end(),
                                 "call with TEMP=…", std::move(options));
   if (!config) return config;
-  if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
-    return tl::unexpected(told.error());
-  }
+  TRY(settings::ValidateTemperatures(config->pattern));
   return config;
 }
 
 /// @param what  is done to the empty bed
 Result<service::Offer> OfferTo(const char* what, const service::PrinterPlace& place,
                                const service::Arguments& arguments) {
-  const auto config = SettingsFor(place, arguments);
-  if (!config) return tl::unexpected(config.error());
-  auto key = KeyOf(arguments);
-  if (!key) return tl::unexpected(key.error());
+  const auto config = TRY(SettingsFor(place, arguments));
+  auto key = TRY(KeyOf(arguments));
   service::Offer offer;
   offer.question = fmt::format("Is the bed empty? It is heated, a pattern is {} ({}){}", what,
-                               settings::DescribeTemperatures(config->pattern),
-                               key->empty() ? "" : ", for filament " + *key);
-  if (!key->empty()) offer.start[kFilament] = std::move(*key);
+                               settings::DescribeTemperatures(config.pattern),
+                               key.empty() ? "" : ", for filament " + key);
+  if (!key.empty()) offer.start[kFilament] = std::move(key);
   if (std::string material = MaterialFor(arguments); !material.empty()) {
     offer.start[kMaterial] = std::move(material);
   }
@@ -93,14 +87,11 @@ Result<service::Offer> CheckPattern(const service::PrinterPlace& place,
 // A photo moves and heats nothing. Nobody has to say again for which filament it was printed.
 Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
                                   const service::Arguments& arguments, machine::Printer*) {
-  const auto config = LoadSettings(OptionsAt(place));
-  if (!config) return tl::unexpected(config.error());
-  const auto key = KeyOf(arguments);
-  if (!key) return tl::unexpected(key.error());
+  const auto config = TRY(LoadSettings(OptionsAt(place)));
+  TRY(KeyOf(arguments));
   service::Offer offer;
-  const auto print = LastNotedPrint(config->scan.address);
-  if (!print) return tl::unexpected(print.error());
-  if (*print && !(*print)->filament.empty()) offer.start[kFilament] = (*print)->filament;
+  const auto print = TRY(LastNotedPrint(config.scan.address));
+  if (print && !print->filament.empty()) offer.start[kFilament] = print->filament;
   return offer;
 }
 
@@ -124,9 +115,8 @@ std::vector<std::string> ApplyWords(const std::string& folder,
 /// The pressure advance in a run's result.json.
 Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
   constexpr const char* kQuantity = "pressure_advance";
-  const auto outcome = files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance);
-  if (!outcome) return tl::unexpected(outcome.error());
-  const measurement::Answer* const answer = outcome->Find(kQuantity);
+  const auto outcome = TRY(files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance));
+  const measurement::Answer* const answer = outcome.Find(kQuantity);
   if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", folder, kQuantity));
   const Measured& measured = answer->value;
   service::AnswerInWords words{measured.verdict(), {}};
@@ -134,7 +124,7 @@ Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
                     ? fmt::format("{} = {}", answer->name,
                                   report::WithInterval(measured.quantity(), {.unit = answer->unit}))
                     : fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
-  for (const std::string& notice : outcome->notices) {
+  for (const std::string& notice : outcome.notices) {
     if (measured.good() && notice.starts_with(kNoPrintNoted)) words.notice = notice;
   }
   return words;

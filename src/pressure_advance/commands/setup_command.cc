@@ -56,23 +56,21 @@ procedure::SetupRequest SetupRequestOf(const SetupArguments& arguments,
 
 // The mark's G-code, and where the head goes, whatever a printer would say.
 Result<void> PrintSetupDryRun(const procedure::SetupRequest& request) {
-  if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
+  TRY(settings::ValidateTemperatures(request.pattern));
   constexpr double kFar_mm = 2000;  // a printer says how far it reaches, and none is asked
   procedure::Reach anywhere;
   anywhere.minimum_mm.fill(-kFar_mm);
   anywhere.maximum_mm.fill(kFar_mm);
-  auto clear = CheckClearHeights(request.clear, request.settings, anywhere);
-  if (!clear) return clear;
-  const auto mark = PlanMark(request.pattern, request.mark, request.settings.camera_offset_x_mm,
-                             request.settings.camera_offset_y_mm);
-  if (!mark) return tl::unexpected(mark.error());
-  fmt::print("; --- print ---\n{}", WriteMarkGcode(*mark, request.pattern));
-  const double x_mm = mark->x_mm - request.settings.camera_offset_x_mm;
-  const double y_mm = mark->y_mm - request.settings.camera_offset_y_mm;
+  TRY(CheckClearHeights(request.clear, request.settings, anywhere));
+  const auto mark = TRY(PlanMark(request.pattern, request.mark, request.settings.camera_offset_x_mm,
+                                 request.settings.camera_offset_y_mm));
+  fmt::print("; --- print ---\n{}", WriteMarkGcode(mark, request.pattern));
+  const double x_mm = mark.x_mm - request.settings.camera_offset_x_mm;
+  const double y_mm = mark.y_mm - request.settings.camera_offset_y_mm;
   fmt::print(
       "; --- looks ---\n; mark at ({:.1f}, {:.1f}) mm; the nozzle goes from {:.4g} to {:.4g} mm, "
       "about ({:.1f}, {:.1f}) mm and beside it\n",
-      mark->x_mm, mark->y_mm, request.clear.low_mm, request.clear.high_mm, x_mm, y_mm);
+      mark.x_mm, mark.y_mm, request.clear.low_mm, request.clear.high_mm, x_mm, y_mm);
   return {};
 }
 

@@ -95,22 +95,19 @@ Result<CameraTarget> ReadCameraTarget(const fs::path& path) {
   CameraTarget target{path, {}};
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return target;
-  auto text = files::ReadWholeFile(path, files::kMaxConfigBytes);
-  if (!text) return tl::unexpected(text.error());
-  if (auto config = files::ParseConfig(*text, path.string()); !config) {
-    return tl::unexpected(config.error());
-  }
+  auto text = TRY(files::ReadWholeFile(path, files::kMaxConfigBytes));
+  TRY(files::ParseConfig(text, path.string()));
   // Whether its [camera] can be written to is tried before anything is heated.
   constexpr double kTried_mm = 12.5;
   const auto tried =
-      files::ParseConfig(files::PutCameraKeys(*text, {{"offset_x", "12.5"}}), path.string());
+      files::ParseConfig(files::PutCameraKeys(text, {{"offset_x", "12.5"}}), path.string());
   if (!tried || tried->scan.camera_offset_x_mm != kTried_mm) {
     return Fail(
         fmt::format("--write {}: its section [camera] is spelled in a way that is not "
                     "understood: write it as [camera] with a line for each key",
                     path.string()));
   }
-  target.text = std::move(*text);
+  target.text = std::move(text);
   return target;
 }
 
@@ -149,8 +146,7 @@ Result<std::string> WriteCameraTarget(const CameraTarget& target,
   }
   std::error_code ignored;
   if (!target.text) {
-    auto written = files::WriteWholeFile(target.path, text, files::IfThere::kRefuse);
-    if (!written) return tl::unexpected(written.error());
+    TRY(files::WriteWholeFile(target.path, text, files::IfThere::kRefuse));
     return std::string();
   }
   const auto now = files::ReadWholeFile(target.path, files::kMaxConfigBytes);
@@ -162,10 +158,8 @@ Result<std::string> WriteCameraTarget(const CameraTarget& target,
   }
   const files::Readable readable = ReadableAs(target.path);
   const std::string backup = fmt::format("{}.before-{}", target.path.string(), UtcNow());
-  auto kept = files::WriteWholeFile(backup, *target.text, files::IfThere::kRefuse, readable);
-  if (!kept) return tl::unexpected(kept.error());
-  auto written = files::WriteWholeFile(target.path, text, files::IfThere::kReplace, readable);
-  if (!written) return tl::unexpected(written.error());
+  TRY(files::WriteWholeFile(backup, *target.text, files::IfThere::kRefuse, readable));
+  TRY(files::WriteWholeFile(target.path, text, files::IfThere::kReplace, readable));
   return backup;
 }
 

@@ -40,13 +40,10 @@ Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTabl
         "OrcaSlicer wants two flows at least for an acceleration, and no acceleration has "
         "them: calibrate with another fast speed, too");
   }
-  const auto profile = files::ReadNamedFile(arguments.orca, kMostBytes);
-  if (!profile) return tl::unexpected(profile.error());
+  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMostBytes));
   const auto made =
-      files::WithPressureAdvance(*profile, arguments.orca, table.single_s.value, rows);
-  if (!made) return tl::unexpected(made.error());
-  auto written = WriteOutputs({{arguments.out, made->text}}, arguments.force);
-  if (!written) return tl::unexpected(written.error());
+      TRY(files::WithPressureAdvance(profile, arguments.orca, table.single_s.value, rows));
+  TRY(WriteOutputs({{arguments.out, made.text}}, arguments.force));
   return fmt::format(
       "{} rows{} and one value, {:.4f} s, in {}: import it in OrcaSlicer", rows.size(),
       rows.size() < table.rows.size()

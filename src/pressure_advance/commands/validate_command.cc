@@ -83,13 +83,11 @@ std::string Percent(const Measured& measured) {
 
 // Compares the lines of a recording and writes validation.json into it.
 Result<int> Compare(const fs::path& folder, bool json) {
-  const auto measured = MeasureRecording(folder);
-  if (!measured) return tl::unexpected(measured.error());
+  const auto measured = TRY(MeasureRecording(folder));
   const Improvement improvement =
-      CompareWithControl(measured->profiles, measured->deviation.score_px, measured->scan.motion);
+      CompareWithControl(measured.profiles, measured.deviation.score_px, measured.scan.motion);
   const std::string text = ToJson(improvement);
-  auto written = files::WriteWholeFile(folder / "validation.json", text, files::IfThere::kReplace);
-  if (!written) return tl::unexpected(written.error());
+  TRY(files::WriteWholeFile(folder / "validation.json", text, files::IfThere::kReplace));
   if (json) {
     std::fputs(text.c_str(), stdout);
   } else {
@@ -107,32 +105,22 @@ Result<int> Compare(const fs::path& folder, bool json) {
 
 Result<int> RunValidate(const ValidateArguments& arguments) {
   const Interrupt interrupt;
-  auto config = LoadSettings(arguments.printer);
-  if (!config) return tl::unexpected(config.error());
-  const auto value = ValueFrom(arguments.value);
-  if (!value) return tl::unexpected(value.error());
-  if (auto set = SetForComparison(value->value_s, config->pattern); !set) {
-    return tl::unexpected(set.error());
-  }
-  if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
-    return tl::unexpected(told.error());
-  }
+  auto config = TRY(LoadSettings(arguments.printer));
+  const auto value = TRY(ValueFrom(arguments.value));
+  TRY(SetForComparison(value.value_s, config.pattern));
+  TRY(settings::ValidateTemperatures(config.pattern));
   if (arguments.dry_run) {
-    if (auto done = PrintDryRun(config->pattern, config->scan); !done) {
-      return tl::unexpected(done.error());
-    }
+    TRY(PrintDryRun(config.pattern, config.scan));
     return kExitGood;
   }
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return tl::unexpected(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  if (auto fitted = FitPattern(session, *config); !fitted) return tl::unexpected(fitted.error());
-  const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return tl::unexpected(folder.error());
-  const CalibrationRun run = CalibrateInto(session, RequestFor(*config, folder->path()));
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  TRY(FitPattern(session, config));
+  const auto folder = TRY(NewFolder::Make(arguments.out));
+  const CalibrationRun run = CalibrateInto(session, RequestFor(config, folder.path()));
   if (!run.done) return tl::unexpected(run.done.error());
-  auto code = Compare(folder->path(), arguments.json);
-  CutRecordings({folder->path()}, interrupt.token());
+  auto code = Compare(folder.path(), arguments.json);
+  CutRecordings({folder.path()}, interrupt.token());
   return code;
 }
 

@@ -72,7 +72,7 @@ std::string AdaptiveModel(std::span<const pressure_advance::FlowPoint> rows) {
 Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::string& file,
                                         double pressure_advance_s,
                                         std::span<const pressure_advance::FlowPoint> rows) {
-  if (auto sound = CheckRows(rows); !sound) return tl::unexpected(sound.error());
+  TRY(CheckRows(rows));
   constexpr double kMost_s = 2;
   if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
     return Fail(fmt::format("pressure advance {} s: OrcaSlicer takes 0 ... {}", pressure_advance_s,
@@ -84,7 +84,7 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
                     "filament's .json",
                     file, kind->name));
   }
-  if (const auto sane = ParseJson(profile, file); !sane) return tl::unexpected(sane.error());
+  TRY(ParseJson(profile, file));
   const Json json = Json::parse(profile, nullptr, false);
   const bool of_filament = json.is_object() && json.contains("filament_settings_id") &&
                            (!json.contains("type") || json["type"] == "filament");

@@ -68,10 +68,9 @@ Result<std::map<std::string, PatternPrint>> LastPatternPrints(const std::filesys
 
 Result<std::optional<PatternPrint>> LastPatternPrint(const std::filesystem::path& path,
                                                      std::string_view printer, PrintsFor which) {
-  const auto last = LastPatternPrints(path, which);
-  if (!last) return tl::unexpected(last.error());
-  const auto found = last->find(std::string(printer));
-  return found == last->end() ? std::nullopt : std::optional(found->second);
+  const auto last = TRY(LastPatternPrints(path, which));
+  const auto found = last.find(std::string(printer));
+  return found == last.end() ? std::nullopt : std::optional(found->second);
 }
 
 }  // namespace trammel::files

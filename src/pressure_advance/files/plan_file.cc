@@ -26,7 +26,7 @@ Result<Segment> ParseSegment(JsonObject object) {
   Segment segment;
   segment.fraction = object.Number("fraction", {1e-6, 1});
   segment.speed_mm_s = object.Number("speed_mm_s", {0.01, 10000});
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return segment;
 }
 
@@ -56,7 +56,7 @@ Result<PlanLine> ParseLine(JsonObject object, const PatternPlan& plan) {
     object.Fault("end_mm", fmt::format("lies {:.3f} mm from start_mm, but line_length_mm is {}",
                                        length_mm, plan.line_length_mm));
   }
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return line;
 }
 
@@ -143,20 +143,18 @@ std::string FormatPlan(const PatternPlan& plan) {
 }
 
 Result<PatternPlan> ParsePlan(std::string_view text, const std::string& file) {
-  const Result<json> root = ParseJson(text, file);
-  if (!root) return tl::unexpected(root.error());
+  const json root = TRY(ParseJson(text, file));
   PatternPlan plan;
-  JsonObject object(*root, file);
+  JsonObject object(root, file);
   ParseHead(object, plan);
   const json& segments = object.List("segments", 1, 1000);
   const json& lines = object.List("lines", 1, 100000);
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   double sum = 0;
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    auto segment = ParseSegment(object.Inner(segments[i], fmt::format("segments[{}]", i)));
-    if (!segment) return tl::unexpected(segment.error());
-    sum += segment->fraction;
-    plan.segments.push_back(*segment);
+    auto segment = TRY(ParseSegment(object.Inner(segments[i], fmt::format("segments[{}]", i))));
+    sum += segment.fraction;
+    plan.segments.push_back(segment);
   }
   constexpr double kFractionTolerance = 1e-6;
   if (std::abs(sum - 1) > kFractionTolerance) {
@@ -164,9 +162,8 @@ Result<PatternPlan> ParsePlan(std::string_view text, const std::string& file) {
         fmt::format("{}: the fractions of segments sum to {}; they must sum to 1", file, sum));
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    auto line = ParseLine(object.Inner(lines[i], fmt::format("lines[{}]", i)), plan);
-    if (!line) return tl::unexpected(line.error());
-    plan.lines.push_back(*line);
+    auto line = TRY(ParseLine(object.Inner(lines[i], fmt::format("lines[{}]", i)), plan));
+    plan.lines.push_back(line);
   }
   return plan;
 }

@@ -73,13 +73,13 @@ Result<ScanLine> ReadLine(JsonObject object) {
     line.lost_frames =
         static_cast<std::size_t>(object.Integer("lost_frames", {0, double{kMostFrames}}));
   }
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return line;
 }
 
 Result<Segment> ReadSegment(JsonObject object) {
   const Segment segment{object.Number("fraction"), object.Number("speed_mm_s")};
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return segment;
 }
 
@@ -87,7 +87,7 @@ Result<PixelRect> ReadCrop(JsonObject object) {
   constexpr NumberRange kPixel{-1e6, 1e6};
   const PixelRect crop{object.Integer("x", kPixel), object.Integer("y", kPixel),
                        object.Integer("width", kPixel), object.Integer("height", kPixel)};
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return crop;
 }
 
@@ -123,7 +123,7 @@ Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
   scan.motion.length_mm = object.Number("line_length_mm", {}, 30);
   scan.motion.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {}, 3000);
   parts.segments = object.OptionalList("segments", 1, 100);
-  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return parts;
 }
 
@@ -134,20 +134,18 @@ Result<Scan> ReadObject(JsonObject object) {
   for (const auto& [key, value, crop] : {std::tuple("crop_px", parts->crop, &scan.crop),
                                          {"found_crop_px", parts->found, &scan.found_crop}}) {
     if (value == nullptr) continue;
-    const auto read = ReadCrop(object.Inner(*value, key));
-    if (!read) return tl::unexpected(read.error());
-    *crop = *read;
+    const auto read = TRY(ReadCrop(object.Inner(*value, key)));
+    *crop = read;
   }
   if (parts->segments == nullptr) scan.motion.segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};
   for (std::size_t i = 0; parts->segments != nullptr && i < parts->segments->size(); ++i) {
-    auto segment = ReadSegment(object.Inner((*parts->segments)[i], fmt::format("segments[{}]", i)));
-    if (!segment) return tl::unexpected(segment.error());
-    scan.motion.segments.push_back(*segment);
+    auto segment =
+        TRY(ReadSegment(object.Inner((*parts->segments)[i], fmt::format("segments[{}]", i))));
+    scan.motion.segments.push_back(segment);
   }
   for (std::size_t i = 0; i < parts->lines->size(); ++i) {
-    auto line = ReadLine(object.Inner((*parts->lines)[i], fmt::format("lines[{}]", i)));
-    if (!line) return tl::unexpected(line.error());
-    scan.lines.push_back(std::move(*line));
+    auto line = TRY(ReadLine(object.Inner((*parts->lines)[i], fmt::format("lines[{}]", i))));
+    scan.lines.push_back(std::move(line));
   }
   return scan;
 }
@@ -228,9 +226,8 @@ std::string FormatScan(const Scan& scan, const json& extra) {
 }
 
 Result<Scan> ParseScan(const std::string& text, const std::string& name) {
-  const Result<json> root = ParseJson(text, name);
-  if (!root) return tl::unexpected(root.error());
-  Result<Scan> scan = ReadObject(JsonObject(*root, name));
+  const json root = TRY(ParseJson(text, name));
+  Result<Scan> scan = ReadObject(JsonObject(root, name));
   if (!scan) return scan;
   if (const auto valid = Validate(*scan); !valid) {
     return Fail(fmt::format("{}: {}", name, valid.error().message));
@@ -252,9 +249,8 @@ Result<Scan> ReadScan(const std::filesystem::path& folder) {
     return Fail(fmt::format(
         "'{}' has no scan.json; docs/formats.md says what a recording must hold", folder.string()));
   }
-  const Result<std::string> text = ReadNamedFile(file, kMaxBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseScan(*text, file.string());
+  const std::string text = TRY(ReadNamedFile(file, kMaxBytes));
+  return ParseScan(text, file.string());
 }
 
 }  // namespace trammel::files

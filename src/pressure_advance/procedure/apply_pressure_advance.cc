@@ -61,15 +61,14 @@ Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange&
   // says what is in force.
   const machine::WaitLimit through{kAsk_s, {}};
   for (const MotorChange& motor : change.motors) {
-    if (auto set = session.printer.Run(motor.command, through); !set) return set;
+    TRY(session.printer.Run(motor.command, through));
   }
-  if (auto done = session.printer.FinishMoves(through); !done) return done;
-  const auto state = session.printer.State(through);
-  if (!state) return tl::unexpected(state.error());
+  TRY(session.printer.FinishMoves(through));
+  const auto state = TRY(session.printer.State(through));
   constexpr double kRounding_s = 0.0001;
   for (const MotorChange& motor : change.motors) {
-    const auto now = state->pressure_advance.find(motor.section);
-    const bool told = now != state->pressure_advance.end();
+    const auto now = state.pressure_advance.find(motor.section);
+    const bool told = now != state.pressure_advance.end();
     if (told && std::abs(now->second.advance_s - motor.after_s) <= kRounding_s) continue;
     return Fail(
         fmt::format("the printer was told to use a pressure advance of {:.4f} s for {} and reports "
@@ -119,23 +118,15 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
     if (sane) sane = CheckValue(own_s, options);
   }
   if (!sane) return tl::unexpected(sane.error());
-  if (auto idle = RefuseWhilePrinting(session, "the pressure advance"); !idle) {
-    return tl::unexpected(idle.error());
-  }
-  const auto before = session.printer.State(session.Within(kAsk_s));
-  if (!before) return tl::unexpected(before.error());
-  const auto facts = ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
-  auto one =
-      FirstFailure({ComparePressureAdvance(*facts, facts->advance_names())}, ErrorKind::kSafety);
-  if (!one) return tl::unexpected(one.error());
-  PressureAdvanceChange change{machine::ActiveAdvance_s(*before), pressure_advance_s,
-                               MotorsOf(*facts, *before, pressure_advance_s, options.own_s)};
+  TRY(RefuseWhilePrinting(session, "the pressure advance"));
+  const auto before = TRY(session.printer.State(session.Within(kAsk_s)));
+  const auto facts = TRY(ReadFacts(session));
+  TRY(FirstFailure({ComparePressureAdvance(facts, facts.advance_names())}, ErrorKind::kSafety));
+  PressureAdvanceChange change{machine::ActiveAdvance_s(before), pressure_advance_s,
+                               MotorsOf(facts, before, pressure_advance_s, options.own_s)};
   if (options.dry_run) return change;
   if (options.before_setting) {
-    if (auto may = options.before_setting(change); !may) {
-      return tl::unexpected(may.error());
-    }
+    TRY(options.before_setting(change));
   }
   if (session.stop.stop_requested()) {
     return Fail("stopped before the pressure advance was set", ErrorKind::kInterrupted);

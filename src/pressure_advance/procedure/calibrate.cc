@@ -49,14 +49,10 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
                           const PatternConfig& config, const PatternPlan& plan) {
   const auto layout = LayOut(config);
   const std::string gcode = WriteGcode(layout, config);
-  if (auto kept =
-          files::WriteWholeFile(request.folder / kGcodeName, gcode, files::IfThere::kRefuse);
-      !kept)
-    return kept;
+  TRY(files::WriteWholeFile(request.folder / kGcodeName, gcode, files::IfThere::kRefuse));
   if (request.folders.empty()) {  // else no plan is one of all
-    auto planned = files::WriteWholeFile(request.folder / kPlanName, files::FormatPlan(plan),
-                                         files::IfThere::kRefuse);
-    if (!planned) return planned;
+    TRY(files::WriteWholeFile(request.folder / kPlanName, files::FormatPlan(plan),
+                              files::IfThere::kRefuse));
   }
   PrintOptions options;
   if (request.note_print) {
@@ -76,16 +72,15 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
 // Clean, and cold enough not to ooze.
 Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings) {
   // What was printed may have taken longer than the printer's own limit.
-  if (auto told = KeepAlive(session); !told) return told;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
+  TRY(KeepAlive(session));
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   if (!settings.clean_nozzle_gcode.empty()) {
-    if (auto free = CheckStillFree(session); !free) return free;
+    TRY(CheckStillFree(session));
     auto clean = RunNoted(session, settings.clean_nozzle_gcode, kHome_s);
     if (clean) clean = KeepAlive(session);
     if (!clean) return clean;
   }
-  return CoolForScan(session, *state, settings.scan_nozzle_temperature_c,
+  return CoolForScan(session, state, settings.scan_nozzle_temperature_c,
                      settings.heat_time_limit_s);
 }
 
@@ -100,9 +95,8 @@ struct Scanner {
 };
 
 Result<SweepPlan> SweepsOf(const Scanner& scanner, const PatternPlan& plan) {
-  const auto reach = ReachOf(scanner.session);
-  if (!reach) return tl::unexpected(reach.error());
-  return PlanSweeps(plan, scanner.request.only, scanner.request.settings, *reach);
+  const auto reach = TRY(ReachOf(scanner.session));
+  return PlanSweeps(plan, scanner.request.only, scanner.request.settings, reach);
 }
 
 Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const SweepPlan& sweeps,
@@ -122,10 +116,9 @@ Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const S
 }
 
 Result<void> ScanPattern(const Scanner& scanner, const PatternPlan& plan) {
-  const auto sweeps = SweepsOf(scanner, plan);
-  if (!sweeps) return tl::unexpected(sweeps.error());
+  const auto sweeps = TRY(SweepsOf(scanner, plan));
   auto ready = PrepareNozzle(scanner.session, scanner.request.settings);
-  return ready ? SweepLines(scanner, plan, *sweeps, scanner.request.folder, false) : ready;
+  return ready ? SweepLines(scanner, plan, sweeps, scanner.request.folder, false) : ready;
 }
 
 // One recording each. What cannot be tied to its motion leaves the others.
@@ -133,7 +126,7 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
   const CalibrationRequest& request = scanner.request;
   const auto layout = LayOut(scanner.config);
   const std::string gcode = WriteGcode(layout, scanner.config);
-  if (auto ready = PrepareNozzle(scanner.session, request.settings); !ready) return ready;
+  TRY(PrepareNozzle(scanner.session, request.settings));
   Result<void> failed;
   bool scanned = false;
   for (std::size_t i = 0; i < request.folders.size(); ++i) {
@@ -145,10 +138,9 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
           files::WriteWholeFile(request.folders[i] / kGcodeName, gcode, files::IfThere::kRefuse);
     }
     if (!planned) return planned;
-    const auto sweeps = SweepsOf(scanner, plan);
-    if (!sweeps) return tl::unexpected(sweeps.error());
+    const auto sweeps = TRY(SweepsOf(scanner, plan));
     scanner.session.Say(fmt::format("scanning pattern {} of {}", i + 1, request.folders.size()));
-    auto swept = SweepLines(scanner, plan, *sweeps, request.folders[i], i > 0);
+    auto swept = SweepLines(scanner, plan, sweeps, request.folders[i], i > 0);
     if (!swept && swept.error().kind != ErrorKind::kMeasurement) return swept;
     scanned = scanned || swept.has_value();
     if (!swept) {
@@ -162,28 +154,25 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
 // That each pattern's sweeps are within reach, and show enough of its own speeds.
 Result<void> CheckEachPattern(const Session& session, const CalibrationRequest& request) {
   if (request.folders.empty()) return {};
-  const auto reach = ReachOf(session);
-  if (!reach) return tl::unexpected(reach.error());
+  const auto reach = TRY(ReachOf(session));
   const auto layout = LayOut(request.pattern);
   for (int pattern = 0; pattern < PatternCount(request.pattern); ++pattern) {
-    const auto sweeps = PlanSweeps(PlanOfPattern(layout, request.pattern, pattern, kGcodeName), {},
-                                   request.settings, *reach);
-    if (!sweeps) return tl::unexpected(sweeps.error());
+    TRY(PlanSweeps(PlanOfPattern(layout, request.pattern, pattern, kGcodeName), {},
+                   request.settings, reach));
   }
   return {};
 }
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
   const CheckedPattern checked{request.pattern, request.plan, request.print};
-  auto printer = FirstFailure(request.for_photo ? CheckForPrint(session, checked)
-                                                : CheckPrinter(session, checked, request.settings),
-                              ErrorKind::kMachine);
-  if (!printer) return printer;
+  TRY(FirstFailure(request.for_photo ? CheckForPrint(session, checked)
+                                     : CheckPrinter(session, checked, request.settings),
+                   ErrorKind::kMachine));
   if (request.print) {
-    if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
+    TRY(settings::ValidateTemperatures(request.pattern));
   }
   if (!request.scan) return {};
-  if (auto reached = CheckEachPattern(session, request); !reached) return reached;
+  TRY(CheckEachPattern(session, request));
   const PatternPlan plan = PlanOf(request, request.pattern);
   const double record_s =
       static_cast<double>(plan.lines.size()) *
@@ -211,9 +200,8 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       const std::string& camera) {
   PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
   if (request.print && request.scan) {
-    const auto reach = ReachOf(session);
-    if (!reach) return tl::unexpected(reach.error());
-    config = ParkedForScan(config, request.settings, *reach);
+    const auto reach = TRY(ReachOf(session));
+    config = ParkedForScan(config, request.settings, reach);
   }
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {

@@ -62,10 +62,10 @@ std::string Literal(const Values& values) {
 }
 
 Result<Json> Variables(const Session& session) {
-  auto told = session.printer.Query({{"save_variables", {"variables"}}}, session.Within(kAsk_s));
-  if (!told) return tl::unexpected(told.error());
-  const auto variables = (*told)["save_variables"].find("variables");
-  if (variables == (*told)["save_variables"].end() || !variables->is_object()) {
+  auto told =
+      TRY(session.printer.Query({{"save_variables", {"variables"}}}, session.Within(kAsk_s)));
+  const auto variables = told["save_variables"].find("variables");
+  if (variables == told["save_variables"].end() || !variables->is_object()) {
     return Fail(
         "the printer keeps no variables: add to printer.cfg a section [save_variables] with "
         "filename: ~/printer_data/config/variables.cfg, and restart Klipper");
@@ -122,49 +122,41 @@ Result<std::string> FilamentKey(std::string_view name) {
 
 Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view name,
                                       double pressure_advance_s) {
-  const auto key = FilamentKey(name);
-  if (!key) return tl::unexpected(key.error());
+  const auto key = TRY(FilamentKey(name));
   if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
     return Fail(fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s,
                             kMost_s));
   }
-  const auto variables = Variables(session);
-  if (!variables) return tl::unexpected(variables.error());
-  const auto active = AskActiveNozzle(session);
-  if (!active) return tl::unexpected(active.error());
-  const std::string nozzle = fmt::format("{}/{:.2f}", active->extruder, active->diameter_mm);
-  const auto ours = variables->find("trammel_pa");
-  auto values = ours == variables->end() ? Values{} : ValuesOf(*ours);
+  const auto variables = TRY(Variables(session));
+  const auto active = TRY(AskActiveNozzle(session));
+  const std::string nozzle = fmt::format("{}/{:.2f}", active.extruder, active.diameter_mm);
+  const auto ours = variables.find("trammel_pa");
+  auto values = ours == variables.end() ? Values{} : ValuesOf(*ours);
   if (!values) {
     return Fail(
         "trammel_pa of the printer's variables holds something that trammel did not write; look "
         "at the file that [save_variables] names, and delete that line");
   }
-  if (values->size() >= kMostFilaments && values->count(*key) == 0) {
+  if (values->size() >= kMostFilaments && values->count(key) == 0) {
     return Fail(
         fmt::format("{} filaments have a pressure advance there already: take those out of "
                     "trammel_pa that you have no more, in the file that [save_variables] names",
                     values->size()));
   }
-  (*values)[*key][nozzle] = std::round(1e4 * pressure_advance_s) / 1e4;
-  if (auto saved = SaveVariable(session, "trammel_pa", *values); !saved) {
-    return tl::unexpected(saved.error());
-  }
-  if (auto done = ForgetOldNozzle(session, *variables, *key, nozzle); !done) {
-    return tl::unexpected(done.error());
-  }
-  const auto after = Variables(session);
-  if (!after) return tl::unexpected(after.error());
-  const auto kept = after->contains("trammel_pa") ? ValuesOf((*after)["trammel_pa"]) : std::nullopt;
+  (*values)[key][nozzle] = std::round(1e4 * pressure_advance_s) / 1e4;
+  TRY(SaveVariable(session, "trammel_pa", *values));
+  TRY(ForgetOldNozzle(session, variables, key, nozzle));
+  const auto after = TRY(Variables(session));
+  const auto kept = after.contains("trammel_pa") ? ValuesOf(after["trammel_pa"]) : std::nullopt;
   constexpr double kRounding_s = 0.0001;
-  if (!kept || kept->count(*key) == 0 || kept->at(*key).count(nozzle) == 0 ||
-      std::abs(kept->at(*key).at(nozzle) - pressure_advance_s) > kRounding_s) {
+  if (!kept || kept->count(key) == 0 || kept->at(key).count(nozzle) == 0 ||
+      std::abs(kept->at(key).at(nozzle) - pressure_advance_s) > kRounding_s) {
     return Fail(fmt::format("the printer was told to keep a pressure advance of {:.4f} s for {} "
                             "and does not tell it again",
-                            pressure_advance_s, *key),
+                            pressure_advance_s, key),
                 ErrorKind::kMachine);
   }
-  return FilamentPlace{*key, nozzle};
+  return FilamentPlace{key, nozzle};
 }
 
 }  // namespace trammel::procedure

@@ -28,12 +28,10 @@ Result<Eye> OpenEye(const Session& session, const GuardedRun& run) {
   Eye eye;
   if (!run.looks) return eye;
   session.Tell({.text = "looking at the camera", .remaining_s = {}, .phase = "checking"});
-  auto opened = OpenCamera(session, *run.settings);
-  if (!opened) return tl::unexpected(opened.error());
-  eye.camera = std::move(*opened);
+  auto opened = TRY(OpenCamera(session, *run.settings));
+  eye.camera = std::move(opened);
   eye.recorder = std::make_unique<FrameRecorder>(*eye.camera, kStall_s);
-  const auto picture = eye.recorder->NextFrame(kStall_s, session.stop);
-  if (!picture) return tl::unexpected(picture.error());
+  TRY(eye.recorder->NextFrame(kStall_s, session.stop));
   return eye;
 }
 
@@ -57,11 +55,10 @@ GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
   guarded.park = ParkPlaceOf(*run.pattern);
   guarded.check = run.check;
   guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {
-    auto opened = OpenEye(taken, run);
-    if (!opened) return tl::unexpected(opened.error());
-    eye = std::move(*opened);
-    if (auto homed = HomeWhereItIsNot(taken); !homed) return homed;
-    if (auto begun = guard.Begin(taken); !begun) return begun;
+    auto opened = TRY(OpenEye(taken, run));
+    eye = std::move(opened);
+    TRY(HomeWhereItIsNot(taken));
+    TRY(guard.Begin(taken));
     return run.steps(taken, guard, eye);
   };
   return RunGuarded(session, guarded);
@@ -75,11 +72,9 @@ Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
   options.frames_per_s = settings.frames_per_s;
   options.jpeg_quality = kJpegQuality;
   if (!settings.camera.empty()) return machine::OpenCamera(settings.camera, options, session.stop);
-  const auto webcams = session.printer.Webcams(session.Within(kAsk_s));
-  if (!webcams) return tl::unexpected(webcams.error());
-  const auto webcam = machine::ChooseWebcam(*webcams, settings.webcam);
-  if (!webcam) return tl::unexpected(webcam.error());
-  return machine::OpenCamera(webcam->stream_url, options, session.stop);
+  const auto webcams = TRY(session.printer.Webcams(session.Within(kAsk_s)));
+  const auto webcam = TRY(machine::ChooseWebcam(webcams, settings.webcam));
+  return machine::OpenCamera(webcam.stream_url, options, session.stop);
 }
 
 }  // namespace trammel::procedure

@@ -20,29 +20,20 @@ constexpr double kFrame_s = 5;
 
 Result<machine::CapturedFrame> CheckLaser(const Session& session, FrameRecorder& recorder,
                                           const settings::ScanSettings& settings) {
-  const auto off = recorder.NextFrame(kFrame_s, session.stop);
-  if (!off) return tl::unexpected(off.error());
-  if (auto free = CheckStillFree(session); !free) return tl::unexpected(free.error());
-  if (auto on = session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)); !on) {
-    return tl::unexpected(on.error());
-  }
-  if (auto done = session.printer.FinishMoves(session.Within(kCommand_s)); !done) {
-    return tl::unexpected(done.error());
-  }
+  const auto off = TRY(recorder.NextFrame(kFrame_s, session.stop));
+  TRY(CheckStillFree(session));
+  TRY(session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)));
+  TRY(session.printer.FinishMoves(session.Within(kCommand_s)));
   constexpr double kLeast = 0.0005;  // of the pixels: a line of 2 px over a quarter of the picture
   constexpr double kLate_s = 3;      // a stream may show what was some seconds ago
   const double on_s = machine::HostNow();
   double share = 0;
   do {
-    auto lit = recorder.NextFrame(kFrame_s, session.stop);
-    if (!lit) return tl::unexpected(lit.error());
-    const auto redder = Reddened(*off, *lit);
-    if (!redder) return tl::unexpected(redder.error());
-    share = std::max(share, *redder);
-    if (share >= kLeast) return std::move(*lit);
-    if (auto homed = CheckStillReady(session); !homed) {
-      return tl::unexpected(homed.error());
-    }
+    auto lit = TRY(recorder.NextFrame(kFrame_s, session.stop));
+    const auto redder = TRY(Reddened(off, lit));
+    share = std::max(share, redder);
+    if (share >= kLeast) return std::move(lit);
+    TRY(CheckStillReady(session));
   } while (machine::HostNow() < on_s + kLate_s);
   return Fail(
       fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "

@@ -52,18 +52,16 @@ Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& na
                                    const std::function<bool(const std::string&)>& is_result) {
   PatternPhoto photo{name, {}};
   if (name.empty()) {
-    auto newest = NewestPhoto(session, is_result);
-    if (!newest) return tl::unexpected(newest.error());
-    photo = std::move(*newest);
+    auto newest = TRY(NewestPhoto(session, is_result));
+    photo = std::move(newest);
   } else if (PictureEnding(name).empty()) {
     return Fail(
         fmt::format("{}: must be the name of a picture (.jpg, .png, .webp, .heic) in the "
                     "folder {} beside the printer's configuration",
                     name, kUploadFolder));
   }
-  auto bytes = DownloadUpload(session, photo.name, kMostPhotoBytes);
-  if (!bytes) return tl::unexpected(bytes.error());
-  photo.bytes = std::move(*bytes);
+  auto bytes = TRY(DownloadUpload(session, photo.name, kMostPhotoBytes));
+  photo.bytes = std::move(bytes);
   return photo;
 }
 

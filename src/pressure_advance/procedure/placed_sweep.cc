@@ -47,9 +47,8 @@ Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t fir
                           std::span<FrameObservation> observed) {
   FrameObserver observer;
   for (std::size_t i = first == 0 ? 0 : first - 1; i < end; ++i) {
-    auto seen = observer.Next(frames[i]);
-    if (!seen) return tl::unexpected(seen.error());
-    if (i >= first) observed[i] = *seen;
+    auto seen = TRY(observer.Next(frames[i]));
+    if (i >= first) observed[i] = seen;
   }
   return {};
 }
@@ -58,10 +57,9 @@ Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t fir
 
 Result<FrameObservation> FrameObserver::Next(const CapturedFrame& frame) {
   const vision::FrameChangeOptions options;
-  const auto picture = machine::DecodeFrame(frame);
-  if (!picture) return tl::unexpected(picture.error());
+  const auto picture = TRY(machine::DecodeFrame(frame));
   std::swap(sketch_, before_);
-  vision::SketchFrame(picture->view(), options, sketch_);
+  vision::SketchFrame(picture.view(), options, sketch_);
   FrameObservation seen;
   seen.arrival_s = frame.arrival_s;
   if (frame.captured) seen.captured_s = frame.captured->time_s;
@@ -147,20 +145,18 @@ std::vector<std::optional<double>> ScoredPositions(const pressure_advance::Sweep
 
 Result<double> Reddened(const CapturedFrame& before, const CapturedFrame& after) {
   constexpr int kLevels = 30;  // far above a camera's noise, far below a laser's line
-  const auto first = machine::DecodeFrame(before);
-  if (!first) return tl::unexpected(first.error());
-  const auto second = machine::DecodeFrame(after);
-  if (!second) return tl::unexpected(second.error());
-  if (first->width != second->width || first->height != second->height) {
+  const auto first = TRY(machine::DecodeFrame(before));
+  const auto second = TRY(machine::DecodeFrame(after));
+  if (first.width != second.width || first.height != second.height) {
     return Fail(fmt::format("the camera changed the size of its pictures from {}x{} to {}x{} px",
-                            first->width, first->height, second->width, second->height),
+                            first.width, first.height, second.width, second.height),
                 ErrorKind::kMachine);
   }
   std::size_t redder = 0;
-  for (std::size_t i = 2; i < first->bgr.size(); i += 3) {
-    redder += second->bgr[i] >= first->bgr[i] + kLevels;
+  for (std::size_t i = 2; i < first.bgr.size(); i += 3) {
+    redder += second.bgr[i] >= first.bgr[i] + kLevels;
   }
-  return static_cast<double>(redder) / (static_cast<double>(first->bgr.size()) / 3);
+  return static_cast<double>(redder) / (static_cast<double>(first.bgr.size()) / 3);
 }
 
 }  // namespace trammel::procedure

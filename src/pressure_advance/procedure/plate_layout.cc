@@ -32,9 +32,8 @@ Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& s
     wide.minimum_mm[axis] = -kAnywhere_mm;
     wide.maximum_mm[axis] = kAnywhere_mm;
   }
-  const auto sweeps = PlanSweeps(MakePlan(layout, config, ""), {}, settings, wide);
-  if (!sweeps) return tl::unexpected(sweeps.error());
-  for (const Sweep& sweep : sweeps->sweeps) {
+  const auto sweeps = TRY(PlanSweeps(MakePlan(layout, config, ""), {}, settings, wide));
+  for (const Sweep& sweep : sweeps.sweeps) {
     bounds.min_x_mm = std::min({bounds.min_x_mm, sweep.start_x_mm, sweep.end_x_mm});
     bounds.max_x_mm = std::max({bounds.max_x_mm, sweep.start_x_mm, sweep.end_x_mm});
     bounds.min_y_mm = std::min({bounds.min_y_mm, sweep.start_y_mm, sweep.end_y_mm});
@@ -63,8 +62,7 @@ struct Room {
 
 Result<Room> RoomFor(const PatternConfig& config, const ScanSettings& settings,
                      const Reach& reach) {
-  const auto nozzle = NozzleBounds(config, settings, reach);
-  if (!nozzle) return tl::unexpected(nozzle.error());
+  const auto nozzle = TRY(NozzleBounds(config, settings, reach));
   Room room{OuterBounds(config), {}, {}};
   const BoundsMm& printed = room.printed;
   const double margin_mm = config.bed_margin_mm;
@@ -72,11 +70,11 @@ Result<Room> RoomFor(const PatternConfig& config, const ScanSettings& settings,
     return Interval{origin_mm + margin_mm, origin_mm + size_mm - margin_mm};
   };
   room.x_mm = ShiftsInto(
-      {nozzle->min_x_mm, nozzle->max_x_mm}, {reach.minimum_mm[0], reach.maximum_mm[0]},
+      {nozzle.min_x_mm, nozzle.max_x_mm}, {reach.minimum_mm[0], reach.maximum_mm[0]},
       {printed.min_x_mm, printed.max_x_mm}, bed(config.bed_origin_x_mm, config.bed_size_x_mm),
       config.position_x_mm.has_value());
   room.y_mm = ShiftsInto(
-      {nozzle->min_y_mm, nozzle->max_y_mm}, {reach.minimum_mm[1], reach.maximum_mm[1]},
+      {nozzle.min_y_mm, nozzle.max_y_mm}, {reach.minimum_mm[1], reach.maximum_mm[1]},
       {printed.min_y_mm, printed.max_y_mm}, bed(config.bed_origin_y_mm, config.bed_size_y_mm),
       config.position_y_mm.has_value());
   return room;
@@ -85,11 +83,10 @@ Result<Room> RoomFor(const PatternConfig& config, const ScanSettings& settings,
 // The same patterns where all is reached; nothing where they are nowhere.
 Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSettings& settings,
                                            const Reach& reach) {
-  const auto room = RoomFor(config, settings, reach);
-  if (!room) return tl::unexpected(room.error());
-  if (!room->x_mm || !room->y_mm) return std::optional<PatternConfig>();
-  config.position_x_mm = room->printed.min_x_mm + std::clamp(0.0, room->x_mm->lo, room->x_mm->hi);
-  config.position_y_mm = room->printed.min_y_mm + std::clamp(0.0, room->y_mm->lo, room->y_mm->hi);
+  const auto room = TRY(RoomFor(config, settings, reach));
+  if (!room.x_mm || !room.y_mm) return std::optional<PatternConfig>();
+  config.position_x_mm = room.printed.min_x_mm + std::clamp(0.0, room.x_mm->lo, room.x_mm->hi);
+  config.position_y_mm = room.printed.min_y_mm + std::clamp(0.0, room.y_mm->lo, room.y_mm->hi);
   if (FindProblem(config) ||
       !PlanSweeps(MakePlan(LayOut(config), config, ""), {}, settings, reach)) {
     return std::optional<PatternConfig>();
@@ -111,10 +108,9 @@ Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
     const double diagonal_mm =
         std::hypot(bounds.max_x_mm - bounds.min_x_mm, bounds.max_y_mm - bounds.min_y_mm);
     if (diagonal_mm >= shortest_mm) continue;
-    auto moved = Moved(std::move(config), settings, reach);
-    if (!moved) return moved;
-    if (!*moved) continue;
-    best = std::move(*moved);
+    auto moved = TRY(Moved(std::move(config), settings, reach));
+    if (!moved) continue;
+    best = std::move(moved);
     shortest_mm = diagonal_mm;
   }
   return best;
@@ -131,9 +127,8 @@ Result<PatternConfig> PatternsBeside(const PatternConfig& one, int count,
                     "[pressure_advance_pattern] out, or print them without {}",
                     one.columns, one.rows, option));
   }
-  auto laid = Laid(one, count, settings, reach);
-  if (!laid) return tl::unexpected(laid.error());
-  if (*laid) return std::move(**laid);
+  auto laid = TRY(Laid(one, count, settings, reach));
+  if (laid) return std::move(*laid);
   int most = count - 1;
   for (; most > 0; --most) {
     const auto fewer = Laid(one, most, settings, reach);

@@ -77,9 +77,8 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
                                         const ScanLine& line) {
   constexpr std::size_t kMostFrames = 16;
   constexpr std::size_t kFewestFrames = 4;
-  const auto path = VideoOf(folder, line);
-  if (!path) return tl::unexpected(path.error());
-  auto video = machine::VideoFile::Open(*path);
+  const auto path = TRY(VideoOf(folder, line));
+  auto video = machine::VideoFile::Open(path);
   if (!video) {
     return tl::unexpected(video.error());
   }
@@ -87,9 +86,8 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
   std::size_t stride = 1;
   std::size_t placed = 0;
   for (std::size_t frame = 0;; ++frame) {
-    const auto more = video->Advance();
-    if (!more) return tl::unexpected(more.error());
-    if (!*more) return frames;
+    const auto more = TRY(video->Advance());
+    if (!more) return frames;
     if (!IsPlaced(line, frame)) continue;
     const PixelRect whole{0, 0, video->width_px(), video->height_px()};
     if (!Contains(video->readable(), whole)) continue;
@@ -107,10 +105,9 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
       stride *= 2;
       if (i % stride != 0) continue;
     }
-    const auto decoded = video->Decode(whole);
-    if (!decoded) return tl::unexpected(decoded.error());
+    const auto decoded = TRY(video->Decode(whole));
     frames.emplace_back();
-    pressure_advance::TurnUpright((*decoded)->view(), scan.height_direction, frames.back());
+    pressure_advance::TurnUpright(decoded->view(), scan.height_direction, frames.back());
   }
 }
 
@@ -132,16 +129,12 @@ Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const
 
 Result<FrameSize> SizeOf(const std::filesystem::path& folder, const Scan& scan) {
   for (const ScanLine& line : scan.lines) {
-    const auto path = VideoOf(folder, line);
-    if (!path) return tl::unexpected(path.error());
-    auto video = machine::VideoFile::Open(*path);
-    if (!video) return tl::unexpected(video.error());
+    const auto path = TRY(VideoOf(folder, line));
+    auto video = TRY(machine::VideoFile::Open(path));
     for (std::size_t frame = 0;; ++frame) {
-      const auto more = video->Advance();
-      if (!more) return tl::unexpected(more.error());
-      if (!*more) break;
-      if (IsPlaced(line, frame))
-        return FrameSize{video->width_px(), video->height_px(), line.video};
+      const auto more = TRY(video.Advance());
+      if (!more) break;
+      if (IsPlaced(line, frame)) return FrameSize{video.width_px(), video.height_px(), line.video};
     }
   }
   return FrameSize{};
@@ -157,16 +150,14 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& path, const S
   std::vector<Frame> frames;
   std::size_t bytes = 0;
   for (;;) {
-    const auto more = video->Advance();
-    if (!more) return tl::unexpected(more.error());
-    if (!*more) break;
+    const auto more = TRY(video->Advance());
+    if (!more) break;
     frames.emplace_back();
     if (!IsPlaced(line, frames.size() - 1)) continue;  // keeps its number; nobody may look at it
-    if (auto fits = CheckSize(line, *video, size); !fits) return tl::unexpected(fits.error());
-    if (auto fits = CheckCrop(crop, *video, line.video); !fits) return tl::unexpected(fits.error());
-    const auto cropped = video->Decode(crop);
-    if (!cropped) return tl::unexpected(cropped.error());
-    pressure_advance::TurnUpright((*cropped)->view(), scan.height_direction, frames.back());
+    TRY(CheckSize(line, *video, size));
+    TRY(CheckCrop(crop, *video, line.video));
+    const auto cropped = TRY(video->Decode(crop));
+    pressure_advance::TurnUpright(cropped->view(), scan.height_direction, frames.back());
     bytes += frames.back().bgr.size();
     if (bytes > kMaxSweepBytes) {
       return Fail(
@@ -176,21 +167,18 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& path, const S
           ErrorKind::kMeasurement);
     }
   }
-  if (auto fits = CheckCount(line, frames.size()); !fits) {
-    return tl::unexpected(fits.error());
-  }
+  TRY(CheckCount(line, frames.size()));
   return frames;
 }
 
 Result<pressure_advance::FoundCrop> FindCropIn(const std::filesystem::path& folder,
                                                const Scan& scan, const ScanLine& line) {
-  const auto frames = SampleFrames(folder, scan, line);
-  if (!frames) return tl::unexpected(frames.error());
-  if (frames->empty()) {
+  const auto frames = TRY(SampleFrames(folder, scan, line));
+  if (frames.empty()) {
     return pressure_advance::FoundCrop{std::nullopt, "its frames were cut, and none is whole"};
   }
   vision::LaserLineWorkspace workspace;
-  return pressure_advance::FindCrop(*frames, scan.height_direction, workspace);
+  return pressure_advance::FindCrop(frames, scan.height_direction, workspace);
 }
 
 }  // namespace trammel::procedure

@@ -48,27 +48,22 @@ Result<void> CutVideo(const std::filesystem::path& folder, const Scan& scan,
   TRAMMEL_CHECK(scan.crop && !scan.lines.empty(), "a crop: {}, {} lines", scan.crop.has_value(),
                 scan.lines.size());
   const ScanLine& line = scan.lines.front();
-  const auto video = VideoOf(folder, line);
-  if (!video) return tl::unexpected(video.error());
-  const auto size = SizeOf(folder, scan);
-  if (!size) return tl::unexpected(size.error());
+  const auto video = TRY(VideoOf(folder, line));
+  const auto size = TRY(SizeOf(folder, scan));
   ScanLine all = line;  // frames that have no place now may get one from the lines to come
   all.frame_positions_mm.clear();
-  const auto whole = ReadFrames(*video, scan, all, *size);
-  if (!whole) return tl::unexpected(whole.error());
+  const auto whole = TRY(ReadFrames(video, scan, all, size));
   for (const ScanLine& one : scan.lines) {
-    if (auto readable = CheckReadable(*whole, scan, one); !readable) return readable;
+    TRY(CheckReadable(whole, scan, one));
   }
   const double whole_every = std::max(1.0, std::round(kWholeEvery_s * scan.frames_per_s));
-  auto cut = machine::CutVideo::Write(
-      *video, {*scan.crop, static_cast<std::size_t>(whole_every), scan.frames_per_s}, stop);
-  if (!cut) return tl::unexpected(cut.error());
-  const auto again = ReadFrames(cut->path(), scan, all, *size);
-  if (!again) return tl::unexpected(again.error());
-  if (!SamePixels(*whole, *again)) {
+  auto cut = TRY(machine::CutVideo::Write(
+      video, {*scan.crop, static_cast<std::size_t>(whole_every), scan.frames_per_s}, stop));
+  const auto again = TRY(ReadFrames(cut.path(), scan, all, size));
+  if (!SamePixels(whole, again)) {
     return Fail("its cut does not read as the whole does", ErrorKind::kMeasurement);
   }
-  return cut->TakePlace();
+  return cut.TakePlace();
 }
 
 }  // namespace

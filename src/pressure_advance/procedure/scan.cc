@@ -36,8 +36,8 @@ AxisDirection DirectionOf(const Sweep& sweep) {
 }
 
 Result<void> Go(const Session& session, const std::string& gcode) {
-  if (auto free = CheckStillFree(session); !free) return free;
-  if (auto done = RunNoted(session, gcode, kMove_s); !done) return done;
+  TRY(CheckStillFree(session));
+  TRY(RunNoted(session, gcode, kMove_s));
   return session.printer.FinishMoves(session.Within(kMove_s));
 }
 
@@ -90,19 +90,16 @@ std::vector<pressure_advance::FrameObservation> OfTheFirst(
 Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, double from_s,
                        double to_s, RecordedSweep& recorded) {
   machine::Printer& printer = sweeping.session.printer;
-  const auto clock = printer.Clock(kClock_s, sweeping.session.Within(kFrame_s));
-  if (!clock) return tl::unexpected(clock.error());
-  recorded.clock_sigma_s = clock->PrintTimeBound(to_s) / std::sqrt(3.0);
-  recorded.motion =
-      AlongLine(printer.MovesTold(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s)), run,
-                *clock, sweeping.gcode_origin_mm);
+  const auto clock = TRY(printer.Clock(kClock_s, sweeping.session.Within(kFrame_s)));
+  recorded.clock_sigma_s = clock.PrintTimeBound(to_s) / std::sqrt(3.0);
+  recorded.motion = AlongLine(printer.MovesTold(clock.PrintTimeOf(from_s), clock.PrintTimeOf(to_s)),
+                              run, clock, sweeping.gcode_origin_mm);
   if (IsWhole(recorded.motion, run)) return {};
-  const auto moves = printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
-                                   sweeping.session.Within(kFrame_s));
-  if (!moves) return tl::unexpected(moves.error());
-  recorded.motion = AlongLine(*moves, run, *clock, sweeping.gcode_origin_mm);
+  const auto moves = TRY(printer.Moves(clock.PrintTimeOf(from_s), clock.PrintTimeOf(to_s),
+                                       sweeping.session.Within(kFrame_s)));
+  recorded.motion = AlongLine(moves, run, clock, sweeping.gcode_origin_mm);
   if (!recorded.motion.empty()) return {};
-  if (auto homed = CheckStillHomed(sweeping.session); !homed) return homed;
+  TRY(CheckStillHomed(sweeping.session));
   return Fail("the printer told of no motion during a sweep: does its firmware have motion_report?",
               ErrorKind::kMeasurement);
 }
@@ -113,15 +110,13 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
                            RecordedSweep& recorded) {
   const Session& session = sweeping.session;
   const ScanSettings& settings = sweeping.request.settings;
-  auto video =
-      machine::VideoWriter::Create(sweeping.request.folder / recorded.video, settings.frames_per_s);
-  if (!video) return tl::unexpected(video.error());
+  auto video = TRY(machine::VideoWriter::Create(sweeping.request.folder / recorded.video,
+                                                settings.frames_per_s));
   const auto observer = std::make_shared<SweepObserver>();
-  sweeping.recorder.Begin(std::make_unique<ObservedVideo>(std::move(*video), observer));
-  const auto stand = [&] {  // now it does
+  sweeping.recorder.Begin(std::make_unique<ObservedVideo>(std::move(video), observer));
+  const auto stand = [&]() -> Result<void> {  // now it does
     const double now_s = machine::HostNow();
-    const Result<void> stood = Stand(session, settings.settle_s);
-    if (!stood) return stood;
+    TRY(Stand(session, settings.settle_s));
     sweeping.recorder.WaitForFrames(kStandingFrames, now_s, kFrame_s, session.stop);
     return CheckStillHomed(session);
   };
@@ -158,10 +153,8 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
   // Again for each run: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
   if (!ready) return tl::unexpected(ready.error());
-  const auto from_s = RecordSweep(sweeping, run, speed_mm_s, recorded);
-  if (!from_s) return tl::unexpected(from_s.error());
-  auto asked = AskMotion(sweeping, run, *from_s, machine::HostNow(), recorded);
-  if (!asked) return tl::unexpected(asked.error());
+  const auto from_s = TRY(RecordSweep(sweeping, run, speed_mm_s, recorded));
+  TRY(AskMotion(sweeping, run, from_s, machine::HostNow(), recorded));
   return recorded;
 }
 
@@ -169,10 +162,10 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
 Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   const Session& session = sweeping.session;
   const ScanRequest& request = sweeping.request;
-  if (auto free = CheckStillFree(session); !free) return free;
-  if (auto done = session.printer.RecordMoves(session.Within(kMove_s)); !done) return done;
+  TRY(CheckStillFree(session));
+  TRY(session.printer.RecordMoves(session.Within(kMove_s)));
   if (!request.settings.lights_off_gcode.empty()) {
-    if (auto dark = Go(session, request.settings.lights_off_gcode); !dark) return dark;
+    TRY(Go(session, request.settings.lights_off_gcode));
   }
   session.Tell({.text = "moving the camera to its focus height",
                 .remaining_s = {},
@@ -181,9 +174,7 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   auto there = Go(session, FocusGcode(sweeps.z_mm, request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
   if (!there || request.laser_seen) return there;
-  if (auto seen = CheckLaser(session, sweeping.recorder, request.settings); !seen) {
-    return tl::unexpected(seen.error());
-  }
+  TRY(CheckLaser(session, sweeping.recorder, request.settings));
   return {};
 }
 
@@ -216,18 +207,16 @@ Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
     rest = {rest.first + part.count, rest.count - part.count};
     std::string video = attempt == 1 ? fmt::format("line{}.avi", part.first)
                                      : fmt::format("line{}-{}.avi", part.first, attempt);
-    auto swept = SweepLines(sweeping, sweeps.Of(part), std::move(video), pace.speed_mm_s);
-    if (!swept) return tl::unexpected(swept.error());
-    if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
+    auto swept = TRY(SweepLines(sweeping, sweeps.Of(part), std::move(video), pace.speed_mm_s));
+    TRY(recording.Add(std::move(swept)));
     if (!recording.trouble() || attempt == kMostSweepsOfALine || pace.repeats_left == 0) continue;
     --pace.repeats_left;
     const double slower_mm_s = std::max(pace.speed_mm_s / 2, kSlowest_mm_s);
     pace.speed_mm_s = std::min(pace.speed_mm_s, slower_mm_s);
     sweeping.session.Say(fmt::format("scanning {} again, at {:.3g} mm/s: {}", NameOf(part),
                                      pace.speed_mm_s, *recording.trouble()));
-    if (auto aside = recording.SetLastAside(); !aside) return aside;
-    auto again = SweepRunAndAgain(sweeping, sweeps, part, attempt + 1, pace, recording);
-    if (!again) return again;
+    TRY(recording.SetLastAside());
+    TRY(SweepRunAndAgain(sweeping, sweeps, part, attempt + 1, pace, recording));
   }
   return {};
 }
@@ -277,15 +266,14 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
 
 Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const SweepPlan& sweeps,
                        const ScanRequest& request) {
-  const auto state = session.printer.State(session.Within(kFrame_s));
-  if (!state) return tl::unexpected(state.error());
-  const Sweeping sweeping{session, recorder, request, state->gcode.homing_origin_mm};
-  if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
+  const auto state = TRY(session.printer.State(session.Within(kFrame_s)));
+  const Sweeping sweeping{session, recorder, request, state.gcode.homing_origin_mm};
+  TRY(Prepare(sweeping, sweeps));
   if (const ThreadPriority priority = recorder.priority(); !priority.raised) {
     session.Say("frames are fetched at the usual priority: " + priority.text);
   }
   ScanRecording recording(request, sweeps.sweeps.size());
-  if (auto begun = recording.Begin(); !begun) return begun;
+  TRY(recording.Begin());
   return ScanAll(sweeping, sweeps, recording);
 }
 

@@ -145,9 +145,8 @@ PrintNeeds NeedsOf(const CheckedPattern& checked) {
 }
 
 Result<Reach> ReachOf(const Session& session) {
-  const auto facts = ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
-  return facts->reach;
+  const auto facts = TRY(ReadFacts(session));
+  return facts.reach;
 }
 
 std::vector<Check> CheckLaserCommands(const Session& session, const PatternConfig& pattern,

@@ -123,13 +123,12 @@ Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
 Result<void> ScanRecording::Add(RecordedSweep sweep) {
   our_clock_ = our_clock_ && std::all_of(sweep.frames.begin(), sweep.frames.end(), OnOurClock);
-  auto seen = Observe(sweep.frames, sweep.motion, std::move(sweep.observed));
-  if (!seen) return tl::unexpected(seen.error());
+  auto seen = TRY(Observe(sweep.frames, sweep.motion, std::move(sweep.observed)));
   sweep.frames = {};
   const ClockOffset clock{0, sweep.clock_sigma_s};
-  seen->arrival_offset = clock;
+  seen.arrival_offset = clock;
   recorded_.push_back(std::move(sweep));
-  seen_.push_back(std::move(*seen));
+  seen_.push_back(std::move(seen));
   return Write();
 }
 
@@ -169,7 +168,7 @@ Result<void> ScanRecording::Finish() const {
 Result<void> ScanRecording::Write() {
   PlaceAll();
   FindCrop();
-  if (auto kept = WriteSweeps(); !kept) return kept;
+  TRY(WriteSweeps());
   return WriteScan();
 }
 

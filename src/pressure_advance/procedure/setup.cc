@@ -56,13 +56,12 @@ Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPl
   std::optional<bool> down;
   for (std::size_t i = 0; i < places.size(); ++i) {
     auto picture =
-        run.eye.Look(places[i], SetupLight::kLaser, fmt::format("{}-{:02}", name, i + 1));
-    if (!picture) return tl::unexpected(picture.error());
-    const bool runs_down = down ? *down : pressure_advance::StripeRunsDown(picture->view());
-    auto reading = pressure_advance::ReadStripe(picture->view(), runs_down, run.workspace);
+        TRY(run.eye.Look(places[i], SetupLight::kLaser, fmt::format("{}-{:02}", name, i + 1)));
+    const bool runs_down = down ? *down : pressure_advance::StripeRunsDown(picture.view());
+    auto reading = pressure_advance::ReadStripe(picture.view(), runs_down, run.workspace);
     if (reading.fault.empty()) down = runs_down;
     stripes.push_back({places[i], std::move(reading)});
-    run.record.seen.picture = {picture->width, picture->height};
+    run.record.seen.picture = {picture.width, picture.height};
   }
   return stripes;
 }
@@ -107,10 +106,9 @@ Result<std::optional<double>> FindFocus(Run& run, HeadPlace at) {
          fmt::format("looking at the laser from {:.1f} to {:.1f} mm, {} pictures",
                      places.front().z_mm, places[places.size() / 2].z_mm, places.size()),
          places.size());
-    auto stripes = SweepStripe(run, places, fmt::format("plate-{}", sweep));
-    if (!stripes) return tl::unexpected(stripes.error());
-    const StripeSweep solved = SolveSweep(*stripes, run.request.limits);
-    run.record.first_sweep = std::move(*stripes);
+    auto stripes = TRY(SweepStripe(run, places, fmt::format("plate-{}", sweep)));
+    const StripeSweep solved = SolveSweep(stripes, run.request.limits);
+    run.record.first_sweep = std::move(stripes);
     if (solved.focus_mm.good()) return solved.focus_mm.quantity().value;
     focus = solved.focus_mm;
     const auto next_mm = LookFurther(solved, at.z_mm, run.eye.clear());
@@ -126,8 +124,7 @@ Result<void> PrintMark(const Run& run, const machine::PrinterState& before) {
   const Session& session = run.eye.session();
   const SetupRequest& request = run.request;
   const std::string gcode = WriteMarkGcode(run.record.mark, request.pattern);
-  auto kept = files::WriteWholeFile(request.folder / kMarkGcode, gcode, files::IfThere::kRefuse);
-  if (!kept) return kept;
+  TRY(files::WriteWholeFile(request.folder / kMarkGcode, gcode, files::IfThere::kRefuse));
   PrintOptions options;
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = MarkTime_s(run.record.mark, request.pattern);
@@ -135,8 +132,8 @@ Result<void> PrintMark(const Run& run, const machine::PrinterState& before) {
   const auto temperatures = settings::TemperaturesOf(request.pattern);
   options.nozzle_temperature_c = temperatures.nozzle_c;
   options.bed_temperature_c = temperatures.bed_c;
-  if (auto printed = Print(session, gcode, options); !printed) return printed;
-  if (auto alive = KeepAlive(session); !alive) return alive;
+  TRY(Print(session, gcode, options));
+  TRY(KeepAlive(session));
   return CoolForScan(session, before, request.settings.scan_nozzle_temperature_c,
                      request.settings.heat_time_limit_s);
 }
@@ -147,9 +144,8 @@ struct FoundMark {
 };
 
 Result<MarkReading> LookAtMark(Run& run, const HeadPlace& place, const std::string& name) {
-  auto picture = run.eye.Look(place, SetupLight::kRoom, name);
-  if (!picture) return tl::unexpected(picture.error());
-  return ReadMark(picture->view(), run.record.mark.shape);
+  auto picture = TRY(run.eye.Look(place, SetupLight::kRoom, name));
+  return ReadMark(picture.view(), run.record.mark.shape);
 }
 
 // Looks for the mark round where the settings expect it. Without one the record says why.
@@ -162,11 +158,10 @@ Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected)
   std::string first_fault;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (!CheckPlace(places[i], run.eye.clear(), run.eye.reach())) continue;
-    const auto seen = LookAtMark(run, places[i], fmt::format("search-{:02}", i + 1));
-    if (!seen) return tl::unexpected(seen.error());
-    if (seen->fault.empty()) return FoundMark{places[i], *seen};
-    if (first_fault.empty()) first_fault = seen->fault;
-    if (seen->blind) break;
+    const auto seen = TRY(LookAtMark(run, places[i], fmt::format("search-{:02}", i + 1)));
+    if (seen.fault.empty()) return FoundMark{places[i], seen};
+    if (first_fault.empty()) first_fault = seen.fault;
+    if (seen.blind) break;
     if (i == 0) Told(run.eye.session(), "looking for the mark round about", places.size());
   }
   run.record.seen.mark_fault = fmt::format(
@@ -185,21 +180,19 @@ Result<std::optional<FoundMark>> StepAside(Run& run, const FoundMark& from, doub
     place.x_mm += side * x * kStep_mm;
     place.y_mm += side * y * kStep_mm;
     if (!CheckPlace(place, run.eye.clear(), run.eye.reach())) continue;
-    const auto seen = LookAtMark(run, place, fmt::format("{}-{}", name, side > 0 ? "up" : "down"));
-    if (!seen) return tl::unexpected(seen.error());
-    if (seen->fault.empty()) return FoundMark{place, *seen};
+    const auto seen =
+        TRY(LookAtMark(run, place, fmt::format("{}-{}", name, side > 0 ? "up" : "down")));
+    if (seen.fault.empty()) return FoundMark{place, seen};
   }
   return std::nullopt;
 }
 
 // Brings the mark into the picture's middle, whichever way the camera is turned or mirrored.
 Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
-  const auto along_x = StepAside(run, found, 1, 0, "step-x");
-  if (!along_x) return tl::unexpected(along_x.error());
-  const auto along_y = StepAside(run, found, 0, 1, "step-y");
-  if (!along_y) return tl::unexpected(along_y.error());
+  const auto along_x = TRY(StepAside(run, found, 1, 0, "step-x"));
+  const auto along_y = TRY(StepAside(run, found, 0, 1, "step-y"));
   auto& fault = run.record.seen.mark_fault;
-  if (!*along_x || !*along_y) {
+  if (!along_x || !along_y) {
     fault = fmt::format(
         "the mark leaves the picture when the head moves by {:.2g} mm: the camera "
         "shows too little of the plate; move it away, or let it send larger "
@@ -207,12 +200,12 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
         kStep_mm);
     return std::nullopt;
   }
-  const double dx = (*along_x)->head.x_mm - found.head.x_mm;
-  const double dy = (*along_y)->head.y_mm - found.head.y_mm;
-  const MarkMotion motion{((*along_x)->reading.column_px - found.reading.column_px) / dx,
-                          ((*along_x)->reading.row_px - found.reading.row_px) / dx,
-                          ((*along_y)->reading.column_px - found.reading.column_px) / dy,
-                          ((*along_y)->reading.row_px - found.reading.row_px) / dy};
+  const double dx = along_x->head.x_mm - found.head.x_mm;
+  const double dy = along_y->head.y_mm - found.head.y_mm;
+  const MarkMotion motion{(along_x->reading.column_px - found.reading.column_px) / dx,
+                          (along_x->reading.row_px - found.reading.row_px) / dx,
+                          (along_y->reading.column_px - found.reading.column_px) / dy,
+                          (along_y->reading.row_px - found.reading.row_px) / dy};
   const double px_per_mm = found.reading.side_px / run.record.mark.shape.side_mm;
   constexpr double kLeast = 0.25;  // of a picture that follows both axes by its scale
   if (std::abs(motion.determinant()) < kLeast * px_per_mm * px_per_mm) {
@@ -226,14 +219,13 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
   const auto& size = run.record.seen.picture;
   const HeadPlace middle = BringMark(found.head, found.reading, 0.5 * (size.width_px - 1),
                                      0.5 * (size.height_px - 1), motion);
-  const auto seen = LookAtMark(run, middle, "middle");
-  if (!seen) return tl::unexpected(seen.error());
-  if (seen->fault.empty()) {
+  const auto seen = TRY(LookAtMark(run, middle, "middle"));
+  if (seen.fault.empty()) {
     return FoundMark{
-        BringMark(middle, *seen, 0.5 * (size.width_px - 1), 0.5 * (size.height_px - 1), motion),
-        *seen};
+        BringMark(middle, seen, 0.5 * (size.width_px - 1), 0.5 * (size.height_px - 1), motion),
+        seen};
   }
-  fault = "the mark was to come to the picture's middle, and is not there: " + seen->fault;
+  fault = "the mark was to come to the picture's middle, and is not there: " + seen.fault;
   return std::nullopt;
 }
 
@@ -255,12 +247,11 @@ Result<void> LookFromGrid(Run& run, const FoundMark& middle) {
        places.size());
   std::string fault;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto mark = LookAtMark(run, places[i], fmt::format("mark-{:02}", i + 1));
-    if (!mark) return tl::unexpected(mark.error());
-    if (mark->fault.empty()) {
-      seen.marks.push_back({places[i], mark->column_px, mark->row_px});
+    const auto mark = TRY(LookAtMark(run, places[i], fmt::format("mark-{:02}", i + 1)));
+    if (mark.fault.empty()) {
+      seen.marks.push_back({places[i], mark.column_px, mark.row_px});
     } else {
-      fault = mark->fault;
+      fault = mark.fault;
     }
   }
   if (seen.marks.size() < places.size()) {
@@ -277,13 +268,11 @@ Result<void> LookAtMarks(Run& run) {
   expected.y_mm = run.record.mark.y_mm - settings.camera_offset_y_mm;
   expected.z_mm = run.record.seen.height_mm;
   Told(run.eye.session(), "looking for the mark", 4);
-  const auto found = SearchMark(run, expected);
-  if (!found) return tl::unexpected(found.error());
-  if (!*found) return {};
-  const auto middle = CentreMark(run, **found);
-  if (!middle) return tl::unexpected(middle.error());
-  if (!*middle) return {};
-  return LookFromGrid(run, **middle);
+  const auto found = TRY(SearchMark(run, expected));
+  if (!found) return {};
+  const auto middle = TRY(CentreMark(run, *found));
+  if (!middle) return {};
+  return LookFromGrid(run, *middle);
 }
 
 // The stripe beside the mark, on the plate as it is after heating.
@@ -295,10 +284,9 @@ Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
   Told(run.eye.session(),
        fmt::format("looking at the laser beside the mark, {} pictures", places.size()),
        places.size());
-  auto stripes = SweepStripe(run, places, "stripe");
-  if (!stripes) return tl::unexpected(stripes.error());
+  auto stripes = TRY(SweepStripe(run, places, "stripe"));
   auto& seen = run.record.seen;
-  seen.stripes = std::move(*stripes);
+  seen.stripes = std::move(stripes);
   const Measured focus = SolveSweep(seen.stripes, run.request.limits).focus_mm;
   seen.height_mm = focus.good() ? rounded(focus.quantity().value) : at.z_mm;
   if (!focus.good()) {
@@ -318,35 +306,29 @@ Result<void> TryOffset(Run& run) {
   place.z_mm = record.seen.height_mm;
   place.from_x = place.from_y = 1;
   Told(run.eye.session(), "bringing the mark to the laser, as a trial", 2);
-  const auto reading = LookAtMark(run, place, "lit");
-  if (!reading) return tl::unexpected(reading.error());
-  CheckSpot(*reading, record.result);
-  const auto laser = run.eye.Look(place, SetupLight::kLaser, "laser");
-  if (!laser) return tl::unexpected(laser.error());
+  const auto reading = TRY(LookAtMark(run, place, "lit"));
+  CheckSpot(reading, record.result);
+  TRY(run.eye.Look(place, SetupLight::kLaser, "laser"));
   return run.eye.LightRoom();
 }
 
 Result<void> RunSetup(const Session& session, const SetupRequest& request, PrinterStateGuard& guard,
                       const Eye& opened, SetupRecord& record) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  const auto reach = ReachOf(session);
-  if (!reach) return tl::unexpected(reach.error());
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  const auto reach = TRY(ReachOf(session));
   record.camera = opened.Describe();
-  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, *reach,
+  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, reach,
                request.folder);
   Run run{request, eye, record, {}};
-  auto beside = PlaceBesideMark(record.mark, request.settings, eye.reach());
-  if (!beside) return tl::unexpected(beside.error());
+  auto beside = TRY(PlaceBesideMark(record.mark, request.settings, eye.reach()));
   guard.ExpectLaser();
-  const auto focus_mm = FindFocus(run, *beside);
-  if (!focus_mm) return tl::unexpected(focus_mm.error());
-  if (!*focus_mm) return {};
-  if (auto lit = eye.LightRoom(); !lit) return lit;
-  if (auto printed = PrintMark(run, *state); !printed) return printed;
-  if (auto swept = SweepBesideMark(run, *beside, **focus_mm); !swept) return swept;
+  const auto focus_mm = TRY(FindFocus(run, beside));
+  if (!focus_mm) return {};
+  TRY(eye.LightRoom());
+  TRY(PrintMark(run, state));
+  TRY(SweepBesideMark(run, beside, *focus_mm));
   if (record.seen.mark_fault.empty()) {
-    if (auto looked = LookAtMarks(run); !looked) return looked;
+    TRY(LookAtMarks(run));
   }
   record.result = SolveSetup(record.seen, request.limits);
   return TryOffset(run);
@@ -360,31 +342,28 @@ Result<pressure_advance::MarkPlan> MarkOf(const SetupRequest& request) {
 }  // namespace
 
 Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
-  if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
-  const auto mark = MarkOf(request);
-  if (!mark) return tl::unexpected(mark.error());
+  TRY(settings::ValidateTemperatures(request.pattern));
+  const auto mark = TRY(MarkOf(request));
   auto checks = CheckLaserCommands(session, request.pattern, request.settings);
-  if (auto printer = FirstFailure(checks, ErrorKind::kMachine); !printer) return printer;
-  const auto facts = ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
+  TRY(FirstFailure(checks, ErrorKind::kMachine));
+  const auto facts = TRY(ReadFacts(session));
   PrintNeeds needs = NeedsOf({request.pattern});
   needs.motions.clear();  // of the pattern's lines
   needs.sets_pressure_advance = false;
-  checks = CompareFacts(*facts, needs);
-  checks.push_back(CompareTemperatures(*facts, request.pattern));
-  if (auto stated = FirstFailure(checks, ErrorKind::kSafety); !stated) return stated;
-  const Reach& reach = facts->reach;
-  if (auto clear = CheckClearHeights(request.clear, request.settings, reach); !clear) return clear;
-  const auto beside = PlaceBesideMark(*mark, request.settings, reach);
-  if (!beside) return tl::unexpected(beside.error());
-  HeadPlace middle = *beside;
-  middle.y_mm = mark->y_mm - request.settings.camera_offset_y_mm;
+  checks = CompareFacts(facts, needs);
+  checks.push_back(CompareTemperatures(facts, request.pattern));
+  TRY(FirstFailure(checks, ErrorKind::kSafety));
+  const Reach& reach = facts.reach;
+  TRY(CheckClearHeights(request.clear, request.settings, reach));
+  const auto beside = TRY(PlaceBesideMark(mark, request.settings, reach));
+  HeadPlace middle = beside;
+  middle.y_mm = mark.y_mm - request.settings.camera_offset_y_mm;
   for (const double side : {-1.0, 1.0}) {  // sixteen places about a camera that sits elsewhere
     constexpr double kAbout_mm = 9;
     HeadPlace place = middle;
     place.x_mm += side * kAbout_mm;
     place.y_mm += side * kAbout_mm;
-    if (auto reached = CheckPlace(place, request.clear, reach); !reached) return reached;
+    TRY(CheckPlace(place, request.clear, reach));
   }
   constexpr double kPictures = 100;
   return FirstFailure({CheckDisk(request.folder, kPictures / request.settings.frames_per_s,

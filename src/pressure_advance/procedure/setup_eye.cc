@@ -43,19 +43,19 @@ SetupEye::SetupEye(const Session& session, const Eye& eye,
 
 Result<void> SetupEye::Run(const std::string& gcode) {
   if (gcode.empty()) return {};
-  if (auto done = RunNoted(session_, gcode, kMove_s); !done) return done;
+  TRY(RunNoted(session_, gcode, kMove_s));
   return session_.printer.FinishMoves(session_.Within(kMove_s));
 }
 
 // Again for each picture: the printer's own limit switches a forgotten laser off.
 Result<void> SetupEye::Switch(SetupLight light) {
   if (light == SetupLight::kRoom) return LightRoom();
-  if (auto dark = Run(settings_.lights_off_gcode); !dark) return dark;
+  TRY(Run(settings_.lights_off_gcode));
   return Run(settings_.laser_on_gcode);
 }
 
 Result<void> SetupEye::LightRoom() {
-  if (auto off = Run(settings_.laser_off_gcode); !off) return off;
+  TRY(Run(settings_.laser_off_gcode));
   return Run(settings_.lights_on_gcode);
 }
 
@@ -63,17 +63,15 @@ Result<void> SetupEye::LightRoom() {
 Result<std::optional<Frame>> SetupEye::MeanPicture(const std::string& name) {
   vision::StillPicture picture;
   while (true) {
-    const auto captured = recorder_.NextFrame(kFrame_s, session_.stop);
-    if (!captured) return tl::unexpected(captured.error());
-    const auto frame = machine::DecodeFrame(*captured);
-    if (!frame) return tl::unexpected(frame.error());
-    const auto added = picture.Add(*frame);
+    const auto captured = TRY(recorder_.NextFrame(kFrame_s, session_.stop));
+    const auto frame = TRY(machine::DecodeFrame(captured));
+    const auto added = picture.Add(frame);
     if (added == vision::StillPicture::Added::kMoved) return std::nullopt;
     if (added == vision::StillPicture::Added::kOtherSize) {
       return Fail("the camera's pictures change their size", ErrorKind::kMachine);
     }
     if (picture.frames() < kFrames) continue;
-    if (auto kept = Keep(*captured, folder_ / name); !kept) return tl::unexpected(kept.error());
+    TRY(Keep(captured, folder_ / name));
     return picture.Mean();
   }
 }
@@ -88,11 +86,10 @@ Result<Frame> SetupEye::Look(const HeadPlace& place, SetupLight light, const std
   if (!Pause(settings_.settle_s, session_.stop)) {
     return Fail("stopped while the camera was set up", ErrorKind::kInterrupted);
   }
-  if (auto homed = CheckStillHomed(session_); !homed) return tl::unexpected(homed.error());
+  TRY(CheckStillHomed(session_));
   for (int i = 0; i < kMostTries; ++i) {
-    auto picture = MeanPicture(name);
-    if (!picture) return tl::unexpected(picture.error());
-    if (*picture) return std::move(**picture);
+    auto picture = TRY(MeanPicture(name));
+    if (picture) return std::move(*picture);
   }
   return Fail(
       fmt::format("the picture still moves while the head has stood for more than {:.1f} s: the "

@@ -44,9 +44,8 @@ std::string Kept(const char* of, std::optional<bool> written) {
 }
 
 Result<std::string> ReadMatrix(Spoolman& spoolman, int spool_id) {
-  const auto field = spoolman.Extra(SpoolmanEntity::kSpool, spool_id, kOfSpool.key);
-  if (!field) return tl::unexpected(field.error());
-  auto matrix = Matrix(*field);
+  const auto field = TRY(spoolman.Extra(SpoolmanEntity::kSpool, spool_id, kOfSpool.key));
+  auto matrix = Matrix(field);
   if (matrix) return *matrix;
   return Fail(
       fmt::format("'{}' of spool {} holds something that is no list of values by nozzle: it stays "
@@ -62,40 +61,34 @@ Result<std::optional<machine::Spool>> SpoolOnPrinter(const Session& session) {
 
 Result<SpoolPlace> FindSpoolPlace(const Session& session) {
   Spoolman spoolman(session.printer, session.Within(kAsk_s));
-  const auto known = spoolman.Known();
-  if (!known) return tl::unexpected(known.error());
-  if (!*known) {
+  const auto known = TRY(spoolman.Known());
+  if (!known) {
     return Fail(
         "the printer's Moonraker knows of no Spoolman: add [spoolman] with server: "
         "http://ADDRESS:7912 to moonraker.conf, or leave --spoolman out");
   }
-  const auto spool = spoolman.ActiveSpool();
-  if (!spool) return tl::unexpected(spool.error());
-  if (!*spool) {
+  const auto spool = TRY(spoolman.ActiveSpool());
+  if (!spool) {
     return Fail(
         "Spoolman knows of no spool on this printer: choose the one that is loaded in Mainsail or "
         "Fluidd, or leave --spoolman out");
   }
   SpoolPlace place;
-  place.spool_id = (*spool)->id;
-  place.filament_id = (*spool)->filament_id;
-  place.filament = (*spool)->filament;
-  place.archived = (*spool)->archived;
-  const auto of_filament = spoolman.HasField(SpoolmanEntity::kFilament, kOfFilament);
-  if (!of_filament) return tl::unexpected(of_filament.error());
-  const auto of_spool = spoolman.HasField(SpoolmanEntity::kSpool, kOfSpool);
-  if (!of_spool) return tl::unexpected(of_spool.error());
-  place.new_fields = !*of_filament || !*of_spool;
-  const auto before = spoolman.Extra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key);
-  if (!before) return tl::unexpected(before.error());
-  if (*before && (*before)->is_number()) place.before_s = (*before)->get<double>();
-  const auto matrix = ReadMatrix(spoolman, place.spool_id);
-  if (!matrix) return tl::unexpected(matrix.error());
-  if (*matrix != "{}") place.matrix_before = machine::FieldText(Json::parse(*matrix));
-  const auto nozzle = AskActiveNozzle(session);
-  if (!nozzle) return tl::unexpected(nozzle.error());
+  place.spool_id = spool->id;
+  place.filament_id = spool->filament_id;
+  place.filament = spool->filament;
+  place.archived = spool->archived;
+  const auto of_filament = TRY(spoolman.HasField(SpoolmanEntity::kFilament, kOfFilament));
+  const auto of_spool = TRY(spoolman.HasField(SpoolmanEntity::kSpool, kOfSpool));
+  place.new_fields = !of_filament || !of_spool;
+  const auto before =
+      TRY(spoolman.Extra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key));
+  if (before && before->is_number()) place.before_s = before->get<double>();
+  const auto matrix = TRY(ReadMatrix(spoolman, place.spool_id));
+  if (matrix != "{}") place.matrix_before = machine::FieldText(Json::parse(matrix));
+  const auto nozzle = TRY(AskActiveNozzle(session));
   // Of high flow only where somebody says so.
-  place.nozzle = fmt::format("{:g}_standard", std::round(100 * nozzle->diameter_mm) / 100);
+  place.nozzle = fmt::format("{:g}_standard", std::round(100 * nozzle.diameter_mm) / 100);
   return place;
 }
 
@@ -110,14 +103,12 @@ Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
   Spoolman spoolman(session.printer, {kAsk_s, {}});
   for (const auto& [entity, field] : {std::pair{SpoolmanEntity::kFilament, &kOfFilament},
                                       std::pair{SpoolmanEntity::kSpool, &kOfSpool}}) {
-    const auto there = spoolman.HasField(entity, *field);
-    if (!there) return tl::unexpected(there.error());
-    if (*there) continue;
-    if (auto added = spoolman.AddField(entity, *field); !added) return added;
+    const auto there = TRY(spoolman.HasField(entity, *field));
+    if (there) continue;
+    TRY(spoolman.AddField(entity, *field));
   }
-  auto matrix = ReadMatrix(spoolman, place.spool_id);
-  if (!matrix) return tl::unexpected(matrix.error());
-  files::JsonMembers values(*matrix, {});  // those of others keep their digits
+  auto matrix = TRY(ReadMatrix(spoolman, place.spool_id));
+  files::JsonMembers values(matrix, {});  // those of others keep their digits
   values.Set(place.nozzle, value_s);
   std::optional<bool> written;
   auto filament = spoolman.SetExtra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key,

@@ -88,8 +88,8 @@ Result<void> CheckAxis(double value_mm, std::size_t axis, const Reach& reach,
 }
 
 Result<void> CheckReach(double x_mm, double y_mm, const Reach& reach, const std::string& what) {
-  if (auto along_x = CheckAxis(x_mm, 0, reach, what); !along_x) return along_x;
-  if (auto along_y = CheckAxis(y_mm, 1, reach, what); !along_y) return along_y;
+  TRY(CheckAxis(x_mm, 0, reach, what));
+  TRY(CheckAxis(y_mm, 1, reach, what));
   if (reach.Contains(x_mm, y_mm)) return {};
   return Fail(fmt::format("{} the nozzle would have to go to ({:.2f}, {:.2f}) mm, which lies "
                           "outside {}: {}",
@@ -187,14 +187,12 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
                     "{} mm behind its start; at most {:.3g}",
                     settings.skip_mm, first_mm / kSeenShare, first_mm));
   }
-  if (auto done = CheckFrames(plan, settings); !done) return tl::unexpected(done.error());
+  TRY(CheckFrames(plan, settings));
   SweepPlan sweeps;
   sweeps.z_mm = settings.focus_height_mm;
   sweeps.speed_mm_s = settings.scan_speed_mm_s;
   sweeps.settle_s = settings.settle_s;
-  if (auto done = CheckAxis(sweeps.z_mm, 2, reach, "To focus the camera"); !done) {
-    return tl::unexpected(done.error());
-  }
+  TRY(CheckAxis(sweeps.z_mm, 2, reach, "To focus the camera"));
   for (std::size_t i = 0; i < plan.lines.size(); ++i) {
     const PlanLine& line = plan.lines[i];
     if (pattern && line.pattern != *pattern) continue;
@@ -205,8 +203,7 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
         line.pressure_advance_s, line.start_x_mm, line.start_y_mm);
     for (const auto& [x_mm, y_mm] : {std::pair{sweep.start_x_mm, sweep.start_y_mm},
                                      std::pair{sweep.end_x_mm, sweep.end_y_mm}}) {
-      if (auto done = CheckReach(x_mm, y_mm, reach, what); !done)
-        return tl::unexpected(done.error());
+      TRY(CheckReach(x_mm, y_mm, reach, what));
     }
     sweeps.sweeps.push_back(sweep);
   }

@@ -300,9 +300,7 @@ Result<std::vector<FrameStamps>> StampByTicks(std::span<const SweepObservation> 
       counted.size() == sweeps.size() ? counted : FitSessionTicks(arrivals, tick_options);
   std::vector<FrameStamps> stamps;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
-    if (auto checked = CheckTicks(fits[i], i + 1); !checked) {
-      return tl::unexpected(checked.error());
-    }
+    TRY(CheckTicks(fits[i], i + 1));
     stamps.push_back(FromTicks(sweeps[i], fits[i], options));
   }
   return stamps;
@@ -340,9 +338,7 @@ Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> s
   std::vector<FrameStamps> stamps;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
     stamps.push_back(FromCaptureTimes(sweeps[i], options, session_middle_s));
-    if (auto marked = MarkStampedLate(sweeps[i], i + 1, options, stamps.back()); !marked) {
-      return tl::unexpected(marked.error());
-    }
+    TRY(MarkStampedLate(sweeps[i], i + 1, options, stamps.back()));
   }
   return stamps;
 }

@@ -336,9 +336,7 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
   const double rough_s = BestOf(from_s, to_s, period_s / 4, all(RoughCost));
   for (Prepared& p : prepared) Sharpen(p, rough_s);
   for (std::size_t i = 0; i < prepared.size(); ++i) {
-    if (auto checked = CheckTrack(prepared[i], i + 1, rough_s, search.least_still); !checked) {
-      return tl::unexpected(checked.error());
-    }
+    TRY(CheckTrack(prepared[i], i + 1, rough_s, search.least_still));
   }
   double lowest = 0;
   double allowed_lowest = 0;

@@ -79,9 +79,8 @@ Result<Agreement> Agree(const std::vector<ChangeTrack>& tracks, const LatencySea
   for (;;) {
     std::vector<ChangeTrack> chosen;
     for (const std::size_t i : agreement.used) chosen.push_back(tracks[i]);
-    auto fit = FitLatency(chosen, search);
-    if (!fit) return tl::unexpected(fit.error());
-    agreement.fit = std::move(*fit);
+    auto fit = TRY(FitLatency(chosen, search));
+    agreement.fit = std::move(fit);
     std::vector<std::size_t> agreeing;
     for (std::size_t i = 0; i < agreement.used.size(); ++i) {
       const TrackFit& track = agreement.fit.tracks[i];

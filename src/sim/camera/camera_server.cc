@@ -89,7 +89,7 @@ class Running final : public CameraServer {
 
   Result<void> Start() {
     if (!options_.truth_file.empty()) {
-      if (const Result<void> opened = log_.WriteTo(options_.truth_file); !opened) return opened;
+      TRY(log_.WriteTo(options_.truth_file));
     }
     auto http = CameraHttp::Listen(
         options_.port, options_.headers,

@@ -120,9 +120,7 @@ Result<std::shared_ptr<RemoteMachine>> RemoteMachine::Connect(const std::filesys
                 socket.error().kind);
   }
   auto remote = std::make_shared<Remote>(path.string(), std::move(*socket));
-  if (const Result<void> greeted = remote->Greet(); !greeted) {
-    return tl::unexpected(greeted.error());
-  }
+  TRY(remote->Greet());
   return remote;
 }
 

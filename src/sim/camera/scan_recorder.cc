@@ -82,9 +82,8 @@ Result<void> RecordLine(const Bed& bed, const Stroke& stroke, const LaserTraits&
   };
   const LaserScene scene =
       camera.MakeScene(bed, stroke.across_mm, laser_at(0), laser_at(times_s.back()));
-  auto file = files::NewFile::Create(video, files::IfThere::kRefuse);
-  if (!file) return tl::unexpected(file.error());
-  image::AviWriter writer(file->fd());
+  auto file = TRY(files::NewFile::Create(video, files::IfThere::kRefuse));
+  image::AviWriter writer(file.fd());
   int error = writer.Begin(
       {options.frame_width_px, options.frame_height_px, static_cast<double>(options.frames_per_s)});
   const double phase = random.Uniform(0, 2 * std::numbers::pi);
@@ -101,7 +100,7 @@ Result<void> RecordLine(const Bed& bed, const Stroke& stroke, const LaserTraits&
   }
   error = writer.Finish();
   if (error != 0) return files::CannotWrite(video, error);
-  return file->Commit();
+  return file.Commit();
 }
 
 ordered_json ScanHead(const Plan& plan, const LaserTraits& eye, const ScanOptions& options,
@@ -171,16 +170,15 @@ Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condi
     if (line.pattern != options.pattern) continue;
     const std::size_t index = scan["lines"].size();
     if (index == 0) {
-      if (const Result<void> created = CreateFolder(folder); !created) return created;
+      TRY(CreateFolder(folder));
     }
     Random line_random = random.Fork(1000 + index);
     const std::vector<double> times_s =
         CaptureTimes(frames, options.frames_per_s, eye.frame_jitter_s, line_random);
     const Stroke stroke = StrokeOf(line);
     const std::string video = fmt::format("line{}.avi", index);
-    const Result<void> recorded = RecordLine(stroke.along_y ? turned : bed, stroke, eye, options,
-                                             times_s, camera, line_random, folder / video);
-    if (!recorded) return recorded;
+    TRY(RecordLine(stroke.along_y ? turned : bed, stroke, eye, options, times_s, camera,
+                   line_random, folder / video));
     const std::string direction =
         std::string(stroke.direction > 0 ? "+" : "-") + (stroke.along_y ? "y" : "x");
     scan["lines"].push_back({{"pressure_advance_s", line.pressure_advance_s},

@@ -149,9 +149,8 @@ UnixSocket::~UnixSocket() {
 }
 
 Result<UnixSocket> UnixSocket::Listen(const std::filesystem::path& path) {
-  Result<Opened> opened = Open(path);
-  if (!opened) return tl::unexpected(opened.error());
-  const auto& [socket, descriptor, address] = *opened;
+  Opened opened = TRY(Open(path));
+  const auto& [socket, descriptor, address] = opened;
   RemoveIfAbandoned(address);
   if (bind(descriptor, Generic(address), sizeof(address)) != 0) return FailMachine(SystemSaid());
   // Before it listens, so that nobody else ever connects.
@@ -160,17 +159,16 @@ Result<UnixSocket> UnixSocket::Listen(const std::filesystem::path& path) {
     unlink(path.c_str());
     return FailMachine(said);
   }
-  return std::move(opened->socket);
+  return std::move(opened.socket);
 }
 
 Result<UnixSocket> UnixSocket::Connect(const std::filesystem::path& path) {
-  Result<Opened> opened = Open(path);
-  if (!opened) return tl::unexpected(opened.error());
-  const sockaddr_un& address = opened->address;
-  if (connect(opened->descriptor, Generic(address), sizeof(address)) != 0) {
+  Opened opened = TRY(Open(path));
+  const sockaddr_un& address = opened.address;
+  if (connect(opened.descriptor, Generic(address), sizeof(address)) != 0) {
     return FailMachine(SystemSaid());
   }
-  return std::move(opened->socket);
+  return std::move(opened.socket);
 }
 
 Result<UnixSocket> UnixSocket::Accept() const {
@@ -195,9 +193,7 @@ Result<std::string> UnixSocket::Receive(std::size_t longest, double limit_s) con
   const Deadline deadline(limit_s);
   std::uint32_t size = 0;
   char head[sizeof(size)];
-  if (const auto got = ReceiveAll(descriptor_, head, sizeof(head), deadline); !got) {
-    return tl::unexpected(got.error());
-  }
+  TRY(ReceiveAll(descriptor_, head, sizeof(head), deadline));
   std::memcpy(&size, head, sizeof(size));
   if (size > longest) {
     return FailMachine(fmt::format("a message of {} bytes where {} are the most", size, longest));
@@ -206,9 +202,7 @@ Result<std::string> UnixSocket::Receive(std::size_t longest, double limit_s) con
   while (message.size() < size) {
     const std::size_t before = message.size();
     message.resize(std::min<std::size_t>(size, before + kChunk));
-    const auto got =
-        ReceiveAll(descriptor_, message.data() + before, message.size() - before, deadline);
-    if (!got) return tl::unexpected(got.error());
+    TRY(ReceiveAll(descriptor_, message.data() + before, message.size() - before, deadline));
   }
   return message;
 }

@@ -146,10 +146,9 @@ Result<std::optional<double>> FloatOf(const CommandLine& line, const std::string
 
 Result<double> RequiredFloat(const CommandLine& line, const std::string& key,
                              const NumberRule& rule) {
-  const auto value = FloatOf(line, key, rule);
-  if (!value) return tl::unexpected(value.error());
-  if (!*value) return Fail(fmt::format("Error on '{}': missing {}", line.text, key));
-  return **value;
+  const auto value = TRY(FloatOf(line, key, rule));
+  if (!value) return Fail(fmt::format("Error on '{}': missing {}", line.text, key));
+  return *value;
 }
 
 Result<std::string> RequiredText(const CommandLine& line, const std::string& key) {

@@ -44,28 +44,24 @@ Result<Outcome> Heat(VirtualKlipper& machine, Heater& heater, double target_c, b
 }
 
 Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
-  const auto target = FloatOf(line, "S");
-  if (!target) return tl::unexpected(target.error());
+  const auto target = TRY(FloatOf(line, "S"));
   const bool nozzle = line.name == "M104" || line.name == "M109";
   const bool wait = line.name == "M109" || line.name == "M190";
-  const auto tool = FloatOf(line, "T");
-  if (!tool) return tl::unexpected(tool.error());
-  const std::string extruder = !*tool        ? machine.active_extruder
-                               : **tool == 0 ? "extruder"
-                                             : fmt::format("extruder{:.0f}", **tool);
+  const auto tool = TRY(FloatOf(line, "T"));
+  const std::string extruder = !tool        ? machine.active_extruder
+                               : *tool == 0 ? "extruder"
+                                            : fmt::format("extruder{:.0f}", *tool);
   Heater* heater = nozzle ? machine.FindHeater(extruder) : &machine.bed;
   if (heater == nullptr) return Fail("Extruder not configured");
-  return Heat(machine, *heater, target->value_or(0), wait);
+  return Heat(machine, *heater, target.value_or(0), wait);
 }
 
 Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
-  const auto name = RequiredText(line, "HEATER");
-  if (!name) return tl::unexpected(name.error());
-  Heater* heater = machine.FindHeater(*name);
-  if (heater == nullptr) return Fail(fmt::format("The value '{}' is not valid for HEATER", *name));
-  const auto target = FloatOf(line, "TARGET");
-  if (!target) return tl::unexpected(target.error());
-  return Heat(machine, *heater, target->value_or(0), false);
+  const auto name = TRY(RequiredText(line, "HEATER"));
+  Heater* heater = machine.FindHeater(name);
+  if (heater == nullptr) return Fail(fmt::format("The value '{}' is not valid for HEATER", name));
+  const auto target = TRY(FloatOf(line, "TARGET"));
+  return Heat(machine, *heater, target.value_or(0), false);
 }
 
 Result<Outcome> HeatersOff(VirtualKlipper& machine, const CommandLine&) {
@@ -74,19 +70,16 @@ Result<Outcome> HeatersOff(VirtualKlipper& machine, const CommandLine&) {
 }
 
 Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& line) {
-  const auto name = RequiredText(line, "SENSOR");
-  if (!name) return tl::unexpected(name.error());
-  const Heater* heater = machine.FindHeater(*name);
-  if (heater == nullptr) return Fail(fmt::format("Unknown sensor '{}'", *name));
-  const auto minimum = FloatOf(line, "MINIMUM");
-  if (!minimum) return tl::unexpected(minimum.error());
-  const auto maximum = FloatOf(line, "MAXIMUM");
-  if (!maximum) return tl::unexpected(maximum.error());
-  if (!*minimum && !*maximum) {
+  const auto name = TRY(RequiredText(line, "SENSOR"));
+  const Heater* heater = machine.FindHeater(name);
+  if (heater == nullptr) return Fail(fmt::format("Unknown sensor '{}'", name));
+  const auto minimum = TRY(FloatOf(line, "MINIMUM"));
+  const auto maximum = TRY(FloatOf(line, "MAXIMUM"));
+  if (!minimum && !maximum) {
     return Fail("Error on 'TEMPERATURE_WAIT': missing MINIMUM or MAXIMUM.");
   }
-  const double lo = minimum->value_or(-1e9);
-  const double hi = maximum->value_or(1e9);
+  const double lo = minimum.value_or(-1e9);
+  const double hi = maximum.value_or(1e9);
   return Outcome{Reporting([heater, lo, hi](const VirtualKlipper&) {
                    return heater->temperature_c >= lo && heater->temperature_c <= hi;
                  }),
@@ -94,13 +87,12 @@ Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& l
 }
 
 Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const CommandLine& line) {
-  const auto name = RequiredText(line, "EXTRUDER");
-  if (!name) return tl::unexpected(name.error());
-  const Heater* heater = machine.FindHeater(*name);
+  const auto name = TRY(RequiredText(line, "EXTRUDER"));
+  const Heater* heater = machine.FindHeater(name);
   if (heater == nullptr || heater == &machine.bed) {
-    return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", *name));
+    return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", name));
   }
-  machine.active_extruder = *name;
+  machine.active_extruder = name;
   return Outcome{};
 }
 
@@ -110,9 +102,8 @@ Result<Outcome> TellTemperatures(VirtualKlipper& machine, const CommandLine&) {
 }
 
 Result<Outcome> Fan(VirtualKlipper& machine, const CommandLine& line) {
-  const auto speed = FloatOf(line, "S", {0, {}, {}});
-  if (!speed) return tl::unexpected(speed.error());
-  machine.fan_speed = line.name == "M107" ? 0 : std::min(1.0, speed->value_or(255) / 255);
+  const auto speed = TRY(FloatOf(line, "S", {0, {}, {}}));
+  machine.fan_speed = line.name == "M107" ? 0 : std::min(1.0, speed.value_or(255) / 255);
   return Outcome{};
 }
 

@@ -9,16 +9,14 @@ namespace trammel::sim {
 namespace {
 
 Result<Outcome> SetPinCommand(VirtualKlipper& machine, const CommandLine& line) {
-  const auto name = RequiredText(line, "PIN");
-  if (!name) return tl::unexpected(name.error());
-  if (machine.pins.count(*name) == 0) {
-    return Fail(fmt::format("The value '{}' is not valid for PIN", *name));
+  const auto name = TRY(RequiredText(line, "PIN"));
+  if (machine.pins.count(name) == 0) {
+    return Fail(fmt::format("The value '{}' is not valid for PIN", name));
   }
-  const auto value = RequiredFloat(line, "VALUE", {0, {}, 1});
-  if (!value) return tl::unexpected(value.error());
+  const auto value = TRY(RequiredFloat(line, "VALUE", {0, {}, 1}));
   // In step with the motion: the pin changes when the last queued move ends.
   machine.motion().AfterLastMove(
-      [&machine, pin = *name, to = *value](double print_time_s) {
+      [&machine, pin = name, to = value](double print_time_s) {
         machine.At(print_time_s, [&machine, pin, to] { machine.SetPin(pin, to); });
       },
       machine.print_now_s());
@@ -101,23 +99,20 @@ Result<Outcome> Stop(VirtualKlipper& machine, const CommandLine&) {
 }
 
 Result<Outcome> DelayGcode(VirtualKlipper& machine, const CommandLine& line) {
-  const auto id = RequiredText(line, "ID");
-  if (!id) return tl::unexpected(id.error());
-  const std::string name = UpperCase(*id);
+  const auto id = TRY(RequiredText(line, "ID"));
+  const std::string name = UpperCase(id);
   if (machine.config().delayed_gcode.count(name) == 0) {
-    return Fail(fmt::format("The value '{}' is not valid for ID", *id));
+    return Fail(fmt::format("The value '{}' is not valid for ID", id));
   }
-  const auto duration = RequiredFloat(line, "DURATION", {0, {}, {}});
-  if (!duration) return tl::unexpected(duration.error());
+  const auto duration = TRY(RequiredFloat(line, "DURATION", {0, {}, {}}));
   machine.delayed_at_s.erase(name);
-  if (*duration > 0) machine.delayed_at_s[name] = machine.now_s() + *duration;
+  if (duration > 0) machine.delayed_at_s[name] = machine.now_s() + duration;
   return Outcome{};
 }
 
 Result<Outcome> IdleTimeout(VirtualKlipper& machine, const CommandLine& line) {
-  const auto timeout = FloatOf(line, "TIMEOUT", {{}, 0, {}});
-  if (!timeout) return tl::unexpected(timeout.error());
-  machine.idle_timeout_s = timeout->value_or(machine.config().idle_timeout_s);
+  const auto timeout = TRY(FloatOf(line, "TIMEOUT", {{}, 0, {}}));
+  machine.idle_timeout_s = timeout.value_or(machine.config().idle_timeout_s);
   machine.Inform(fmt::format("idle_timeout: Timeout set to {:.2f} s", machine.idle_timeout_s));
   return Outcome{};
 }
@@ -135,9 +130,8 @@ std::vector<std::string> LinesOf(const std::string& text) {
 
 Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
   if (machine.print.running) return Fail("SD busy");
-  const auto name = RequiredText(line, "FILENAME");
-  if (!name) return tl::unexpected(name.error());
-  const std::string file = !name->empty() && name->front() == '/' ? name->substr(1) : *name;
+  const auto name = TRY(RequiredText(line, "FILENAME"));
+  const std::string file = !name.empty() && name.front() == '/' ? name.substr(1) : name;
   const auto found = machine.files().find(file);
   if (found == machine.files().end()) return Fail("Unable to open file");
   machine.print = {};
@@ -283,13 +277,10 @@ Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const CommandLin
 Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
                          const CommandLine& line) {
   if (macro.guard) {
-    if (const auto passed = CheckGuard(machine, *macro.guard); !passed) {
-      return tl::unexpected(passed.error());
-    }
+    TRY(CheckGuard(machine, *macro.guard));
   }
-  const auto minded = MindOwner(machine, macro.owner, line);
-  if (!minded) return tl::unexpected(minded.error());
-  if (!*minded) return Outcome{};
+  const auto minded = TRY(MindOwner(machine, macro.owner, line));
+  if (!minded) return Outcome{};
   machine.MindSettings(macro.settings);
   if (!macro.keeps.empty()) {
     auto& kept = machine.kept[line.name];

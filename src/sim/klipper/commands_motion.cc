@@ -122,14 +122,10 @@ Result<Outcome> MoveTo(VirtualKlipper& machine, const std::array<double, 4>& to_
   const std::array<double, 4> from = machine.commanded_mm;
   const bool in_plane = to_mm[0] != from[0] || to_mm[1] != from[1];
   const double path_mm = std::hypot(to_mm[0] - from[0], to_mm[1] - from[1], to_mm[2] - from[2]);
-  const Result<bool> refused = MoveFault(machine, in_plane);
-  if (!refused) return tl::unexpected(refused.error());
-  if (*refused) return Fail("Move out of range: " + Place(to_mm));
-  if (const auto checked = CheckAxes(machine, from, to_mm); !checked) {
-    return tl::unexpected(checked.error());
-  }
-  const auto checked = CheckFilament(machine, path_mm, in_plane, to_mm[3] - from[3]);
-  if (!checked) return tl::unexpected(checked.error());
+  const bool refused = TRY(MoveFault(machine, in_plane));
+  if (refused) return Fail("Move out of range: " + Place(to_mm));
+  TRY(CheckAxes(machine, from, to_mm));
+  TRY(CheckFilament(machine, path_mm, in_plane, to_mm[3] - from[3]));
   const Move move = Limited(machine, from, to_mm, speed_mm_s, path_mm);
   machine.commanded_mm = to_mm;
   if (!HasMotion(move)) return Outcome{};
@@ -222,9 +218,8 @@ Result<Outcome> Home(VirtualKlipper& machine, const CommandLine& line) {
 Result<Outcome> Wait_(VirtualKlipper& machine, const CommandLine&) { return WaitForMoves(machine); }
 
 Result<Outcome> Dwell(VirtualKlipper& machine, const CommandLine& line) {
-  const auto delay = FloatOf(line, "P", {0, {}, {}});
-  if (!delay) return tl::unexpected(delay.error());
-  machine.motion().Dwell(delay->value_or(0) / 1000, machine.print_now_s());
+  const auto delay = TRY(FloatOf(line, "P", {0, {}, {}}));
+  machine.motion().Dwell(delay.value_or(0) / 1000, machine.print_now_s());
   return WaitForRoom();
 }
 

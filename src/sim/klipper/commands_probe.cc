@@ -57,8 +57,7 @@ struct Probing {
     if (machine.print_now_s() < until_s) return false;
     if (stage == Stage::kEmpty) return Fail("No trigger on probe after full movement");
     if (stage == Stage::kArrive) {
-      const Result<void> started = Start(machine);
-      if (!started) return tl::unexpected(started.error());
+      TRY(Start(machine));
       return false;
     }
     Finish(machine);
@@ -66,8 +65,7 @@ struct Probing {
     if (!last || accuracy) {
       std::array<double, 4> up = machine.commanded_mm;
       up[2] = halt_z_mm + retract_mm;
-      const Result<Outcome> lifted = MoveTo(machine, up, lift_speed_mm_s);
-      if (!lifted) return tl::unexpected(lifted.error());
+      TRY(MoveTo(machine, up, lift_speed_mm_s));
       Rest(machine, Stage::kArrive);
     }
     if (last) Conclude(machine);
@@ -90,8 +88,7 @@ struct Probing {
     if (halt_z_mm < lowest_mm) {
       std::array<double, 4> down = place;
       down[2] = lowest_mm;
-      const Result<Outcome> moved = MoveTo(machine, down, motion.approach_speed_mm_s);
-      if (!moved) return tl::unexpected(moved.error());
+      TRY(MoveTo(machine, down, motion.approach_speed_mm_s));
       Rest(machine, Stage::kEmpty);
       return {};
     }
@@ -176,24 +173,22 @@ Result<Probing> ReadProbing(const VirtualKlipper& machine, const CommandLine& li
 }
 
 Result<Outcome> Probe(VirtualKlipper& machine, const CommandLine& line) {
-  Result<Probing> probing = ReadProbing(machine, line, 1);
-  if (!probing) return tl::unexpected(probing.error());
-  probing->Rest(machine, Probing::Stage::kArrive);
-  return Outcome{*probing, {}};
+  Probing probing = TRY(ReadProbing(machine, line, 1));
+  probing.Rest(machine, Probing::Stage::kArrive);
+  return Outcome{probing, {}};
 }
 
 Result<Outcome> ProbeAccuracy(VirtualKlipper& machine, const CommandLine& line) {
   constexpr int kUsualSamples = 10;
-  Result<Probing> probing = ReadProbing(machine, line, kUsualSamples);
-  if (!probing) return tl::unexpected(probing.error());
-  probing->accuracy = true;
-  probing->Rest(machine, Probing::Stage::kArrive);
+  Probing probing = TRY(ReadProbing(machine, line, kUsualSamples));
+  probing.accuracy = true;
+  probing.Rest(machine, Probing::Stage::kArrive);
   machine.Inform(fmt::format(
       "PROBE_ACCURACY at X:{:.3f} Y:{:.3f} Z:{:.3f} (samples={} retract={:.3f} "
       "speed={:.1f} lift_speed={:.1f})",
-      machine.commanded_mm[0], machine.commanded_mm[1], machine.commanded_mm[2], probing->samples,
-      probing->retract_mm, probing->motion.approach_speed_mm_s, probing->lift_speed_mm_s));
-  return Outcome{*probing, {}};
+      machine.commanded_mm[0], machine.commanded_mm[1], machine.commanded_mm[2], probing.samples,
+      probing.retract_mm, probing.motion.approach_speed_mm_s, probing.lift_speed_mm_s));
+  return Outcome{probing, {}};
 }
 
 }  // namespace

@@ -27,31 +27,28 @@ Result<Outcome> SetOrigin(VirtualKlipper& machine, const CommandLine& line) {
   GcodeState& state = machine.gcode;
   bool any = false;
   for (std::size_t axis = 0; axis < 4; ++axis) {
-    const auto value = FloatOf(line, kAxes[axis]);
-    if (!value) return tl::unexpected(value.error());
-    if (!*value) continue;
+    const auto value = TRY(FloatOf(line, kAxes[axis]));
+    if (!value) continue;
     any = true;
     state.base_mm[axis] =
-        state.last_mm[axis] - (axis == 3 ? **value * state.extrude_factor : **value);
+        state.last_mm[axis] - (axis == 3 ? *value * state.extrude_factor : *value);
   }
   if (!any) state.base_mm = state.last_mm;
   return Outcome{};
 }
 
 Result<Outcome> SpeedFactor(VirtualKlipper& machine, const CommandLine& line) {
-  const auto percent = FloatOf(line, "S", {{}, 0, {}});
-  if (!percent) return tl::unexpected(percent.error());
-  machine.gcode.speed_factor = percent->value_or(100) / 100;
+  const auto percent = TRY(FloatOf(line, "S", {{}, 0, {}}));
+  machine.gcode.speed_factor = percent.value_or(100) / 100;
   machine.Record("speed_factor", machine.gcode.speed_factor);
   return Outcome{};
 }
 
 Result<Outcome> ExtrudeFactor(VirtualKlipper& machine, const CommandLine& line) {
-  const auto percent = FloatOf(line, "S", {{}, 0, {}});
-  if (!percent) return tl::unexpected(percent.error());
+  const auto percent = TRY(FloatOf(line, "S", {{}, 0, {}}));
   GcodeState& state = machine.gcode;
   const double e_value = (state.last_mm[3] - state.base_mm[3]) / state.extrude_factor;
-  state.extrude_factor = percent->value_or(100) / 100;
+  state.extrude_factor = percent.value_or(100) / 100;
   state.base_mm[3] = state.last_mm[3] - e_value * state.extrude_factor;
   machine.Record("extrude_factor", state.extrude_factor);
   return Outcome{};
@@ -73,13 +70,11 @@ Result<Outcome> GcodeOffset(VirtualKlipper& machine, const CommandLine& line) {
     state.homing_mm[axis] = goal;
     machine.Record(std::string("offset_") + static_cast<char>(std::tolower(kAxes[axis][0])), goal);
   }
-  const auto move = FloatOf(line, "MOVE");
-  if (!move) return tl::unexpected(move.error());
-  if (move->value_or(0) == 0) return Outcome{};
-  const auto speed = FloatOf(line, "MOVE_SPEED", {{}, 0, {}});
-  if (!speed) return tl::unexpected(speed.error());
+  const auto move = TRY(FloatOf(line, "MOVE"));
+  if (move.value_or(0) == 0) return Outcome{};
+  const auto speed = TRY(FloatOf(line, "MOVE_SPEED", {{}, 0, {}}));
   state.last_mm = moved;
-  return MoveTo(machine, moved, speed->value_or(state.speed_mm_s));
+  return MoveTo(machine, moved, speed.value_or(state.speed_mm_s));
 }
 
 std::string StateName(const CommandLine& line) {
@@ -99,10 +94,8 @@ Result<Outcome> RestoreState(VirtualKlipper& machine, const CommandLine& line) {
   if (found == machine.saved.end()) {
     return Fail("Unknown g-code state: " + StateName(line));
   }
-  const auto move = FloatOf(line, "MOVE");
-  if (!move) return tl::unexpected(move.error());
-  const auto speed = FloatOf(line, "MOVE_SPEED", {{}, 0, {}});
-  if (!speed) return tl::unexpected(speed.error());
+  const auto move = TRY(FloatOf(line, "MOVE"));
+  const auto speed = TRY(FloatOf(line, "MOVE_SPEED", {{}, 0, {}}));
   const GcodeState kept = found->second;
   GcodeState& state = machine.gcode;
   const std::array<double, 4> last = state.last_mm;
@@ -114,9 +107,9 @@ Result<Outcome> RestoreState(VirtualKlipper& machine, const CommandLine& line) {
   machine.Record("absolute_extrude", state.absolute_extrude ? 1 : 0);
   machine.Record("speed_factor", state.speed_factor);
   machine.Record("extrude_factor", state.extrude_factor);
-  if (move->value_or(0) == 0) return Outcome{};
+  if (move.value_or(0) == 0) return Outcome{};
   for (std::size_t axis = 0; axis < 3; ++axis) state.last_mm[axis] = kept.last_mm[axis];
-  return MoveTo(machine, state.last_mm, speed->value_or(state.speed_mm_s));
+  return MoveTo(machine, state.last_mm, speed.value_or(state.speed_mm_s));
 }
 
 Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) {
@@ -139,16 +132,14 @@ Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) 
   std::array<std::optional<double>, 4> values;
   bool any = false;
   for (std::size_t i = 0; i < limits.size(); ++i) {
-    const auto value = FloatOf(line, limits[i].key, limits[i].rule);
-    if (!value) return tl::unexpected(value.error());
-    values[i] = *value;
-    any |= value->has_value();
+    const auto value = TRY(FloatOf(line, limits[i].key, limits[i].rule));
+    values[i] = value;
+    any |= value.has_value();
   }
   if (machine.config().before_2024) {
-    const auto to_decel = FloatOf(line, "ACCEL_TO_DECEL", {{}, 0, {}});
-    if (!to_decel) return tl::unexpected(to_decel.error());
+    const auto to_decel = TRY(FloatOf(line, "ACCEL_TO_DECEL", {{}, 0, {}}));
     const double most = values[1].value_or(settings.max_accel_mm_s2);
-    values[3] = *to_decel ? std::optional(std::max(0.0, 1 - **to_decel / most)) : std::nullopt;
+    values[3] = to_decel ? std::optional(std::max(0.0, 1 - *to_decel / most)) : std::nullopt;
   }
   if (values[3] && *values[3] >= 1) {
     return Fail(fmt::format("Error on '{}': MINIMUM_CRUISE_RATIO must be below 1.0", line.text));
@@ -172,9 +163,8 @@ Result<Outcome> Acceleration(VirtualKlipper& machine, const CommandLine& line) {
   std::array<std::optional<double>, 3> values;
   const std::array<const char*, 3> keys = {"S", "P", "T"};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto value = FloatOf(line, keys[i], {{}, 0, {}});
-    if (!value) return tl::unexpected(value.error());
-    values[i] = *value;
+    const auto value = TRY(FloatOf(line, keys[i], {{}, 0, {}}));
+    values[i] = value;
   }
   if (!values[0] && !(values[1] && values[2])) {
     machine.Inform(fmt::format("Invalid M204 command \"{}\"", line.text));
@@ -196,24 +186,20 @@ Result<std::string> MotorOf(const VirtualKlipper& machine, const CommandLine& li
 }
 
 Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line) {
-  const auto section = MotorOf(machine, line);
-  if (!section) return tl::unexpected(section.error());
-  const auto advance = FloatOf(line, "ADVANCE", {0, {}, {}});
-  if (!advance) return tl::unexpected(advance.error());
-  const auto smooth = FloatOf(line, "SMOOTH_TIME", {0, {}, 0.2});
-  if (!smooth) return tl::unexpected(smooth.error());
-  ExtruderMotor motor = machine.motors.at(*section);
-  motor.pressure_advance_s = advance->value_or(motor.pressure_advance_s);
-  motor.smooth_time_s = smooth->value_or(motor.smooth_time_s);
-  machine.SetMotor(*section, motor);
+  const auto section = TRY(MotorOf(machine, line));
+  const auto advance = TRY(FloatOf(line, "ADVANCE", {0, {}, {}}));
+  const auto smooth = TRY(FloatOf(line, "SMOOTH_TIME", {0, {}, 0.2}));
+  ExtruderMotor motor = machine.motors.at(section);
+  motor.pressure_advance_s = advance.value_or(motor.pressure_advance_s);
+  motor.smooth_time_s = smooth.value_or(motor.smooth_time_s);
+  machine.SetMotor(section, motor);
   machine.Inform(fmt::format("pressure_advance: {:.6f}\npressure_advance_smooth_time: {:.6f}",
                              motor.pressure_advance_s, motor.smooth_time_s));
   return Outcome{};
 }
 
 Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const CommandLine& line) {
-  const auto section = MotorOf(machine, line);
-  if (!section) return tl::unexpected(section.error());
+  const auto section = TRY(MotorOf(machine, line));
   const auto queue = line.parameters.find("MOTION_QUEUE");
   if (queue == line.parameters.end()) {
     return Fail(fmt::format("Error on '{}': missing MOTION_QUEUE", line.text));
@@ -221,7 +207,7 @@ Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const CommandLine& l
   if (!queue->second.empty() && !machine.motors.contains(queue->second)) {
     return Fail(fmt::format("'{}' is not a valid extruder.", queue->second));
   }
-  machine.motors.at(*section).motion_queue = queue->second;
+  machine.motors.at(section).motion_queue = queue->second;
   return Outcome{};
 }
 

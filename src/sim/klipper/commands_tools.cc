@@ -31,12 +31,11 @@ Result<int> ToolOf(const VirtualKlipper& machine, const CommandLine& line) {
     }
     return Fail(fmt::format("Unknown config object '{}'", name->second));
   }
-  const auto number = FloatOf(line, "T");
-  if (!number) return tl::unexpected(number.error());
-  if (!*number) return Fail("SET_TOOL_TEMPERATURE: No tool specified and no active tool");
+  const auto number = TRY(FloatOf(line, "T"));
+  if (!number) return Fail("SET_TOOL_TEMPERATURE: No tool specified and no active tool");
   constexpr double kMost = 1e6;
-  const int tool = static_cast<int>(std::clamp(**number, -kMost, kMost));
-  if (tool != **number) {
+  const int tool = static_cast<int>(std::clamp(*number, -kMost, kMost));
+  if (tool != *number) {
     return Fail(
         fmt::format("Error on '{}': unable to parse {}", line.text, line.parameters.at("T")));
   }
@@ -70,49 +69,42 @@ void ApplyParameter(VirtualKlipper& machine, int tool, const std::string& name,
 }
 
 Result<Outcome> SetParameter(VirtualKlipper& machine, const CommandLine& line) {
-  const auto tool = ToolOf(machine, line);
-  if (!tool) return tl::unexpected(tool.error());
-  const auto name = RequiredText(line, "PARAMETER");
-  if (!name) return tl::unexpected(name.error());
-  const auto value = RequiredText(line, "VALUE");
-  if (!value) return tl::unexpected(value.error());
-  if (!IsLiteral(*value) || (IsOffset(*name) && !ToNumber(*value))) {
+  const auto tool = TRY(ToolOf(machine, line));
+  const auto name = TRY(RequiredText(line, "PARAMETER"));
+  const auto value = TRY(RequiredText(line, "VALUE"));
+  if (!IsLiteral(value) || (IsOffset(name) && !ToNumber(value))) {
     return InternalError(machine, line);
   }
   if (machine.faults().deaf_tools) return Outcome{};
-  ToolState& state = machine.tools[*tool];
-  const auto known = state.parameters.find(*name);
+  ToolState& state = machine.tools[tool];
+  const auto known = state.parameters.find(name);
   // What an offset was before it was set for the first time is not kept; a quirk of the real one.
-  if (known != state.parameters.end()) state.originals.emplace(*name, known->second);
-  state.parameters[*name] = *value;
-  ApplyParameter(machine, *tool, *name, *value);
+  if (known != state.parameters.end()) state.originals.emplace(name, known->second);
+  state.parameters[name] = value;
+  ApplyParameter(machine, tool, name, value);
   return Outcome{};
 }
 
 Result<Outcome> ResetParameter(VirtualKlipper& machine, const CommandLine& line) {
-  const auto tool = ToolOf(machine, line);
-  if (!tool) return tl::unexpected(tool.error());
-  const auto name = RequiredText(line, "PARAMETER");
-  if (!name) return tl::unexpected(name.error());
-  ToolState& state = machine.tools[*tool];
-  const auto original = state.originals.find(*name);
+  const auto tool = TRY(ToolOf(machine, line));
+  const auto name = TRY(RequiredText(line, "PARAMETER"));
+  ToolState& state = machine.tools[tool];
+  const auto original = state.originals.find(name);
   if (original == state.originals.end()) return Outcome{};
-  state.parameters[*name] = original->second;
-  ApplyParameter(machine, *tool, *name, original->second);
+  state.parameters[name] = original->second;
+  ApplyParameter(machine, tool, name, original->second);
   return Outcome{};
 }
 
 Result<Outcome> SaveParameter(VirtualKlipper& machine, const CommandLine& line) {
-  const auto tool = ToolOf(machine, line);
-  if (!tool) return tl::unexpected(tool.error());
-  const auto name = RequiredText(line, "PARAMETER");
-  if (!name) return tl::unexpected(name.error());
-  const ToolState& state = machine.tools[*tool];
-  const auto value = state.parameters.find(*name);
+  const auto tool = TRY(ToolOf(machine, line));
+  const auto name = TRY(RequiredText(line, "PARAMETER"));
+  const ToolState& state = machine.tools[tool];
+  const auto value = state.parameters.find(name);
   if (value == state.parameters.end()) {
-    return Fail(fmt::format("Tool does not have parameter {}", *name));
+    return Fail(fmt::format("Tool does not have parameter {}", name));
   }
-  machine.pending_items[ConfigOf(machine, *tool)->name][*name] = value->second;
+  machine.pending_items[ConfigOf(machine, tool)->name][name] = value->second;
   machine.save_config_pending = true;
   return Outcome{};
 }
@@ -141,9 +133,8 @@ Result<Outcome> Select(VirtualKlipper& machine, int number) {
 }
 
 Result<Outcome> SelectTool(VirtualKlipper& machine, const CommandLine& line) {
-  const auto tool = ToolOf(machine, line);
-  if (!tool) return tl::unexpected(tool.error());
-  return Select(machine, *tool);
+  const auto tool = TRY(ToolOf(machine, line));
+  return Select(machine, tool);
 }
 
 }  // namespace

@@ -201,15 +201,14 @@ Result<void> VirtualKlipper::RunLine(const std::string& text) {
   const CommandLine line = ParseCommandLine(text);
   if (line.name.empty()) return {};
   history_.lines.push_back({now_s_, line.text});
-  Result<Outcome> outcome = RunCommand(*this, line);
-  if (!outcome) return tl::unexpected(outcome.error());
+  Outcome outcome = TRY(RunCommand(*this, line));
   Script& script = scripts_.front();
-  script.wait = std::move(outcome->wait);
-  if (!outcome->lines.empty()) {
+  script.wait = std::move(outcome.wait);
+  if (!outcome.lines.empty()) {
     if (script.frames.size() >= kMostFrames) {
       return Fail(fmt::format("Macro {} called recursively", line.name));
     }
-    script.frames.push_back({std::move(outcome->lines), 0});
+    script.frames.push_back({std::move(outcome.lines), 0});
   }
   return {};
 }

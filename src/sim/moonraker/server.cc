@@ -368,9 +368,7 @@ Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine
                             options.unix_socket.string()));
   }
   auto sockets = std::make_unique<Sockets>(machine, std::move(options));
-  if (const Result<void> listening = sockets->Listen(); !listening) {
-    return tl::unexpected(listening.error());
-  }
+  TRY(sockets->Listen());
   Sockets& running = *sockets;
   // What a session's handler throws ends that session: nothing else holds it.
   running.thread = std::thread([&running] {

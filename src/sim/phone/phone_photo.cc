@@ -250,7 +250,7 @@ std::array<PlaneMm, 4> PhoneMap::Paper() const {
 }
 
 Result<Frame> PhotographSheet(const PrintedSheet& sheet, const PhoneTraits& traits, Random random) {
-  if (const auto valid = Validate(traits); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(traits));
   if (sheet.strokes.empty()) return Fail("no tool printed: there is nothing to photograph");
   const PhoneMap map(sheet, traits);
   Frame frame(traits.width_px, traits.height_px);

@@ -89,20 +89,15 @@ Result<void> Validate(const PhoneTraits& traits) {
     // A hair's breadth for the rounding of units.
     const double value = field.at(copy) / field.unit;
     const double slack = 1e-9 * std::max(1.0, std::abs(field.most));
-    const auto good = Bounded(field.name, value, field.least - slack, field.most + slack);
-    if (!good) return good;
+    TRY(Bounded(field.name, value, field.least - slack, field.most + slack));
   }
   for (std::size_t ink = 0; ink < kInkCount; ++ink) {
-    const auto height =
-        Bounded("a line's own height, um", 1e3 * traits.extra_height_mm[ink], -500, 500);
-    if (!height) return height;
-    const auto colour =
-        Bounded("a line's own colour shift, px", traits.tool_colour_px[ink], -10, 10);
-    if (!colour) return colour;
+    TRY(Bounded("a line's own height, um", 1e3 * traits.extra_height_mm[ink], -500, 500));
+    TRY(Bounded("a line's own colour shift, px", traits.tool_colour_px[ink], -10, 10));
   }
   for (const auto& [name, value] :
        {std::pair{"width-px", traits.width_px}, std::pair{"height-px", traits.height_px}}) {
-    if (const auto good = Bounded(name, value, 64, 9000); !good) return good;
+    TRY(Bounded(name, value, 64, 9000));
   }
   return Bounded("jpeg-quality", traits.jpeg_quality, 1, 100);
 }

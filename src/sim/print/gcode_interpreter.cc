@@ -125,31 +125,26 @@ Result<void> Interpreter::Linear(const Command& command) {
   Axes target = state_.machine;
   static constexpr const char* kKeys[] = {"X", "Y", "Z"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = NumberOf(command, kKeys[axis], kPositionMm);
-    if (!number) return tl::unexpected(number.error());
-    if (number->has_value()) {
-      target[axis] = **number + (state_.absolute ? state_.base[axis] : target[axis]);
+    const auto number = TRY(NumberOf(command, kKeys[axis], kPositionMm));
+    if (number.has_value()) {
+      target[axis] = *number + (state_.absolute ? state_.base[axis] : target[axis]);
     }
   }
-  const auto filament = NumberOf(command, "E", kFilamentMm);
-  if (!filament) return tl::unexpected(filament.error());
-  if (filament->has_value()) {
-    const double scaled = **filament * state_.extrude_factor;
+  const auto filament = TRY(NumberOf(command, "E", kFilamentMm));
+  if (filament.has_value()) {
+    const double scaled = *filament * state_.extrude_factor;
     const bool absolute = state_.absolute && state_.absolute_filament;
     target[3] = scaled + (absolute ? state_.base[3] : target[3]);
   }
-  const auto feed = Read(command, "F", kFeedMmMin, state_.feed_mm_s, 1.0 / 60);
-  if (!feed) return tl::unexpected(feed.error());
+  TRY(Read(command, "F", kFeedMmMin, state_.feed_mm_s, 1.0 / 60));
   return GoTo(target, command.line);
 }
 
 Result<void> Interpreter::Dwell(const Command& command) {
   double seconds = 0;
-  const auto milliseconds = Read(command, "P", kDwellMs, seconds, 1e-3);
-  if (!milliseconds) return tl::unexpected(milliseconds.error());
-  if (!*milliseconds) {
-    const auto whole = Read(command, "S", kDwellMs, seconds);
-    if (!whole) return tl::unexpected(whole.error());
+  const auto milliseconds = TRY(Read(command, "P", kDwellMs, seconds, 1e-3));
+  if (!milliseconds) {
+    TRY(Read(command, "S", kDwellMs, seconds));
   }
   next_.stop_before = true;
   next_.dwell_before_s += seconds;
@@ -172,11 +167,10 @@ Result<void> Interpreter::SetPosition(const Command& command) {
   static constexpr const char* kKeys[] = {"X", "Y", "Z", "E"};
   const bool all = command.parameters.empty();
   for (std::size_t axis = 0; axis < 4; ++axis) {
-    const auto number = NumberOf(command, kKeys[axis], axis < 3 ? kPositionMm : kFilamentMm);
-    if (!number) return tl::unexpected(number.error());
-    if (number->has_value()) {
+    const auto number = TRY(NumberOf(command, kKeys[axis], axis < 3 ? kPositionMm : kFilamentMm));
+    if (number.has_value()) {
       const double factor = axis == 3 ? state_.extrude_factor : 1;
-      state_.base[axis] = state_.machine[axis] - **number * factor;
+      state_.base[axis] = state_.machine[axis] - *number * factor;
     } else if (all) {
       state_.base[axis] = state_.machine[axis];
     }
@@ -189,12 +183,10 @@ Result<void> Interpreter::SetOffset(const Command& command) {
   static constexpr const char* kKeys[] = {"X", "Y", "Z"};
   Axes target = state_.machine;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto set = NumberOf(command, kKeys[axis], kPositionMm);
-    if (!set) return tl::unexpected(set.error());
-    const auto adjust = NumberOf(command, std::string(kKeys[axis]) + "_ADJUST", kPositionMm);
-    if (!adjust) return tl::unexpected(adjust.error());
+    const auto set = TRY(NumberOf(command, kKeys[axis], kPositionMm));
+    const auto adjust = TRY(NumberOf(command, std::string(kKeys[axis]) + "_ADJUST", kPositionMm));
     // An absolute offset replaces what this command gave before; G92 shifts are rare beside it.
-    const double shift = set->has_value() ? **set - offset_[axis] : adjust->value_or(0);
+    const double shift = set.has_value() ? *set - offset_[axis] : adjust.value_or(0);
     offset_[axis] += shift;
     state_.base[axis] += shift;
     target[axis] += shift;
@@ -207,14 +199,11 @@ Result<void> Interpreter::SetOffset(const Command& command) {
 Result<void> Interpreter::SetAcceleration(const Command& command) {
   double print = 0;
   double travel = 0;
-  const auto both = Read(command, "S", kAccelerationMmS2, next_.acceleration_mm_s2);
-  if (!both) return tl::unexpected(both.error());
-  const auto p = Read(command, "P", kAccelerationMmS2, print);
-  if (!p) return tl::unexpected(p.error());
-  const auto t = Read(command, "T", kAccelerationMmS2, travel);
-  if (!t) return tl::unexpected(t.error());
-  if (!*both && *p) {
-    next_.acceleration_mm_s2 = *t ? std::min(print, travel) : print;
+  const auto both = TRY(Read(command, "S", kAccelerationMmS2, next_.acceleration_mm_s2));
+  const auto p = TRY(Read(command, "P", kAccelerationMmS2, print));
+  const auto t = TRY(Read(command, "T", kAccelerationMmS2, travel));
+  if (!both && p) {
+    next_.acceleration_mm_s2 = t ? std::min(print, travel) : print;
   }
   return {};
 }
@@ -236,11 +225,9 @@ Result<void> Interpreter::SetVelocityLimit(const Command& command) {
 
 Result<void> Interpreter::SetPressureAdvance(const Command& command, const std::string& key,
                                              bool smoothed) {
-  const auto advance = Read(command, key, kPressureAdvanceS, next_.pressure_advance_s);
-  if (!advance) return tl::unexpected(advance.error());
+  TRY(Read(command, key, kPressureAdvanceS, next_.pressure_advance_s));
   if (smoothed) {
-    const auto time = Read(command, "SMOOTH_TIME", kSmoothTimeS, next_.smooth_time_s);
-    if (!time) return tl::unexpected(time.error());
+    TRY(Read(command, "SMOOTH_TIME", kSmoothTimeS, next_.smooth_time_s));
   } else {
     next_.smooth_time_s = 0;
   }
@@ -250,8 +237,7 @@ Result<void> Interpreter::SetPressureAdvance(const Command& command, const std::
 
 Result<void> Interpreter::SetTemperature(const Command& command, const std::string& key) {
   double target_c = 0;
-  const auto read = Read(command, key, kTemperatureC, target_c);
-  if (!read) return tl::unexpected(read.error());
+  TRY(Read(command, key, kTemperatureC, target_c));
   if (command.name == "M104" || command.name == "M109" ||
       command.name == "SET_HEATER_TEMPERATURE") {
     program_.hottest_nozzle_c = std::max(program_.hottest_nozzle_c, target_c);
@@ -289,8 +275,7 @@ Result<void> Interpreter::RestoreState(const Command& command) {
     return {};
   }
   const double feed = state_.feed_mm_s;
-  const auto speed = Read(command, "MOVE_SPEED", kVelocityMmS, state_.feed_mm_s);
-  if (!speed) return tl::unexpected(speed.error());
+  TRY(Read(command, "MOVE_SPEED", kVelocityMmS, state_.feed_mm_s));
   auto went = GoTo({then[0], then[1], then[2], here[3]}, command.line);
   state_.feed_mm_s = feed;
   return went;
@@ -352,8 +337,7 @@ Result<bool> Interpreter::RunSetting(const Command& command) {
     done = SetPressureAdvance(command, "S", false);
   } else if (name == "M220" || name == "M221") {
     double& factor = name == "M220" ? state_.speed_factor : state_.extrude_factor;
-    const auto read = Read(command, "S", kPercent, factor, 0.01);
-    if (!read) return tl::unexpected(read.error());
+    TRY(Read(command, "S", kPercent, factor, 0.01));
   } else if (name == "M104" || name == "M109" || name == "M140" || name == "M190") {
     done = SetTemperature(command, "S");
   } else if (name == "SET_HEATER_TEMPERATURE") {
@@ -392,8 +376,7 @@ Result<Program> InterpretGcode(std::string_view text, const InterpreterDefaults&
   int line_number = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.size(), text.find('\n'));
-    const auto done = interpreter.Run(ParseCommand(text.substr(0, end), ++line_number));
-    if (!done) return tl::unexpected(done.error());
+    TRY(interpreter.Run(ParseCommand(text.substr(0, end), ++line_number)));
     text.remove_prefix(std::min(text.size(), end + 1));
   }
   return interpreter.Take();

@@ -233,9 +233,7 @@ ExtruderOptions DrawExtruder(const PrinterTraits& traits, Random& random) {
 }  // namespace
 
 Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Random& random) {
-  if (const auto valid = Validate(traits); !valid) {
-    return tl::unexpected(valid.error());
-  }
+  TRY(Validate(traits));
   const auto program =
       InterpretGcode(gcode, {traits.max_velocity_mm_s, traits.max_acceleration_mm_s2,
                              traits.square_corner_velocity_mm_s, traits.minimum_cruise_ratio,
@@ -245,9 +243,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   }
   const std::vector<TimedMove> plan = PlanMotion(program->moves);
   const std::vector<Stroke> strokes = FindStrokes(plan);
-  if (const auto fits = CheckExtent(plan, strokes); !fits) {
-    return tl::unexpected(fits.error());
-  }
+  TRY(CheckExtent(plan, strokes));
   const LineFlows lines = FindLineFlows(plan, strokes);
   const StorageLaw law = ScaledTo(traits.law, traits.k_star_s, lines.slow_mm_s, lines.fast_mm_s);
   const std::vector<StrokeFlow> flows = DrawFlows(strokes, law, traits, random);

@@ -34,12 +34,10 @@ Result<void> WritePng(const SheetScan& scan, const Random& random, const PageFil
   form.bits = format.bits;
   form.order = image::PngForm::Order::kRgb;
   form.dpi_x = form.dpi_y = options.dpi;
-  auto png = image::PngWriter::Create(form, put);
-  if (!png) return tl::unexpected(png.error());
-  const auto rendered = scan.Render(
-      random, [&](std::span<const std::uint8_t> row) { return png->WriteRow(row.data()); });
-  if (!rendered) return rendered;
-  return png->Finish();
+  auto png = TRY(image::PngWriter::Create(form, put));
+  TRY(scan.Render(random,
+                  [&](std::span<const std::uint8_t> row) { return png.WriteRow(row.data()); }));
+  return png.Finish();
 }
 
 Result<void> WriteJpeg(const SheetScan& scan, const Random& random, const PageFileOptions& options,
@@ -88,7 +86,7 @@ Result<void> Check(const PageFormat& format, const PageFileOptions& options,
 Result<void> WriteScan(const SheetScan& scan, const Random& random, const PageFileOptions& options,
                        const std::filesystem::path& path) {
   const std::string extension = Extension(path);
-  if (const auto checked = Check(scan.format(), options, extension); !checked) return checked;
+  TRY(Check(scan.format(), options, extension));
   auto file = files::NewFile::Create(path, files::IfThere::kRefuse);
   if (!file) return tl::unexpected(file.error());
   const auto put = [&file](std::span<const std::uint8_t> bytes) {

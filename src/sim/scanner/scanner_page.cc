@@ -48,15 +48,14 @@ std::array<double, 2> SheetScan::PlaceOf(const PlaneMm& bed) const {
 }
 
 Result<SheetScan> SheetScan::Lay(const PrintedSheet& sheet, const ScannerTraits& traits) {
-  if (const auto valid = Validate(traits); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(traits));
   if (sheet.strokes.empty()) return Fail("no tool printed: there is nothing to scan");
-  auto map = ScannerMap::Make(sheet, traits);
-  if (!map) return tl::unexpected(map.error());
-  const PageFormat format{map->width_px(), map->height_px(), traits.colour ? 3 : 1, traits.bits};
+  auto map = TRY(ScannerMap::Make(sheet, traits));
+  const PageFormat format{map.width_px(), map.height_px(), traits.colour ? 3 : 1, traits.bits};
   PrintedSheet colours;
   colours.inks = sheet.inks;
   colours.paper = sheet.paper;
-  auto parts = std::make_unique<Parts>(Parts{std::move(colours), traits, *map, format, {}, false});
+  auto parts = std::make_unique<Parts>(Parts{std::move(colours), traits, map, format, {}, false});
   for (const InkStroke& stroke : sheet.strokes) {
     InkOutline outline = OutlineOf(stroke, parts->map);
     const bool outside = outline.left_px < 0 || outline.right_px > format.width_px ||
@@ -116,7 +115,7 @@ Result<void> SheetScan::Render(const Random& random, const RowSink& sink) const 
     }
     for (int i = 0; i < rows; ++i) {
       sensor.Read(light, i, first + i, samples);
-      if (const auto taken = sink(samples); !taken) return taken;
+      TRY(sink(samples));
     }
   }
   return {};
@@ -124,11 +123,10 @@ Result<void> SheetScan::Render(const Random& random, const RowSink& sink) const 
 
 Result<ScannedPage> ScanSheet(const PrintedSheet& sheet, const ScannerTraits& traits,
                               const Random& random) {
-  const auto scan = SheetScan::Lay(sheet, traits);
-  if (!scan) return tl::unexpected(scan.error());
-  ScannedPage page{scan->format(), {}};
+  const auto scan = TRY(SheetScan::Lay(sheet, traits));
+  ScannedPage page{scan.format(), {}};
   page.samples.reserve(page.format.row_bytes() * static_cast<std::size_t>(page.format.height_px));
-  const auto rendered = scan->Render(random, [&page](std::span<const std::uint8_t> row) {
+  const auto rendered = scan.Render(random, [&page](std::span<const std::uint8_t> row) {
     page.samples.insert(page.samples.end(), row.begin(), row.end());
     return Result<void>{};
   });

@@ -18,39 +18,36 @@ constexpr double kMarginMm = 5;
 
 Result<void> Validate(const ScannerTraits& traits) {
   for (const PeriodicError& error : traits.bar) {
-    const auto valid = CheckBounds("scan bar error", {{"amplitude_mm", error.amplitude_mm, 0, 0.5},
-                                                      {"period_mm", error.period_mm, 1, 1e4},
-                                                      {"phase_rad", error.phase_rad, -100, 100}});
-    if (!valid) return valid;
+    TRY(CheckBounds("scan bar error", {{"amplitude_mm", error.amplitude_mm, 0, 0.5},
+                                       {"period_mm", error.period_mm, 1, 1e4},
+                                       {"phase_rad", error.phase_rad, -100, 100}}));
   }
-  const auto placed = CheckBounds("scanner", {{"dpi", traits.dpi, 50, 4800},
-                                              {"rotation_rad", traits.rotation_rad, -10, 10},
-                                              {"shift_x_mm", traits.shift_x_mm, -500, 500},
-                                              {"shift_y_mm", traits.shift_y_mm, -500, 500},
-                                              {"area_width_mm", traits.area_width_mm, 0, 1000},
-                                              {"area_height_mm", traits.area_height_mm, 0, 1000},
-                                              {"crop_left_mm", traits.crop_left_mm, 0, 500},
-                                              {"crop_right_mm", traits.crop_right_mm, 0, 500},
-                                              {"crop_top_mm", traits.crop_top_mm, 0, 500},
-                                              {"crop_bottom_mm", traits.crop_bottom_mm, 0, 500}});
-  if (!placed) return placed;
-  const auto seen = CheckBounds("scanner", {{"scale_x", traits.scale_x, 0.9, 1.1},
-                                            {"scale_y", traits.scale_y, 0.9, 1.1},
-                                            {"skew", traits.skew, -0.05, 0.05},
-                                            {"perspective_x", traits.perspective_x, -0.5, 0.5},
-                                            {"perspective_y", traits.perspective_y, -0.5, 0.5},
-                                            {"shadow_strength", traits.shadow_strength, 0, 1},
-                                            {"shadow_mm", traits.shadow_mm, 0, 1},
-                                            {"blur_mm", traits.blur_mm, 0, 0.5},
-                                            {"lamp_falloff", traits.lamp_falloff, 0, 0.5},
-                                            {"texture", traits.texture, 0, 0.2},
-                                            {"texture_mm", traits.texture_mm, 0, 0.5},
-                                            {"noise", traits.noise, 0, 0.2},
-                                            {"gamma", traits.gamma, 0.5, 3},
-                                            {"cast red", traits.cast[0], 0.2, 1.2},
-                                            {"cast green", traits.cast[1], 0.2, 1.2},
-                                            {"cast blue", traits.cast[2], 0.2, 1.2}});
-  if (!seen) return seen;
+  TRY(CheckBounds("scanner", {{"dpi", traits.dpi, 50, 4800},
+                              {"rotation_rad", traits.rotation_rad, -10, 10},
+                              {"shift_x_mm", traits.shift_x_mm, -500, 500},
+                              {"shift_y_mm", traits.shift_y_mm, -500, 500},
+                              {"area_width_mm", traits.area_width_mm, 0, 1000},
+                              {"area_height_mm", traits.area_height_mm, 0, 1000},
+                              {"crop_left_mm", traits.crop_left_mm, 0, 500},
+                              {"crop_right_mm", traits.crop_right_mm, 0, 500},
+                              {"crop_top_mm", traits.crop_top_mm, 0, 500},
+                              {"crop_bottom_mm", traits.crop_bottom_mm, 0, 500}}));
+  TRY(CheckBounds("scanner", {{"scale_x", traits.scale_x, 0.9, 1.1},
+                              {"scale_y", traits.scale_y, 0.9, 1.1},
+                              {"skew", traits.skew, -0.05, 0.05},
+                              {"perspective_x", traits.perspective_x, -0.5, 0.5},
+                              {"perspective_y", traits.perspective_y, -0.5, 0.5},
+                              {"shadow_strength", traits.shadow_strength, 0, 1},
+                              {"shadow_mm", traits.shadow_mm, 0, 1},
+                              {"blur_mm", traits.blur_mm, 0, 0.5},
+                              {"lamp_falloff", traits.lamp_falloff, 0, 0.5},
+                              {"texture", traits.texture, 0, 0.2},
+                              {"texture_mm", traits.texture_mm, 0, 0.5},
+                              {"noise", traits.noise, 0, 0.2},
+                              {"gamma", traits.gamma, 0.5, 3},
+                              {"cast red", traits.cast[0], 0.2, 1.2},
+                              {"cast green", traits.cast[1], 0.2, 1.2},
+                              {"cast blue", traits.cast[2], 0.2, 1.2}}));
   const int bits = traits.bits;
   return bits == 8 || bits == 16
              ? Result<void>{}

@@ -23,11 +23,10 @@ Result<void> Interpreter::Arc(const Command& command) {
   const Axes start = state_.machine;
   Axes target = start;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = NumberOf(command, kAxisKeys[axis], kCentreMm);
-    if (!number) return tl::unexpected(number.error());
-    if (!number->has_value()) continue;
+    const auto number = TRY(NumberOf(command, kAxisKeys[axis], kCentreMm));
+    if (!number.has_value()) continue;
     target[axis] =
-        **number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis) : start[axis]);
+        *number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis) : start[axis]);
   }
   const auto filament = NumberOf(command, "E", {-1e6, 1e6});
   const auto i = NumberOf(command, "I", kCentreMm);
@@ -70,7 +69,7 @@ Result<void> Interpreter::Arc(const Command& command) {
               start[2] + share * (target[2] - start[2]), start[3] + share * (target[3] - start[3])};
     }
     const std::size_t before = program_.moves.size();
-    if (const auto gone = GoTo(next, command.line); !gone) return gone;
+    TRY(GoTo(next, command.line));
     if (program_.moves.size() > before) program_.moves.back().arc = true;
   }
   return {};

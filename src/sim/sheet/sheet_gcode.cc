@@ -118,18 +118,16 @@ Result<void> Interpreter::Linear(const Command& command) {
   if (setup_.firmware == SheetFirmware::kRepRapFirmware && command.has("R")) return Refuse(command);
   Axes target = state_.machine;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = NumberOf(command, kAxisKeys[axis], kPositionMm);
-    if (!number) return tl::unexpected(number.error());
-    if (!number->has_value()) continue;
-    target[axis] = **number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis)
-                                                     : state_.machine[axis]);
+    const auto number = TRY(NumberOf(command, kAxisKeys[axis], kPositionMm));
+    if (!number.has_value()) continue;
+    target[axis] = *number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis)
+                                                    : state_.machine[axis]);
   }
-  const auto filament = NumberOf(command, "E", kFilamentMm);
-  if (!filament) return tl::unexpected(filament.error());
-  if (filament->has_value()) {
+  const auto filament = TRY(NumberOf(command, "E", kFilamentMm));
+  if (filament.has_value()) {
     // On Klipper G91 makes the extruder relative too, whatever M82 said.
     const bool absolute = state_.modes.absolute_filament && (state_.modes.absolute || !klipper());
-    target[3] = **filament * state_.extrude_factor + (absolute ? state_.origin[3] : target[3]);
+    target[3] = *filament * state_.extrude_factor + (absolute ? state_.origin[3] : target[3]);
   }
   return GoTo(target, command.line);
 }
@@ -156,11 +154,10 @@ Result<void> Interpreter::SetPosition(const Command& command) {
   const bool all = command.parameters.empty();
   for (std::size_t axis = 0; axis < 4; ++axis) {
     const char* key = axis < 3 ? kAxisKeys[axis] : "E";
-    const auto number = NumberOf(command, key, axis < 3 ? kPositionMm : kFilamentMm);
-    if (!number) return tl::unexpected(number.error());
-    if (!number->has_value() && !all) continue;
+    const auto number = TRY(NumberOf(command, key, axis < 3 ? kPositionMm : kFilamentMm));
+    if (!number.has_value() && !all) continue;
     const double factor = axis == 3 ? state_.extrude_factor : 1;
-    state_.origin[axis] = state_.machine[axis] - ShiftOf(axis) - number->value_or(0) * factor;
+    state_.origin[axis] = state_.machine[axis] - ShiftOf(axis) - number.value_or(0) * factor;
   }
   return {};
 }
@@ -177,16 +174,14 @@ Result<void> Interpreter::SetModes(const Command& command) {
 }
 
 Result<void> Interpreter::SetExtrudeFactor(const Command& command) {
-  const auto number = NumberOf(command, "S", kPercent);
-  if (!number) return tl::unexpected(number.error());
-  if (number->has_value()) state_.extrude_factor = **number / 100;
+  const auto number = TRY(NumberOf(command, "S", kPercent));
+  if (number.has_value()) state_.extrude_factor = *number / 100;
   return {};
 }
 
 Result<void> Interpreter::SetVolumetric(const Command& command) {
-  const auto diameter = NumberOf(command, "D", {0, 100});
-  if (!diameter) return tl::unexpected(diameter.error());
-  return diameter->value_or(0) > 0 ? Refuse(command) : Result<void>{};
+  const auto diameter = TRY(NumberOf(command, "D", {0, 100}));
+  return diameter.value_or(0) > 0 ? Refuse(command) : Result<void>{};
 }
 
 Result<void> Interpreter::SaveState(const Command& command) {
@@ -246,7 +241,7 @@ Result<void> Interpreter::RunMacro(const std::string& text, int number, int dept
   std::string_view rest = text;
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.size(), rest.find('\n'));
-    if (const auto done = Run(rest.substr(0, end), number, depth + 1); !done) return done;
+    TRY(Run(rest.substr(0, end), number, depth + 1));
     rest.remove_prefix(std::min(rest.size(), end + 1));
   }
   return {};
@@ -261,9 +256,8 @@ Result<void> Interpreter::Run(std::string_view line, int number, int depth) {
   }
   const auto macro = setup_.macros.find(command.name);
   if (macro != setup_.macros.end()) return RunMacro(macro->second, number, depth);
-  const auto changed = RunToolCommand(command, line);
-  if (!changed) return tl::unexpected(changed.error());
-  if (*changed) return {};
+  const auto changed = TRY(RunToolCommand(command, line));
+  if (changed) return {};
   const auto handler = Handlers().find(command.name);
   if (handler != Handlers().end()) return (this->*handler->second)(command);
   Ignore(command.name);
@@ -278,7 +272,7 @@ Result<void> RunAll(std::string_view gcode, sheet::Interpreter& interpreter) {
   int number = 0;
   while (!gcode.empty()) {
     const std::size_t end = std::min(gcode.size(), gcode.find('\n'));
-    if (const auto done = interpreter.Run(gcode.substr(0, end), ++number, 0); !done) return done;
+    TRY(interpreter.Run(gcode.substr(0, end), ++number, 0));
     gcode.remove_prefix(std::min(gcode.size(), end + 1));
   }
   return {};
@@ -291,7 +285,7 @@ Result<SheetProgram> InterpretSheet(std::string_view gcode, const SheetSetup& se
   if (const auto before = RunAll(setup.before, interpreter); !before) {
     return Fail("before the file: " + before.error().message);
   }
-  if (const auto done = RunAll(gcode, interpreter); !done) return tl::unexpected(done.error());
+  TRY(RunAll(gcode, interpreter));
   return interpreter.Take();
 }
 

@@ -29,15 +29,13 @@ Result<void> Interpreter::SetGcodeOffset(const Command& command) {
   Axes target = state_.machine;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string key = kAxisKeys[axis];
-    const auto set = NumberOf(command, key, kOffsetMm);
-    if (!set) return tl::unexpected(set.error());
-    const auto adjust = NumberOf(command, key + "_ADJUST", kOffsetMm);
-    if (!adjust) return tl::unexpected(adjust.error());
+    const auto set = TRY(NumberOf(command, key, kOffsetMm));
+    const auto adjust = TRY(NumberOf(command, key + "_ADJUST", kOffsetMm));
     const double before = ShiftOf(axis);
-    if (set->has_value()) {
-      offsets_.SetGcodeOffset(static_cast<int>(axis), **set);
+    if (set.has_value()) {
+      offsets_.SetGcodeOffset(static_cast<int>(axis), *set);
     } else {
-      offsets_.AdjustGcodeOffset(static_cast<int>(axis), adjust->value_or(0));
+      offsets_.AdjustGcodeOffset(static_cast<int>(axis), adjust.value_or(0));
     }
     target[axis] += ShiftOf(axis) - before;
   }
@@ -48,22 +46,19 @@ Result<void> Interpreter::SetGcodeOffset(const Command& command) {
 
 // SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.1, and SET_TOOL_OFFSET T=1 X=0.1.
 Result<void> Interpreter::SetToolParameter(const Command& command) {
-  const auto tool = NumberOf(command, "T", kToolNumber);
-  if (!tool) return tl::unexpected(tool.error());
-  int number = tool->has_value() ? static_cast<int>(**tool) : tool_;
+  const auto tool = TRY(NumberOf(command, "T", kToolNumber));
+  int number = tool.has_value() ? static_cast<int>(*tool) : tool_;
   if (const auto name = command.parameters.find("TOOL"); name != command.parameters.end()) {
-    const auto named = ToolNamed(name->second, command.line);
-    if (!named) return tl::unexpected(named.error());
-    number = *named;
+    const auto named = TRY(ToolNamed(name->second, command.line));
+    number = named;
   }
   const auto parameter = command.parameters.find("PARAMETER");
   for (int axis = 0; axis < 2; ++axis) {
     const std::string long_name = axis == 0 ? "GCODE_X_OFFSET" : "GCODE_Y_OFFSET";
     const bool meant =
         parameter != command.parameters.end() && Upper(parameter->second) == long_name;
-    const auto value = NumberOf(command, meant ? "VALUE" : kAxisKeys[axis], kOffsetMm);
-    if (!value) return tl::unexpected(value.error());
-    if (value->has_value()) offsets_.Store(number, axis, **value);
+    const auto value = TRY(NumberOf(command, meant ? "VALUE" : kAxisKeys[axis], kOffsetMm));
+    if (value.has_value()) offsets_.Store(number, axis, *value);
   }
   return {};
 }
@@ -74,13 +69,11 @@ Result<void> Interpreter::SetHotendOffset(const Command& command) {
     Ignore(command.name);
     return {};
   }
-  const auto tool = NumberOf(command, "T", kToolNumber);
-  if (!tool) return tl::unexpected(tool.error());
+  const auto tool = TRY(NumberOf(command, "T", kToolNumber));
   for (int axis = 0; axis < 2; ++axis) {
-    const auto value = NumberOf(command, kAxisKeys[axis], kOffsetMm);
-    if (!value) return tl::unexpected(value.error());
-    if (value->has_value()) {
-      offsets_.Store(tool->has_value() ? static_cast<int>(**tool) : tool_, axis, **value);
+    const auto value = TRY(NumberOf(command, kAxisKeys[axis], kOffsetMm));
+    if (value.has_value()) {
+      offsets_.Store(tool.has_value() ? static_cast<int>(*tool) : tool_, axis, *value);
     }
   }
   return {};
@@ -93,15 +86,12 @@ Result<void> Interpreter::SetToolOffset(const Command& command) {
     Ignore(command.name);
     return {};
   }
-  const auto list = NumberOf(command, "L", {1, 1});
-  if (!list) return tl::unexpected(list.error());
-  const auto tool = NumberOf(command, "P", kToolNumber);
-  if (!tool) return tl::unexpected(tool.error());
+  TRY(NumberOf(command, "L", {1, 1}));
+  const auto tool = TRY(NumberOf(command, "P", kToolNumber));
   for (int axis = 0; axis < 2; ++axis) {
-    const auto value = NumberOf(command, kAxisKeys[axis], kOffsetMm);
-    if (!value) return tl::unexpected(value.error());
-    if (value->has_value()) {
-      offsets_.Store(tool->has_value() ? static_cast<int>(**tool) : tool_, axis, **value);
+    const auto value = TRY(NumberOf(command, kAxisKeys[axis], kOffsetMm));
+    if (value.has_value()) {
+      offsets_.Store(tool.has_value() ? static_cast<int>(*tool) : tool_, axis, *value);
     }
   }
   return {};
@@ -153,13 +143,12 @@ Result<void> Interpreter::SetDualCarriage(const Command& command) {
                     "virtual machine; use PRIMARY",
                     command.line, found->second.substr(0, 20)));
   }
-  const auto carriage = NumberOf(command, "CARRIAGE", {0, 1});
-  if (!carriage) return tl::unexpected(carriage.error());
-  if (!carriage->has_value()) {
+  const auto carriage = TRY(NumberOf(command, "CARRIAGE", {0, 1}));
+  if (!carriage.has_value()) {
     return Fail(
         fmt::format("G-code line {}: SET_DUAL_CARRIAGE needs CARRIAGE=0 or 1", command.line));
   }
-  const auto next = static_cast<std::size_t>(**carriage);
+  const auto next = static_cast<std::size_t>(*carriage);
   const auto before = static_cast<std::size_t>(tool_);  // a third tool rides on neither carriage
   if (!has_carriages_) parked_x_mm_.fill(state_.machine[0]);
   if (before < parked_x_mm_.size()) parked_x_mm_[before] = state_.machine[0];
@@ -170,9 +159,8 @@ Result<void> Interpreter::SetDualCarriage(const Command& command) {
 }
 
 Result<void> Interpreter::SelectTool(const Command& command) {
-  const auto by_number = NumberOf(command, "T", kToolNumber);
-  if (!by_number) return tl::unexpected(by_number.error());
-  if (by_number->has_value()) return ChangeTool(command, static_cast<int>(**by_number), true);
+  const auto by_number = TRY(NumberOf(command, "T", kToolNumber));
+  if (by_number.has_value()) return ChangeTool(command, static_cast<int>(*by_number), true);
   const auto name = command.parameters.find("TOOL");
   const auto named = ToolNamed(name == command.parameters.end() ? "" : name->second, command.line);
   return named ? ChangeTool(command, *named, true) : tl::unexpected(named.error());
@@ -189,8 +177,7 @@ Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_vie
       const std::string wanted =
           fmt::format("{}{}{}", pattern.substr(0, at), tool, pattern.substr(at + 6));
       if (last == std::string::npos || text.substr(0, last + 1) != Upper(wanted)) continue;
-      const auto changed = ChangeTool(command, tool, true);
-      if (!changed) return tl::unexpected(changed.error());
+      TRY(ChangeTool(command, tool, true));
       return true;
     }
   }
@@ -205,8 +192,7 @@ Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_vie
       });
   if (!digits) return false;
   const int tool = name.size() > 4 ? 999 : std::stoi(name.substr(1));
-  const auto changed = ChangeTool(command, tool, true);
-  if (!changed) return tl::unexpected(changed.error());
+  TRY(ChangeTool(command, tool, true));
   return true;
 }
 

@@ -54,11 +54,11 @@ LinearRgb InkOf(SheetScene scene, std::size_t tool, Random& random) {
 
 Result<void> Validate(const SheetMachine& machine) {
   for (const SheetTool& tool : machine.tools) {
-    if (const auto valid = Validate(tool); !valid) return valid;
+    TRY(Validate(tool));
   }
   for (const auto& errors : {machine.motor, machine.pulley}) {
     for (const PeriodicError& error : errors) {
-      if (const auto valid = Validate(error); !valid) return valid;
+      TRY(Validate(error));
     }
   }
   return CheckBounds("sheet machine",

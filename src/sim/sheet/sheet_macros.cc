@@ -58,7 +58,7 @@ Result<void> Reader::Line(std::string_view raw, int number) {
   const std::string_view line = Trim(raw.substr(0, std::min(raw.size(), raw.find('#'))));
   if (line.empty()) return {};
   if (line.front() == '[') {
-    if (const auto ended = End(); !ended) return ended;
+    TRY(End());
     name_ = MacroName(line);
     if (name_ && macros_.count(*name_) > 0) {
       return Fail(fmt::format("line {}: macro {} is given twice", number, name_->substr(0, 40)));
@@ -83,7 +83,7 @@ Result<void> Reader::Line(std::string_view raw, int number) {
 }
 
 Result<SheetMacros> Reader::Take() {
-  if (const auto ended = End(); !ended) return tl::unexpected(ended.error());
+  TRY(End());
   return std::move(macros_);
 }
 
@@ -94,9 +94,7 @@ Result<SheetMacros> ParseSheetMacros(std::string_view config) {
   int number = 0;
   while (!config.empty()) {
     const std::size_t end = std::min(config.size(), config.find('\n'));
-    if (const auto read = reader.Line(config.substr(0, end), ++number); !read) {
-      return tl::unexpected(read.error());
-    }
+    TRY(reader.Line(config.substr(0, end), ++number));
     config.remove_prefix(std::min(config.size(), end + 1));
   }
   return reader.Take();

@@ -9,17 +9,15 @@ namespace trammel::sim {
 
 Result<void> Validate(const SheetPaper& paper) {
   for (const WrinkleWave& wave : paper.wrinkle) {
-    const auto valid = CheckBounds("wrinkle", {{"amplitude_mm.x", wave.amplitude_mm.x_mm, -1, 1},
-                                               {"amplitude_mm.y", wave.amplitude_mm.y_mm, -1, 1},
-                                               {"wavelength_mm", wave.wavelength_mm, 5, 1e4}});
-    if (!valid) return valid;
+    TRY(CheckBounds("wrinkle", {{"amplitude_mm.x", wave.amplitude_mm.x_mm, -1, 1},
+                                {"amplitude_mm.y", wave.amplitude_mm.y_mm, -1, 1},
+                                {"wavelength_mm", wave.wavelength_mm, 5, 1e4}}));
   }
   for (const PaperFold& fold : paper.folds) {
-    const auto valid = CheckBounds("fold", {{"direction_rad", fold.direction_rad, -10, 10},
-                                            {"taken_up_mm", fold.taken_up_mm, -1, 1},
-                                            {"ridge_mm", fold.ridge_mm, 0.05, 20},
-                                            {"darkness", fold.darkness, 0, 1}});
-    if (!valid) return valid;
+    TRY(CheckBounds("fold", {{"direction_rad", fold.direction_rad, -10, 10},
+                             {"taken_up_mm", fold.taken_up_mm, -1, 1},
+                             {"ridge_mm", fold.ridge_mm, 0.05, 20},
+                             {"darkness", fold.darkness, 0, 1}}));
   }
   return CheckBounds("sheet paper",
                      {{"reflectance red", paper.reflectance[0], 0, 1},

@@ -181,8 +181,8 @@ PrintedSheet Press::Take() {
 
 Result<PrintedSheet> PrintSheet(const SheetProgram& program, const SheetMachine& machine,
                                 const SheetPaper& paper, const Random& random) {
-  if (const auto valid = Validate(machine); !valid) return tl::unexpected(valid.error());
-  if (const auto valid = Validate(paper); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(machine));
+  TRY(Validate(paper));
   Press press(machine, paper, random);
   for (const SheetMove& move : program.moves) {
     press.Run(move);

@@ -44,11 +44,10 @@ class Camera final : public MillCamera {
 
   Result<void> Begin() {
     const SpindlePicture first = BoardPictureAt(board_, 0, options_.patterns, options_.like);
-    if (auto valid = Validate(first); !valid) return valid;
-    auto http =
-        CameraHttp::Listen(options_.port, CameraHeaders::kNone, [](const CameraPart&, double) {});
-    if (!http) return tl::unexpected(http.error());
-    http_ = std::move(*http);
+    TRY(Validate(first));
+    auto http = TRY(
+        CameraHttp::Listen(options_.port, CameraHeaders::kNone, [](const CameraPart&, double) {}));
+    http_ = std::move(http);
     thread_ = std::thread([this] { (void)NoteBug([this] { Run(); }); });
     return {};
   }
@@ -137,7 +136,7 @@ Result<std::unique_ptr<MillCamera>> MillCamera::Start(const MillCameraOptions& o
                                                       std::shared_ptr<const VirtualMill> mill) {
   TRAMMEL_CHECK(board.setup.stops.size() == 1, "{} stops", board.setup.stops.size());
   auto camera = std::make_unique<Camera>(options, std::move(board), std::move(mill));
-  if (auto begun = camera->Begin(); !begun) return tl::unexpected(begun.error());
+  TRY(camera->Begin());
   return camera;
 }
 

@@ -156,7 +156,7 @@ Result<void> JoinMill(int port) {
 
 Result<std::unique_ptr<MillServer>> MillServer::Start(int port, std::shared_ptr<VirtualMill> mill) {
   auto server = std::make_unique<Server>(std::move(mill));
-  if (auto listening = server->Listen(port); !listening) return tl::unexpected(listening.error());
+  TRY(server->Listen(port));
   return server;
 }
 

@@ -242,17 +242,16 @@ Result<void> Validate(const SpindlePicture& picture) {
     if (!result) return result;
   }
   for (const PlacedTarget& target : picture.targets) {
-    if (const auto checked = CheckPattern(target.pattern); !checked) return checked;
+    TRY(CheckPattern(target.pattern));
     for (const HiddenWedge& wedge : target.hidden) {
-      const auto checked = Check("a wedge's extent_rad", wedge.extent_rad, 1e-6, 3.14);
-      if (!checked) return checked;
+      TRY(Check("a wedge's extent_rad", wedge.extent_rad, 1e-6, 3.14));
     }
   }
   return {};
 }
 
 Result<Page> TakePicture(const SpindlePicture& picture, const Random& random) {
-  if (const auto valid = Validate(picture); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(picture));
   Random surface = random.Fork(1);
   Random litter = random.Fork(2);
   Random noise = random.Fork(3);

@@ -62,20 +62,14 @@ Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
   for (const auto& [option, value, least] :
        {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMostLatency_ms},
         std::tuple{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms, 0.0}}) {
-    if (auto within = CheckRange(option, value, least, kMostLatency_ms, "ms"); !within) {
-      return tl::unexpected(within.error());
-    }
+    TRY(CheckRange(option, value, least, kMostLatency_ms, "ms"));
   }
   if (arguments.latency_ms) {
     options.latency_s = *arguments.latency_ms / kMsPerS;
   }
   options.latency_uncertainty_s = arguments.latency_uncertainty_ms / kMsPerS;
   if (arguments.nozzle_temperature_c) {
-    if (auto within = CheckRange("--nozzle-temperature", *arguments.nozzle_temperature_c, -50, 600,
-                                 "degrees C");
-        !within) {
-      return tl::unexpected(within.error());
-    }
+    TRY(CheckRange("--nozzle-temperature", *arguments.nozzle_temperature_c, -50, 600, "degrees C"));
     options.nozzle_temperature_c = *arguments.nozzle_temperature_c;
   }
   return options;

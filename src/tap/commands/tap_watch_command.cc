@@ -51,14 +51,12 @@ Result<fs::path> RecordingOf(const std::string& asked_for) {
 }
 
 Result<WatchOptions> OptionsOf(const WatchArguments& arguments) {
-  const auto tap = TapOptionsOf(arguments.tap);
-  if (!tap) return tl::unexpected(tap.error());
+  const auto tap = TRY(TapOptionsOf(arguments.tap));
   if (!(arguments.answer_within_s >= 0.1 && arguments.answer_within_s <= 60)) {
     return Fail(fmt::format("--answer-within {}: must be 0.1 … 60 s", arguments.answer_within_s));
   }
-  const auto file = RecordingOf(arguments.out);
-  if (!file) return tl::unexpected(file.error());
-  return WatchOptions{*tap, *file, arguments.answer, arguments.answer_within_s, arguments.count};
+  const auto file = TRY(RecordingOf(arguments.out));
+  return WatchOptions{tap, file, arguments.answer, arguments.answer_within_s, arguments.count};
 }
 
 int RunWatch(const WatchArguments& arguments) {

@@ -163,16 +163,13 @@ Result<void> ReadSample(const Rows& rows, const TapColumns& columns, const std::
                     "seconds around one tap",
                     name, kMostTapSamples));
   }
-  const auto time = FieldAt(rows, columns.time, "time", name);
-  if (!time) return tl::unexpected(time.error());
-  const auto force = FieldAt(rows, columns.force, "force", name);
-  if (!force) return tl::unexpected(force.error());
-  recording.time_s.push_back(*time);
-  recording.force_g.push_back(*force);
+  const auto time = TRY(FieldAt(rows, columns.time, "time", name));
+  const auto force = TRY(FieldAt(rows, columns.force, "force", name));
+  recording.time_s.push_back(time);
+  recording.force_g.push_back(force);
   if (!columns.z) return {};
-  const auto z = FieldAt(rows, *columns.z, "z", name);
-  if (!z) return tl::unexpected(z.error());
-  recording.z_mm.push_back(*z);
+  const auto z = TRY(FieldAt(rows, *columns.z, "z", name));
+  recording.z_mm.push_back(z);
   return {};
 }
 
@@ -184,12 +181,9 @@ Result<Recording> ParseTapCsv(std::string_view text, const std::string& name) {
   Rows rows(text);
   if (!rows.Next()) return recording;
   bool named = false;
-  const auto columns = ReadTapColumns(rows.fields(), named, name);
-  if (!columns) return tl::unexpected(columns.error());
+  const auto columns = TRY(ReadTapColumns(rows.fields(), named, name));
   for (bool more = !named || rows.Next(); more; more = rows.Next()) {
-    if (auto read = ReadSample(rows, *columns, name, recording); !read) {
-      return tl::unexpected(read.error());
-    }
+    TRY(ReadSample(rows, columns, name, recording));
   }
   return recording;
 }
@@ -216,9 +210,8 @@ Result<void> ParseMovesCsv(std::string_view text, const std::string& name, Recor
     }
     std::array<double, 6> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto value = FieldAt(rows, columns[i], kNeeded[i], name);
-      if (!value) return tl::unexpected(value.error());
-      values[i] = *value;
+      const auto value = TRY(FieldAt(rows, columns[i], kNeeded[i], name));
+      values[i] = value;
     }
     recording.moves.push_back({values[0], values[1], values[2], values[3], values[4], values[5]});
     if (!x || !y) continue;

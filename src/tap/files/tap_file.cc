@@ -48,7 +48,7 @@ Result<Move> ReadMove(JsonObject object, Recording& recording) {
                   object.Number("accel"),      object.Number("start_z"), object.Number("z_r")};
   recording.x_mm = object.OptionalNumber("start_x").value_or(recording.x_mm);
   recording.y_mm = object.OptionalNumber("start_y").value_or(recording.y_mm);
-  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  TRY(object.Faults());
   return move;
 }
 
@@ -82,16 +82,15 @@ Result<Recording> ReadTap(const json& json_tap, const std::string& name, const s
     }
   }
   const json* moves = object.OptionalList("moves", 0, kMostMoves);
-  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  TRY(object.Faults());
   for (std::size_t i = 0; moves != nullptr && i < moves->size(); ++i) {
-    auto move = ReadMove(object.Inner((*moves)[i], fmt::format("moves[{}]", i)), recording);
-    if (!move) return tl::unexpected(move.error());
-    recording.moves.push_back(*move);
+    auto move = TRY(ReadMove(object.Inner((*moves)[i], fmt::format("moves[{}]", i)), recording));
+    recording.moves.push_back(move);
   }
   recording.nozzle_temperature_c =
       object.OptionalNumber("x_nozzle_temperature_c").value_or(Recording::kUnknown);
   recording.firmware_z_mm = FirmwareZ(json_tap);
-  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  TRY(object.Faults());
   return recording;
 }
 
@@ -103,7 +102,7 @@ class TapFinder {
   Result<void> Find(const json& value, const std::string& path) {
     if (value.is_array()) {
       for (std::size_t i = 0; i < value.size(); ++i) {
-        if (auto found = Find(value[i], fmt::format("{}[{}]", path, i)); !found) return found;
+        TRY(Find(value[i], fmt::format("{}[{}]", path, i)));
       }
       return {};
     }
@@ -129,9 +128,8 @@ class TapFinder {
     if (taps_.size() >= kMostTaps) {
       return Fail(fmt::format("{}: has more than {} taps; split it", name_, kMostTaps));
     }
-    auto tap = ReadTap(value, name_, path);
-    if (!tap) return tl::unexpected(tap.error());
-    taps_.push_back(std::move(*tap));
+    auto tap = TRY(ReadTap(value, name_, path));
+    taps_.push_back(std::move(tap));
     return {};
   }
 
@@ -149,7 +147,7 @@ Result<void> CheckPiece(std::uintmax_t bytes, const std::string& name) {
 
 Result<void> ParseValue(std::string_view text, const std::string& name,
                         std::vector<Recording>& taps) {
-  if (auto fits = CheckPiece(text.size(), name); !fits) return fits;
+  TRY(CheckPiece(text.size(), name));
   const auto root = ParseJson(text, name);
   if (!root) {
     return Fail(fmt::format("{}. Was the file cut off, or does it hold NaN, which is not JSON?",
@@ -174,9 +172,7 @@ Result<void> ParseLines(std::string_view text, const std::string& name,
     text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
     ++line;
     if (piece.empty()) continue;
-    if (auto read = ParseValue(piece, fmt::format("{} line {}", name, line), taps); !read) {
-      return read;
-    }
+    TRY(ParseValue(piece, fmt::format("{} line {}", name, line), taps));
   }
   return {};
 }
@@ -200,20 +196,16 @@ void Name(std::vector<Recording>& taps, const std::string& name) {
 }
 
 Result<std::vector<Recording>> ReadCsv(const std::filesystem::path& file, std::string_view text) {
-  auto recording = ParseTapCsv(text, file.string());
-  if (!recording) return tl::unexpected(recording.error());
+  auto recording = TRY(ParseTapCsv(text, file.string()));
   std::filesystem::path moves = file;
   moves.replace_extension(".moves.csv");
   std::error_code ignored;
   if (std::filesystem::exists(moves, ignored)) {
-    const auto table = ReadNamedFile(moves, kMaxJsonBytes);
-    if (!table) return tl::unexpected(table.error());
-    if (auto read = ParseMovesCsv(*table, moves.string(), *recording); !read) {
-      return tl::unexpected(read.error());
-    }
+    const auto table = TRY(ReadNamedFile(moves, kMaxJsonBytes));
+    TRY(ParseMovesCsv(table, moves.string(), recording));
   }
   std::vector<Recording> taps;
-  taps.push_back(std::move(*recording));
+  taps.push_back(std::move(recording));
   Name(taps, file.string());
   return taps;
 }
@@ -245,8 +237,7 @@ Result<std::vector<Recording>> ParseTaps(std::string_view text, const std::strin
   text = Trimmed(text);
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   std::vector<Recording> taps;
-  auto read = IsJsonLines(text) ? ParseLines(text, name, taps) : ParseValue(text, name, taps);
-  if (!read) return tl::unexpected(read.error());
+  TRY(IsJsonLines(text) ? ParseLines(text, name, taps) : ParseValue(text, name, taps));
   if (taps.empty()) {
     return Fail(
         fmt::format("{}: holds no tap; a tap is an object with time, force and moves", name));
@@ -256,15 +247,14 @@ Result<std::vector<Recording>> ParseTaps(std::string_view text, const std::strin
 }
 
 Result<std::vector<Recording>> ReadTaps(const std::filesystem::path& file) {
-  if (auto fits = CheckSize(file); !fits) return tl::unexpected(fits.error());
-  const auto text = ReadWholeFile(file, kMaxBytes);
-  if (!text) return tl::unexpected(text.error());
-  if (Trimmed(std::string_view(*text).substr(0, 4096)).empty()) {
+  TRY(CheckSize(file));
+  const auto text = TRY(ReadWholeFile(file, kMaxBytes));
+  if (Trimmed(std::string_view(text).substr(0, 4096)).empty()) {
     return Fail(
         fmt::format("{}: is empty; it must hold taps as JSON, JSON lines or CSV", file.string()));
   }
-  if (IsJson(*text, file)) return ParseTaps(*text, file.string());
-  return ReadCsv(file, *text);
+  if (IsJson(text, file)) return ParseTaps(text, file.string());
+  return ReadCsv(file, text);
 }
 
 }  // namespace trammel::files

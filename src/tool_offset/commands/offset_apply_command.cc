@@ -57,9 +57,8 @@ Result<Known> ParseNow(const std::vector<std::string>& texts) {
   Known known;
   constexpr int kMostTool = 99;
   for (const std::string& text : texts) {
-    const auto shift = ParseToolShift("--now", text, kMostTool);
-    if (!shift) return tl::unexpected(shift.error());
-    known[shift->tool] = {shift->x_mm, shift->y_mm};
+    const auto shift = TRY(ParseToolShift("--now", text, kMostTool));
+    known[shift.tool] = {shift.x_mm, shift.y_mm};
   }
   return known;
 }
@@ -99,9 +98,8 @@ std::string Whole(const std::string& file) {
 
 Result<void> FindHistory(OffsetApplyArguments& arguments) {
   if (!arguments.history.empty() || !(arguments.apply || arguments.undo)) return {};
-  auto usual = UsualOffsetHistory();
-  if (!usual) return tl::unexpected(usual.error());
-  arguments.history = std::move(*usual);
+  auto usual = TRY(UsualOffsetHistory());
+  arguments.history = std::move(usual);
   return {};
 }
 
@@ -114,9 +112,8 @@ Result<Known> PrintedWith(const std::string& file) {
       fs::is_directory(file, ignored) ? fs::path(file) : fs::absolute(file).parent_path();
   Known known;
   if (!fs::exists(folder / files::kStartFile, ignored)) return known;
-  const auto record = files::ReadStart(folder);
-  if (!record) return tl::unexpected(record.error());
-  for (const files::StartedTool& tool : record->tools) {
+  const auto record = TRY(files::ReadStart(folder));
+  for (const files::StartedTool& tool : record.tools) {
     if (tool.kept) known[tool.tool] = *tool.kept;
   }
   return known;
@@ -127,9 +124,8 @@ Result<void> CheckReference(const Known& printed_with, const measurement::Outcom
                             const procedure::Session& session) {
   for (const auto& [tool, kept] : printed_with) {
     if (result.Find(fmt::format("tool_{}_dx", tool)) != nullptr) continue;  // a measured one
-    const auto now = procedure::ReadToolOffset(session, tool);
-    if (!now) return tl::unexpected(now.error());
-    if (auto same = procedure::CheckSameOffset(tool, kept, *now); !same) return same;
+    const auto now = TRY(procedure::ReadToolOffset(session, tool));
+    TRY(procedure::CheckSameOffset(tool, kept, now));
   }
   return {};
 }
@@ -168,17 +164,16 @@ void SayHowToUndo(const OffsetApplyArguments& arguments) {
 Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Session& session,
                   const std::string& address) {
   const auto options = SettingOf(arguments, address);
-  const auto undo = PlanUndo(session, options);
-  if (!undo) return tl::unexpected(undo.error());
-  fmt::print("applied   {}\n", undo->source);
-  for (const Change& change : undo->changes) fmt::print("{}", UndoText(change));
+  const auto undo = TRY(PlanUndo(session, options));
+  fmt::print("applied   {}\n", undo.source);
+  for (const Change& change : undo.changes) fmt::print("{}", UndoText(change));
   if (arguments.dry_run) {
     fmt::print("nothing was changed\n");
     return {};
   }
-  if (auto done = UndoOffsets(session, *undo, options); !done) return done;
+  TRY(UndoOffsets(session, undo, options));
   NoteLastUndone(measurement::Instrument::kToolOffset, address);
-  if (undo->was_kept && !arguments.save) {
+  if (undo.was_kept && !arguments.save) {
     fmt::print(
         "notice    the printer's configuration still has what was undone: the next "
         "restart brings that back, unless offset apply --undo --save keeps this\n");

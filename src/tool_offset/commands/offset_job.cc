@@ -75,7 +75,7 @@ Result<AskedSheet> AskedFor(const PrinterPlace& place, const Arguments& argument
     asked.tools = std::move(*tools);
   }
   if (const std::string text = given(service::kTemperatureArgument); !text.empty()) {
-    if (auto plain = CheckTemperatureArgument(text); !plain) return tl::unexpected(plain.error());
+    TRY(CheckTemperatureArgument(text));
     asked.options.set.push_back(fmt::format("{}={}", service::kTemperatureSetting, text));
   }
   if (const std::string text = given(kMaterial); !text.empty()) asked.options.material = text;
@@ -112,22 +112,18 @@ Offer OfferOf(const Arguments& arguments, std::string question) {
 /// With a printer: where the paper is to lie, by the tools that it has.
 Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments,
                             machine::Printer* printer) {
-  const auto asked = AskedFor(place, arguments);
-  if (!asked) return tl::unexpected(asked.error());
-  auto config = SettingsFor(*asked, arguments);
-  if (!config) return tl::unexpected(config.error());
+  const auto asked = TRY(AskedFor(place, arguments));
+  auto config = TRY(SettingsFor(asked, arguments));
   if (printer == nullptr) {
     return OfferOf(arguments,
                    "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats "
                    "and prints");
   }
   const procedure::Session session{*printer, {}, {}};
-  const auto found = ReadTools(session);
-  if (!found) return tl::unexpected(found.error());
-  auto fitted = FitToPrinter(asked->options, asked->tools, session, *found, *config);
-  if (!fitted) return tl::unexpected(fitted.error());
-  if (auto sound = CheckSheet(*config); !sound) return tl::unexpected(sound.error());
-  const tool_offset::SheetPlan plan = tool_offset::PlanSheet(config->sheet);
+  const auto found = TRY(ReadTools(session));
+  TRY(FitToPrinter(asked.options, asked.tools, session, found, config));
+  TRY(CheckSheet(config));
+  const tool_offset::SheetPlan plan = tool_offset::PlanSheet(config.sheet);
   const auto paper = tool_offset::PaperAround(plan);
   const tool_offset::BedBounds& bounds =
       paper ? paper->bounds
@@ -149,8 +145,7 @@ Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& argument
 
 // A scan moves and heats nothing.
 Result<Offer> CheckScanJob(const PrinterPlace& place, const Arguments&, machine::Printer*) {
-  const auto config = LoadSettings(OptionsAt(place));
-  if (!config) return tl::unexpected(config.error());
+  TRY(LoadSettings(OptionsAt(place)));
   return Offer{};
 }
 
@@ -162,16 +157,14 @@ double HalfWidth(const measurement::Answer& answer) {
 
 /// Each tool's own line, and all in one.
 Result<AnswerInWords> AnswerIn(const std::string& folder) {
-  const auto measured = files::ReadOffsetFile(folder);
-  if (!measured) return tl::unexpected(measured.error());
-  const auto record = files::ReadStart(folder);
-  if (!record) return tl::unexpected(record.error());
+  const auto measured = TRY(files::ReadOffsetFile(folder));
+  const auto record = TRY(files::ReadStart(folder));
   AnswerInWords answer;
   std::string all;
   double half_mm = 0;
-  for (const files::MeasuredOffset& tool : measured->good) {
-    const auto* const x = measured->result.Find(fmt::format("tool_{}_dx", tool.tool));
-    const auto* const y = measured->result.Find(fmt::format("tool_{}_dy", tool.tool));
+  for (const files::MeasuredOffset& tool : measured.good) {
+    const auto* const x = measured.result.Find(fmt::format("tool_{}_dx", tool.tool));
+    const auto* const y = measured.result.Find(fmt::format("tool_{}_dy", tool.tool));
     answer.lines.push_back(
         fmt::format("tool_offset T{} x = {}, y = {}", tool.tool,
                     report::WithInterval(x->value.quantity(), report::kOffsetMillimetres),
@@ -181,9 +174,9 @@ Result<AnswerInWords> AnswerIn(const std::string& folder) {
                        report::NumberText(tool.dx_mm, kMicrometres, true),
                        report::NumberText(tool.dy_mm, kMicrometres, true));
     half_mm = std::max({half_mm, HalfWidth(*x), HalfWidth(*y)});
-    const bool told =
-        std::any_of(record->tools.begin(), record->tools.end(),
-                    [&](const auto& each) { return each.tool == tool.tool && each.kept; });
+    const bool told = std::any_of(record.tools.begin(), record.tools.end(), [&](const auto& each) {
+      return each.tool == tool.tool && each.kept;
+    });
     if (!told) {
       answer.why_not_set = fmt::format(
           "Klipper keeps no offset of these tools: trammel offset apply {} --for "
@@ -191,16 +184,16 @@ Result<AnswerInWords> AnswerIn(const std::string& folder) {
           folder);
     }
   }
-  for (const std::string& line : measured->refused) answer.lines.push_back("tool_offset " + line);
-  if (measured->good.empty()) {
-    answer.words = measured->refused.front();
+  for (const std::string& line : measured.refused) answer.lines.push_back("tool_offset " + line);
+  if (measured.good.empty()) {
+    answer.words = measured.refused.front();
     return answer;
   }
   answer.verdict = Verdict::kGood;
   answer.words = fmt::format("tool offsets {} mm ({})", all,
                              report::WithinText({&half_mm, 1}, report::kMillimetres));
-  if (!measured->refused.empty()) {
-    answer.words += fmt::format("; {} without a value", measured->refused.size());
+  if (!measured.refused.empty()) {
+    answer.words += fmt::format("; {} without a value", measured.refused.size());
   }
   return answer;
 }

@@ -67,8 +67,7 @@ class FetchedFiles {
   }
   [[nodiscard]] Result<fs::path> Add(const std::string& name, std::string_view bytes) {
     const fs::path path = folder_ / name;
-    auto written = files::WriteWholeFile(path, bytes, files::IfThere::kRefuse);
-    if (!written) return tl::unexpected(written.error());
+    TRY(files::WriteWholeFile(path, bytes, files::IfThere::kRefuse));
     paths_.push_back(path);
     return path;
   }
@@ -116,9 +115,8 @@ Result<StartedSheet> FindSheet(const MeasureArguments& arguments, const Session&
                             record.printer, printer));
   }
   if (record.stage != files::StartStage::kPrinting) return sheet;
-  const auto printed = WasPrinted(session, record.run);
-  if (!printed) return tl::unexpected(printed.error());
-  if (!*printed) {
+  const auto printed = TRY(WasPrinted(session, record.run));
+  if (!printed) {
     return Fail(fmt::format("the last sheet ({}) was begun at {}, and the printer does not say "
                             "that it was printed to its end: print another one",
                             sheet->folder.string(), record.started),
@@ -126,9 +124,7 @@ Result<StartedSheet> FindSheet(const MeasureArguments& arguments, const Session&
   }
   record.stage = files::StartStage::kPrinted;
   record.printed_s = sheet->since_s;  // of its begin: its end was seen by nobody
-  if (auto noted = files::WriteStart(sheet->folder, record); !noted) {
-    return tl::unexpected(noted.error());
-  }
+  TRY(files::WriteStart(sheet->folder, record));
   return sheet;
 }
 
@@ -178,34 +174,30 @@ Result<fs::path> MeasuredBefore(const fs::path& recordings, const std::string& e
 Result<std::vector<FetchedScan>> FetchScans(const MeasureArguments& arguments,
                                             const Session& session, const StartedSheet& sheet,
                                             const fs::path& recordings, FetchedFiles& fetched) {
-  auto uploads = FindUploads(arguments.file, session, sheet);
-  if (!uploads) return tl::unexpected(uploads.error());
-  if (uploads->size() > kMostScans) {
-    uploads->erase(uploads->begin(), uploads->end() - kMostScans);
+  auto uploads = TRY(FindUploads(arguments.file, session, sheet));
+  if (uploads.size() > kMostScans) {
+    uploads.erase(uploads.begin(), uploads.end() - kMostScans);
   }
   std::vector<FetchedScan> scans;
   fs::path before;
-  for (const UploadedFile& upload : *uploads) {
-    const auto bytes = DownloadUpload(session, upload.name, kMostBytes);
-    if (!bytes) return tl::unexpected(bytes.error());
+  for (const UploadedFile& upload : uploads) {
+    const auto bytes = TRY(DownloadUpload(session, upload.name, kMostBytes));
     const std::string ending = procedure::EndingAmong(kEndings, upload.name);
     if (arguments.file.empty()) {
-      auto kept = MeasuredBefore(recordings, ending, *bytes);
-      if (!kept) return tl::unexpected(kept.error());
-      if (!kept->empty()) {
-        before = std::move(*kept);
+      auto kept = TRY(MeasuredBefore(recordings, ending, bytes));
+      if (!kept.empty()) {
+        before = std::move(kept);
         continue;
       }
     }
-    auto path = fetched.Add(ScanName(scans.size() + 1, ending), *bytes);
-    if (!path) return tl::unexpected(path.error());
-    scans.push_back({std::move(*path), upload.name});
+    auto path = TRY(fetched.Add(ScanName(scans.size() + 1, ending), bytes));
+    scans.push_back({std::move(path), upload.name});
   }
   if (!scans.empty()) return scans;
   return Fail(
       fmt::format("{}, the newest scan there, was measured before ({}): upload another "
                   "one, or name it once more with --file",
-                  uploads->back().name, before.string()));
+                  uploads.back().name, before.string()));
 }
 
 void PrintCorrections(const fs::path& folder, const StartedSheet& sheet,

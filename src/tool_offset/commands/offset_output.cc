@@ -78,21 +78,18 @@ measurement::Outcome OutcomeOf(const report::OffsetAnalysis& analysis) {
 Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetReportInput& input) {
   if (!output.result.empty()) {
     const ResultFile result{OutcomeOf(*input.analysis), report::JsonOf(*input.analysis)};
-    auto done = WriteOutputs({OutputOf(output.result, result)}, output.force);
-    if (!done) return done;
+    TRY(WriteOutputs({OutputOf(output.result, result)}, output.force));
   }
   if (!output.recording.empty()) {
     ResultFile result{OutcomeOf(*input.analysis), report::JsonOf(*input.analysis)};
     result.outcome.subject = output.subject;
-    if (auto kept = KeepInRecording(output.recording, result); !kept) return kept;
+    TRY(KeepInRecording(output.recording, result));
   }
   if (!output.report.empty()) {
-    auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);
-    if (!done) return done;
+    TRY(WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force));
   }
   if (!output.picture.empty()) {
-    auto done = WritePicture(output.picture, *input.analysis, output.force);
-    if (!done) return done;
+    TRY(WritePicture(output.picture, *input.analysis, output.force));
   }
   if (!output.figures.empty()) return WriteFigures(output.figures, input, output.force);
   return {};

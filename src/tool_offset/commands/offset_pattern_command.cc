@@ -30,10 +30,9 @@ struct OffsetPatternArguments {
 };
 
 Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
-  const Result<SheetConfig> config = ConfigureSheet(arguments.sheet);
-  if (!config) return tl::unexpected(config.error());
-  if (auto sound = CheckSheet(*config); !sound) return sound;
-  fmt::print("settings   {}\n", config->text.file);
+  const SheetConfig config = TRY(ConfigureSheet(arguments.sheet));
+  TRY(CheckSheet(config));
+  fmt::print("settings   {}\n", config.text.file);
   const fs::path gcode_path = arguments.out;
   if (!gcode_path.has_filename()) {
     return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
@@ -43,14 +42,13 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
     return Fail(
         fmt::format("--out {}: must end as G-code does, .gcode for example", arguments.out));
   }
-  if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
-  const SheetPlan plan = PlanSheet(config->sheet);
+  TRY(RefuseToOverwrite(paths, arguments.force));
+  const SheetPlan plan = PlanSheet(config.sheet);
   const SheetGcode gcode = WriteSheetGcode(plan);
-  auto done = WriteSheet(gcode_path, plan, gcode, files::ReplaceIf(arguments.force));
-  if (!done) return done;
+  TRY(WriteSheet(gcode_path, plan, gcode, files::ReplaceIf(arguments.force)));
   fmt::print("G-code     {}\npreview    {} {}\n", paths[0].string(), paths[1].string(),
              paths[2].string());
-  PrintSheetPlan(config->sheet, plan, gcode);
+  PrintSheetPlan(config.sheet, plan, gcode);
   SayNext("next",
           fmt::format("print it, scan the paper, then trammel offset analyze SCAN --pattern {} "
                       "--result offsets.json",

@@ -65,13 +65,11 @@ void JoinThePhotos(const tool_offset::SheetPlan& plan,
 
 Result<tool_offset::SheetPlan> PlanOfText(const std::string& text) {
   if (tool_offset::IsOriginalGcode(text)) {
-    const auto sheet = tool_offset::ReadOriginalGcode(text);
-    if (!sheet) return tl::unexpected(sheet.error());
-    return PlanOriginal(*sheet);
+    const auto sheet = TRY(tool_offset::ReadOriginalGcode(text));
+    return PlanOriginal(sheet);
   }
-  const auto settings = tool_offset::ReadSheetFile(text);
-  if (!settings) return tl::unexpected(settings.error());
-  return tool_offset::PlanSheet(*settings);
+  const auto settings = TRY(tool_offset::ReadSheetFile(text));
+  return tool_offset::PlanSheet(settings);
 }
 
 /// Reads every page of one file; pages are large, and each is gone when it has been read and drawn.
@@ -85,11 +83,10 @@ Result<void> ReadFile(const std::string& file, int sheet, const ReadingOptions& 
   std::vector<report::OffsetScanPictures> drawn;
   auto read = machine::ForEachPage(file, limits, [&](const Page& page) -> Result<void> {
     const int number = static_cast<int>(scans.size()) + 1;
-    auto result = AnalysePage(page, file, number, plan, asked);
-    if (!result) return tl::unexpected(result.error());
-    drawn.push_back(pictures ? report::DrawOffsetScan(page.view(), plan, *result)
+    auto result = TRY(AnalysePage(page, file, number, plan, asked));
+    drawn.push_back(pictures ? report::DrawOffsetScan(page.view(), plan, result)
                              : report::OffsetScanPictures{});
-    scans.push_back({file, number, sheet, std::move(*result)});
+    scans.push_back({file, number, sheet, std::move(result)});
     return {};
   });
   if (!read) return read;
@@ -133,9 +130,8 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options) {
 
 Result<tool_offset::SheetPlan> ReadPlan(const std::string& pattern) {
   constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
-  const auto text = files::ReadWholeFile(pattern, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  auto plan = PlanOfText(*text);
+  const auto text = TRY(files::ReadWholeFile(pattern, kMostBytes));
+  auto plan = PlanOfText(text);
   if (plan) return plan;
   return tl::unexpected(
       Error{plan.error().kind, fmt::format("--pattern {}: {}", pattern, plan.error().message)});

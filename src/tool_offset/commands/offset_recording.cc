@@ -60,7 +60,7 @@ Result<void> WriteSheet(const fs::path& path, const tool_offset::SheetPlan& plan
     const std::string bytes = ending == kDrawings[0]   ? drawing.ToSvg()
                               : ending == kDrawings[1] ? drawing.ToPng()
                                                        : gcode.text;
-    if (auto done = files::WriteWholeFile(file, bytes, there); !done) return done;
+    TRY(files::WriteWholeFile(file, bytes, there));
   }
   return {};
 }
@@ -129,9 +129,8 @@ Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
   for (report::OffsetScan& each : analysis.scans) {
     std::string& copy = copies[each.source];
     if (copy.empty()) {
-      const auto kept = Keep(each.source);
-      if (!kept) return tl::unexpected(kept.error());
-      copy = kept->string();
+      const auto kept = TRY(Keep(each.source));
+      copy = kept.string();
     }
     each.source = copy;
   }
@@ -141,13 +140,9 @@ Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
   output.report = (folder_ / "report.html").string();
   output.picture = (folder_ / kOffsetPicture).string();
   output.force = true;  // of an earlier scan of the same print
-  auto written =
-      WriteOffsetOutput(output, {&analysis, std::move(read.pictures), KeptOf(record_, analysis)});
-  if (!written) return tl::unexpected(written.error());
+  TRY(WriteOffsetOutput(output, {&analysis, std::move(read.pictures), KeptOf(record_, analysis)}));
   record_.stage = files::StartStage::kAnalysed;
-  if (auto noted = files::WriteStart(folder_, record_); !noted) {
-    return tl::unexpected(noted.error());
-  }
+  TRY(files::WriteStart(folder_, record_));
   all_good_ = report::VerdictOf(analysis) == Verdict::kGood;
   std::fputs(report::OffsetText(analysis, output.report).c_str(), stdout);
   return true;

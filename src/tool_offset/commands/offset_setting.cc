@@ -71,9 +71,8 @@ procedure::SetOffsetsOptions OffsetSetting(const std::string& history, const std
 }
 
 Result<std::string> UsualOffsetHistory() {
-  const auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
-  return (*folder / files::kOffsetHistoryFile).string();
+  const auto folder = TRY(files::StateFolder());
+  return (folder / files::kOffsetHistoryFile).string();
 }
 
 }  // namespace trammel::app

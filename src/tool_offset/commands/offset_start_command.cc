@@ -73,10 +73,9 @@ struct Connection {
 };
 
 Result<Connection> ConnectTo(const settings::ScanSettings& settings, const Interrupt& interrupt) {
-  auto printer = Connect(settings, interrupt.token());
-  if (!printer) return tl::unexpected(printer.error());
-  machine::Printer& reference = **printer;
-  return Connection{std::move(*printer), {reference, interrupt.token(), TellOnTerminal}};
+  auto printer = TRY(Connect(settings, interrupt.token()));
+  machine::Printer& reference = *printer;
+  return Connection{std::move(printer), {reference, interrupt.token(), TellOnTerminal}};
 }
 
 /// Nothing is heated on a guess: somebody says what is loaded.
@@ -90,10 +89,9 @@ Result<void> AskMaterial(TerminalPerson& person, SheetConfig& config) {
     std::fflush(stderr);
     for (;;) {
       constexpr double kStep_s = 1;
-      const auto line = person.LineWithin(kStep_s);
-      if (!line) return tl::unexpected(line.error());
-      if (!*line) continue;
-      const std::string name(WithoutSpaces(**line));
+      const auto line = TRY(person.LineWithin(kStep_s));
+      if (!line) continue;
+      const std::string name(WithoutSpaces(*line));
       if (settings::FindMaterial(name) != nullptr) config.sheet.filament.material = name;
       break;
     }
@@ -142,82 +140,72 @@ Result<void> DoneOf(const procedure::GuardedOutcome& outcome) {
 /// Reads the tools, plans the sheet, and prints it.
 Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
                          const Interrupt& interrupt, TerminalPerson& person) {
-  auto connection = ConnectTo(config.config.scan, interrupt);
-  if (!connection) return tl::unexpected(connection.error());
-  Session& session = connection->session;
-  const auto found = ReadTools(session);
-  if (!found) return tl::unexpected(found.error());
-  auto fitted = FitToPrinter(arguments.sheet, arguments.tools, session, *found, config);
-  if (!fitted) return tl::unexpected(fitted.error());
-  if (auto told = AskMaterial(person, config); !told) return tl::unexpected(told.error());
-  if (auto sound = CheckSheet(config); !sound) return tl::unexpected(sound.error());
-  const auto folder = NewFolder::Make(arguments.out.empty()
-                                          ? fs::path("recordings") /
-                                                RecordingName(measurement::Instrument::kToolOffset)
-                                          : fs::path(arguments.out));
-  if (!folder) return tl::unexpected(folder.error());
+  auto connection = TRY(ConnectTo(config.config.scan, interrupt));
+  Session& session = connection.session;
+  const auto found = TRY(ReadTools(session));
+  TRY(FitToPrinter(arguments.sheet, arguments.tools, session, found, config));
+  TRY(AskMaterial(person, config));
+  TRY(CheckSheet(config));
+  const auto folder = TRY(NewFolder::Make(
+      arguments.out.empty()
+          ? fs::path("recordings") / RecordingName(measurement::Instrument::kToolOffset)
+          : fs::path(arguments.out)));
   procedure::SheetPrint print{tool_offset::PlanSheet(config.sheet),
                               &config.config.scan,
-                              *found,
-                              folder->path(),
+                              found,
+                              folder.path(),
                               {},
-                              RecordOf(config, *found)};
+                              RecordOf(config, found)};
   const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
-  const fs::path pattern = folder->path() / procedure::kSheetGcodeName;
+  const fs::path pattern = folder.path() / procedure::kSheetGcodeName;
   Result<void> done = WriteSheet(pattern, print.plan, gcode);
   if (done) {
-    PrintTools(config, *found);
+    PrintTools(config, found);
     PrintSheetPlan(config.sheet, print.plan, gcode);
     fmt::print("bed        {:.4g} x {:.4g} mm, as [printer] has it\n",
                config.sheet.printer.bed_size_x_mm, config.sheet.printer.bed_size_y_mm);
-    fmt::print("drawing    {}\n", (folder->path() / "pattern.png").string());
+    fmt::print("drawing    {}\n", (folder.path() / "pattern.png").string());
     std::fflush(stdout);
     done = DoneOf(PrintSheet(session, print, person));
   }
   std::error_code ignored;
-  if (!fs::exists(folder->path() / files::kStartFile, ignored)) RemoveSheet(pattern);
+  if (!fs::exists(folder.path() / files::kStartFile, ignored)) RemoveSheet(pattern);
   // What was printed can be read, whatever else is not as it was.
   if (!done && print.record.stage != files::StartStage::kPrinted) {
     return tl::unexpected(done.error());
   }
   if (!done) fmt::print(stderr, "trammel: {}\n", done.error().message);
-  return Printed{folder->path(), std::move(print.plan), std::move(print.record),
-                 WhyNotSet(found->keeper), done.has_value()};
+  return Printed{folder.path(), std::move(print.plan), std::move(print.record),
+                 WhyNotSet(found.keeper), done.has_value()};
 }
 
 /// An earlier start that was cut off.
 Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
                      const Interrupt& interrupt) {
-  auto record = files::ReadStart(folder);
-  if (!record) return tl::unexpected(record.error());
+  auto record = TRY(files::ReadStart(folder));
   const std::string pattern = (folder / procedure::kSheetGcodeName).string();
-  auto plan = ReadPlan(pattern);
-  if (!plan) return tl::unexpected(plan.error());
-  if (record->stage == files::StartStage::kPrinting) {
+  auto plan = TRY(ReadPlan(pattern));
+  if (record.stage == files::StartStage::kPrinting) {
     const std::string by_hand = fmt::format(
         "where it was printed to its end all the same, trammel offset analyze SCAN --pattern {} "
         "reads it",
         pattern);
-    auto connection = ConnectTo(config.config.scan, interrupt);
-    if (!connection) return tl::unexpected(connection.error());
-    const auto printed = WasPrinted(connection->session, record->run);
-    if (!printed) return tl::unexpected(printed.error());
-    if (!*printed) {
+    auto connection = TRY(ConnectTo(config.config.scan, interrupt));
+    const auto printed = TRY(WasPrinted(connection.session, record.run));
+    if (!printed) {
       return Fail(
           fmt::format("{}: the start of {} ended while it printed, and the printer does not "
                       "say that the print was finished: begin again; {}",
-                      folder.string(), record->started, by_hand),
+                      folder.string(), record.started, by_hand),
           ErrorKind::kMachine);
     }
-    record->stage = files::StartStage::kPrinted;
-    if (auto noted = files::WriteStart(folder, *record); !noted) {
-      return tl::unexpected(noted.error());
-    }
+    record.stage = files::StartStage::kPrinted;
+    TRY(files::WriteStart(folder, record));
   }
   const bool told =
-      std::all_of(record->tools.begin(), record->tools.end(),
+      std::all_of(record.tools.begin(), record.tools.end(),
                   [](const files::StartedTool& tool) { return tool.kept.has_value(); });
-  return Printed{folder, std::move(*plan), std::move(*record),
+  return Printed{folder, std::move(plan), std::move(record),
                  told ? "" : "Klipper tells no offsets of this printer's tools"};
 }
 
@@ -235,13 +223,12 @@ Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
                               arguments.scan),
                   ErrorKind::kSafety);
     }
-    if (auto read = reader.Read(arguments.scan); !read) return tl::unexpected(read.error());
+    TRY(reader.Read(arguments.scan));
     return reader.all_good();
   }
-  const auto own = ScanFolderOf(printed.folder);
-  if (!own) return tl::unexpected(own.error());
+  const auto own = TRY(ScanFolderOf(printed.folder));
   procedure::ScanWait wait;
-  wait.folder = arguments.watch.empty() ? *own : fs::path(arguments.watch);
+  wait.folder = arguments.watch.empty() ? own : fs::path(arguments.watch);
   wait.since_s = since_s;
   wait.read = [&reader](const fs::path& path) { return reader.Read(path); };
   wait.say = [](const std::string& line) { fmt::print(stderr, "  {}\n", line); };
@@ -250,9 +237,7 @@ Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
              "or photograph it, and put the file into\n    {}\n{}",
              wait.folder.string(),
              person.present() ? "Ctrl-C, and --continue goes on later\n" : "");
-  if (auto answered = WaitForScan(person, wait); !answered) {
-    return tl::unexpected(answered.error());
-  }
+  TRY(WaitForScan(person, wait));
   return reader.all_good();
 }
 
@@ -283,12 +268,11 @@ void PrintHowToKeep(const std::vector<procedure::OffsetCorrection>& corrections)
 /// Shows old and new, and sets them where somebody says yes.
 Result<void> Settle(const SheetConfig& config, const Printed& printed, const Interrupt& interrupt,
                     TerminalPerson& person) {
-  const auto measured = files::ReadOffsetFile(printed.folder);
-  if (!measured) return tl::unexpected(measured.error());
+  const auto measured = TRY(files::ReadOffsetFile(printed.folder));
   procedure::OffsetSettling settling;
   settling.settings = &config.config.scan;
   settling.record = printed.record;
-  settling.corrections = procedure::CorrectionsOf(printed.record, *measured);
+  settling.corrections = procedure::CorrectionsOf(printed.record, measured);
   for (const procedure::OffsetCorrection& change : settling.corrections) {
     if (change.tool == printed.plan.settings.reference_tool) continue;
     fmt::print("T{} -> T{}\n{}", printed.plan.settings.reference_tool, change.tool,
@@ -300,24 +284,20 @@ Result<void> Settle(const SheetConfig& config, const Printed& printed, const Int
     PrintNothingSet(printed);
     return {};
   }
-  auto state = files::StateFolder();
-  if (!state) return tl::unexpected(state.error());
-  settling.state_folder = std::move(*state);
-  const auto history = UsualOffsetHistory();
-  if (!history) return tl::unexpected(history.error());
-  settling.setting = OffsetSetting(*history, config.config.scan.address);
+  auto state = TRY(files::StateFolder());
+  settling.state_folder = std::move(state);
+  const auto history = TRY(UsualOffsetHistory());
+  settling.setting = OffsetSetting(history, config.config.scan.address);
   settling.setting.source = fs::absolute(printed.folder).lexically_normal().string();
-  auto connection = ConnectTo(config.config.scan, interrupt);
-  if (!connection) return tl::unexpected(connection.error());
-  const Session& session = connection->session;
-  const auto set = SetWhereWanted(session, settling, person);
-  if (!set) return tl::unexpected(set.error());
-  if (!*set) {
+  auto connection = TRY(ConnectTo(config.config.scan, interrupt));
+  const Session& session = connection.session;
+  const auto set = TRY(SetWhereWanted(session, settling, person));
+  if (!set) {
     PrintNothingSet(printed);
     return {};
   }
   NoteApplied(
-      {measurement::Instrument::kToolOffset, measured->result, config.config.scan.address, {}});
+      {measurement::Instrument::kToolOffset, measured.result, config.config.scan.address, {}});
   const auto kept = KeepWhereWanted(session, settling, person);
   if (!kept || !*kept) PrintHowToKeep(settling.corrections);
   fmt::print("to undo it        trammel offset apply --undo{} --printer {}\n",

@@ -39,8 +39,7 @@ Result<void> ChooseTools(const std::vector<int>& tools, const PrinterTools& foun
 
 /// What the printer states where the settings say nothing; less acceleration makes no sheet worse.
 Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config) {
-  const auto facts = TakeStatedBy(session, StatedFor::kPrinter, config.config);
-  if (!facts) return tl::unexpected(facts.error());
+  const auto facts = TRY(TakeStatedBy(session, StatedFor::kPrinter, config.config));
   tool_offset::SheetSettings& sheet = config.sheet;
   const settings::PrinterSettings& stated = config.config.pattern;  // its part of the pattern's
   sheet.printer = stated;
@@ -48,7 +47,7 @@ Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config
   constexpr double kLeast_mm_s2 = 100;  // of the setting
   const bool named =
       config.config.IsSet(fmt::format("{}.acceleration", tool_offset::kSheetSection));
-  const double most_mm_s2 = *facts ? (*facts)->max_accel_mm_s2 : 0;
+  const double most_mm_s2 = facts ? facts->max_accel_mm_s2 : 0;
   if (named || most_mm_s2 < kLeast_mm_s2 || most_mm_s2 >= sheet.acceleration_mm_s2) return {};
   sheet.acceleration_mm_s2 = most_mm_s2;
   session.Say(
@@ -62,9 +61,7 @@ Result<SheetConfig> ConfigureForPrinter(const SheetOptions& options, const std::
   auto config = ConfigureSheet(options);
   if (!config) return config;
   if (!printer.empty()) config->config.scan.address = printer;
-  if (auto settled = SettleApiKey(config->config.scan); !settled) {
-    return tl::unexpected(settled.error());
-  }
+  TRY(SettleApiKey(config->config.scan));
   if (config->sheet.printer.dialect != gcode::Dialect::kKlipper) {
     return Fail(
         fmt::format("dialect {}: trammel offset start prints through Moonraker, on Klipper; "
@@ -77,14 +74,13 @@ Result<SheetConfig> ConfigureForPrinter(const SheetOptions& options, const std::
 Result<void> FitToPrinter(const SheetOptions& options, const std::vector<int>& tools,
                           const procedure::Session& session, const PrinterTools& found,
                           SheetConfig& config) {
-  if (auto chosen = ChooseTools(tools, found, config); !chosen) return chosen;
-  if (auto taken = TakeForSheet(session, config); !taken) return taken;
+  TRY(ChooseTools(tools, found, config));
+  TRY(TakeForSheet(session, config));
   tool_offset::SheetSettings& sheet = config.sheet;
   const bool usual = sheet.tool_change_gcode == tool_offset::SheetSettings().tool_change_gcode;
   if (!usual || !options.tool_change.empty()) return {};
-  auto gcode = UsualToolChange(session, found);
-  if (!gcode) return tl::unexpected(gcode.error());
-  sheet.tool_change_gcode = std::move(*gcode);
+  auto gcode = TRY(UsualToolChange(session, found));
+  sheet.tool_change_gcode = std::move(gcode);
   return {};
 }
 

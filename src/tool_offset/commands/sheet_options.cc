@@ -36,16 +36,13 @@ Result<void> Override(const SheetOptions& options, files::Config& config) {
   std::vector<std::string> assignments = options.set;
   if (!options.dialect.empty()) assignments.push_back("dialect=" + options.dialect);
   for (const std::string& assignment : assignments) {
-    if (auto done = files::OverrideConfig(assignment, config, tool_offset::kSheetSection); !done) {
-      return done;
-    }
+    TRY(files::OverrideConfig(assignment, config, tool_offset::kSheetSection));
   }
   TakeMaterial(options.material, config);
   SheetSettings& sheet = config.sheet;
   if (!options.tool_change.empty()) {
-    auto gcode = ToolChange(options.tool_change);
-    if (!gcode) return tl::unexpected(gcode.error());
-    sheet.tool_change_gcode = std::move(*gcode);
+    auto gcode = TRY(ToolChange(options.tool_change));
+    sheet.tool_change_gcode = std::move(gcode);
   }
   if (options.tool && options.self_test) {
     return Fail(
@@ -64,13 +61,11 @@ Result<void> Override(const SheetOptions& options, files::Config& config) {
 }  // namespace
 
 Result<SheetConfig> ConfigureSheet(const SheetOptions& options) {
-  auto text = FindConfig(options.config);
-  if (!text) return tl::unexpected(text.error());
-  auto config = files::ParseConfig(text->text, text->file);
-  if (!config) return tl::unexpected(config.error());
-  if (auto done = Override(options, *config); !done) return tl::unexpected(done.error());
-  SheetSettings sheet = files::SheetOf(*config);
-  return SheetConfig{std::move(*config), std::move(*text), std::move(sheet)};
+  auto text = TRY(FindConfig(options.config));
+  auto config = TRY(files::ParseConfig(text.text, text.file));
+  TRY(Override(options, config));
+  SheetSettings sheet = files::SheetOf(config);
+  return SheetConfig{std::move(config), std::move(text), std::move(sheet)};
 }
 
 Result<void> CheckSheet(const SheetConfig& config) {

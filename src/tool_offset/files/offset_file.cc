@@ -45,10 +45,9 @@ Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::str
 }  // namespace
 
 Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
-  auto outcome = ReadOutcome(path, measurement::Instrument::kToolOffset);
-  if (!outcome) return tl::unexpected(outcome.error());
-  auto offsets = OffsetsOf(*outcome, path.string());
-  if (offsets) offsets->result = std::move(*outcome);
+  auto outcome = TRY(ReadOutcome(path, measurement::Instrument::kToolOffset));
+  auto offsets = OffsetsOf(outcome, path.string());
+  if (offsets) offsets->result = std::move(outcome);
   return offsets;
 }
 

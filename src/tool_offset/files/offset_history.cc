@@ -94,12 +94,11 @@ Result<void> AppendToHistory(const fs::path& path, const OffsetChange& change) {
 Result<std::vector<OffsetChange>> ReadOffsetChanges(const fs::path& path) {
   std::error_code code;
   if (!fs::exists(path, code)) return std::vector<OffsetChange>{};
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
+  const auto text = TRY(ReadWholeFile(path, kMostBytes));
   std::vector<OffsetChange> changes;
-  for (std::size_t from = 0; from < text->size();) {
-    const std::size_t end = std::min(text->size(), text->find('\n', from));
-    const auto json = ParseJson(std::string_view(*text).substr(from, end - from), path.string());
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = std::min(text.size(), text.find('\n', from));
+    const auto json = ParseJson(std::string_view(text).substr(from, end - from), path.string());
     from = end + 1;
     if (!json || !json->is_object()) continue;
     const auto format = json->find("format");

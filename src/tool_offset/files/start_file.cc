@@ -71,9 +71,8 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
     return Fail(fmt::format("{}: there is no {} in it: it is no folder of trammel offset start",
                             folder.string(), kStartFile));
   }
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, path.string());
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject object(json, path.string());
   object.Integer("format", {kFormat, kFormat});
   StartRecord record;
   const std::string stage = object.Choice("stage", {"printing", "printed", "analysed"});
@@ -87,19 +86,18 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
   for (const auto& tool : object.List("tools", 2, kMostTools)) {
     record.tools.push_back(ReadTool(object, tool));
   }
-  if (const auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  TRY(object.Finish());
   return record;
 }
 
 Result<StartedSheet> ReadStartedSheet(const fs::path& folder) {
-  auto record = ReadStart(folder);
-  if (!record) return tl::unexpected(record.error());
+  auto record = TRY(ReadStart(folder));
   // Written once more when the print has ended: where that failed, its time is the begin's.
   struct stat found {};
   const bool told = ::stat((folder / kStartFile).c_str(), &found) == 0;
   const std::int64_t begun_s = told ? std::int64_t{found.st_mtim.tv_sec} : 0;
-  const std::int64_t since_s = record->printed_s > 0 ? record->printed_s : begun_s;
-  return StartedSheet{folder, std::move(*record), since_s};
+  const std::int64_t since_s = record.printed_s > 0 ? record.printed_s : begun_s;
+  return StartedSheet{folder, std::move(record), since_s};
 }
 
 Result<StartedSheet> LastStart(const fs::path& recordings, const std::string& printer) {

@@ -241,9 +241,8 @@ PageKind LikelyKind(const PageView& page, const SheetPlan& plan, const AnalyseOp
 Result<PageKind> FindSheetAndKind(const PageView& page, const SheetPlan& plan,
                                   const AnalyseOptions& options, SheetOnPage& found) {
   if (options.kind == PageKind::kPhoto && plan.original) return Fail(kNoOriginalPhoto);
-  auto sheet = FindSheet(page, plan, LikelyKind(page, plan, options));
-  if (!sheet) return tl::unexpected(sheet.error());
-  found = std::move(*sheet);
+  auto sheet = TRY(FindSheet(page, plan, LikelyKind(page, plan, options)));
+  found = std::move(sheet);
   if (options.kind) return *options.kind;
   const StatedOfPage stated{options.dpi_x, options.dpi_y, options.photo.film_focal_mm.has_value()};
   const KindSigns signs = SignsOf(page, found.map, stated);
@@ -275,12 +274,10 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   /// Beside the box: how far a tool is looked for, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
   SheetResult result;
-  const auto kind = FindSheetAndKind(page, plan, options, result.sheet);
-  if (!kind) return tl::unexpected(kind.error());
-  if (*kind == PageKind::kPhoto) {
-    auto photo = ReadPhoto(page, plan, options.photo, result.sheet);
-    if (!photo) return tl::unexpected(photo.error());
-    result.photo = *photo;
+  const auto kind = TRY(FindSheetAndKind(page, plan, options, result.sheet));
+  if (kind == PageKind::kPhoto) {
+    auto photo = TRY(ReadPhoto(page, plan, options.photo, result.sheet));
+    result.photo = photo;
   } else if (const auto why = TooCoarse(plan, result.sheet.map)) {
     return Fail(*why, ErrorKind::kMeasurement);
   }

@@ -211,15 +211,14 @@ Result<void> CompareCombs(const std::vector<Stroke>& legs, const Placing& placin
       if (leg.tool == tool) continue;
       return FailAt(leg.line, fmt::format("drawn by T{}, its pair by T{}", leg.tool, tool));
     }
-    const auto by = MovedBy(of_comb, PlannedLegs(plan, drawn), placing);
-    if (!by) return tl::unexpected(by.error());
+    const auto by = TRY(MovedBy(of_comb, PlannedLegs(plan, drawn), placing));
     std::optional<SheetPoint>& expected = moved[drawn.pair];
-    if (drawn.tested && !expected) expected = *by;
-    if (Far(*by, drawn.tested ? *expected : SheetPoint{}) > kSame_mm) {
+    if (drawn.tested && !expected) expected = by;
+    if (Far(by, drawn.tested ? *expected : SheetPoint{}) > kSame_mm) {
       return FailAt(of_comb.front().line,
                     fmt::format("its comb is moved by {:+.3f} / {:+.3f} mm, others of the pair are "
                                 "not",
-                                by->u_mm, by->v_mm));
+                                by.u_mm, by.v_mm));
     }
   }
   for (std::size_t pair = 0; pair < moved.size(); ++pair) sheet.moved[pair] = *moved[pair];
@@ -239,7 +238,7 @@ Result<OriginalSheet> ReadOriginalGcode(std::string_view gcode) {
     std::string_view text = gcode.substr(0, end);
     gcode.remove_prefix(std::min(end + 1, gcode.size()));
     while (text.ends_with('\r') || text.ends_with(' ')) text.remove_suffix(1);
-    if (const auto taken = moves.Take(line, text); !taken) return tl::unexpected(taken.error());
+    TRY(moves.Take(line, text));
   }
   const std::size_t pairs = moves.legs.size() / (kLegsOfComb * kCombsOfPair);
   if (moves.box.size() < kBoxStrokes || pairs == 0 || moves.legs.size() > kMostLegs ||
@@ -260,13 +259,10 @@ Result<OriginalSheet> ReadOriginalGcode(std::string_view gcode) {
     sheet.tools.push_back(moves.legs[kLegsOfComb * 4 * (pairs + pair)].tool);
   }
   sheet.moved.assign(pairs, {});
-  if (const auto valid = Validate(sheet); !valid) return tl::unexpected(valid.error());
-  if (const auto box = CheckBox(moves.box, placing, PlanOriginal(sheet)); !box) {
-    return tl::unexpected(box.error());
-  }
-  const auto compared = CompareCombs(moves.legs, placing, sheet);
-  if (!compared) return tl::unexpected(compared.error());
-  if (const auto valid = Validate(sheet); !valid) return tl::unexpected(valid.error());
+  TRY(Validate(sheet));
+  TRY(CheckBox(moves.box, placing, PlanOriginal(sheet)));
+  TRY(CompareCombs(moves.legs, placing, sheet));
+  TRY(Validate(sheet));
   return sheet;
 }
 

@@ -28,9 +28,8 @@ Result<bool> Try(const ScanWait& wait, const fs::path& path) {
 Result<void> CheckUnchanged(const Session& session, const files::StartRecord& record) {
   for (const files::StartedTool& tool : record.tools) {
     if (!tool.kept) continue;
-    const auto now = ReadToolOffset(session, tool.tool);
-    if (!now) return tl::unexpected(now.error());
-    if (auto same = CheckSameOffset(tool.tool, *tool.kept, *now); !same) return same;
+    const auto now = TRY(ReadToolOffset(session, tool.tool));
+    TRY(CheckSameOffset(tool.tool, *tool.kept, now));
   }
   return {};
 }
@@ -63,12 +62,11 @@ Result<void> WaitForScan(Person& person, const ScanWait& wait) {
     const ScanFolder::Look look = folder.Next();
     for (const fs::path& path : look.growing) wait.say(path.string() + " is still being written");
     for (const fs::path& path : look.ready) {
-      const auto answered = Try(wait, path);
-      if (!answered) return tl::unexpected(answered.error());
-      if (*answered) return {};
+      const auto answered = TRY(Try(wait, path));
+      if (answered) return {};
     }
     // Ends with the terminal.
-    if (const auto line = person.LineWithin(kLook_s); !line) return tl::unexpected(line.error());
+    TRY(person.LineWithin(kLook_s));
   }
 }
 
@@ -89,16 +87,13 @@ std::vector<OffsetCorrection> CorrectionsOf(const files::StartRecord& record,
 Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settling,
                             Person& person) {
   const auto& corrections = settling.corrections;
-  if (auto same = CheckUnchanged(session, settling.record); !same) {
-    return tl::unexpected(same.error());
-  }
+  TRY(CheckUnchanged(session, settling.record));
   const auto set = AskIfPossible(
       person, {kApplyQuestion, fmt::format("set the new offsets of {} on {}", ToolsOf(corrections),
                                            settling.record.printer)});
   if (!set || !*set) return set;
   // What is read, noted and set belongs together.
-  const auto turn = TakeTurn(session, *settling.settings, settling.state_folder, kWho);
-  if (!turn) return tl::unexpected(turn.error());
+  TRY(TakeTurn(session, *settling.settings, settling.state_folder, kWho));
   auto done = CheckUnchanged(session, settling.record);
   if (done) done = SetOffsets(session, corrections, settling.setting);
   if (!done) return tl::unexpected(done.error());
@@ -112,19 +107,16 @@ Result<bool> KeepWhereWanted(const Session& session, const OffsetSettling& settl
                "keep them beyond a restart (SAVE_CONFIG writes printer.cfg and restarts Klipper: "
                "nothing is homed or hot then)"});
   if (!keep || !*keep) return keep;
-  const auto turn = TakeTurn(session, *settling.settings, settling.state_folder, kWho);
-  if (!turn) return tl::unexpected(turn.error());
-  auto kept = KeepOffsets(session, settling.corrections, settling.setting);
-  if (!kept) return tl::unexpected(kept.error());
+  TRY(TakeTurn(session, *settling.settings, settling.state_folder, kWho));
+  TRY(KeepOffsets(session, settling.corrections, settling.setting));
   return true;
 }
 
 Result<bool> WasPrinted(const Session& session, const std::string& run) {
   constexpr double kAsk_s = 10;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  return state->print_file == fmt::format("trammel_{}.gcode", run) &&
-         state->print_state == "complete";
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  return state.print_file == fmt::format("trammel_{}.gcode", run) &&
+         state.print_state == "complete";
 }
 
 }  // namespace trammel::procedure

@@ -39,14 +39,12 @@ ToolKeeper KeeperOf(const machine::PrinterFacts& facts) {
 
 /// What klipper-toolchanger tells of its tools; none where there is no such thing.
 Result<std::vector<PrinterTool>> OfToolchanger(const Session& session) {
-  const auto numbers = ToolNumbers(session);
-  if (!numbers) return tl::unexpected(numbers.error());
+  const auto numbers = TRY(ToolNumbers(session));
   std::vector<PrinterTool> tools;
-  for (const int number : std::set<int>(numbers->begin(), numbers->end())) {
+  for (const int number : std::set<int>(numbers.begin(), numbers.end())) {
     if (number < 0 || number > kMostTool) continue;
-    auto tool = ReadTool(session, number);
-    if (!tool) return tl::unexpected(tool.error());
-    tools.push_back({number, tool->extruder, tool->kept});
+    auto tool = TRY(ReadTool(session, number));
+    tools.push_back({number, tool.extruder, tool.kept});
   }
   return tools;
 }
@@ -108,9 +106,8 @@ Result<std::string> UsualToolChange(const Session& session, const PrinterTools& 
   const ToolKeeper keeper = tools.keeper;
   const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
   if (keeper != ToolKeeper::kExtruders) {
-    const auto has = session.printer.HasCommand("T0", session.Within(kAsk_s));
-    if (!has) return tl::unexpected(has.error());
-    if (*has) return std::string("T{tool}");
+    const auto has = TRY(session.printer.HasCommand("T0", session.Within(kAsk_s)));
+    if (has) return std::string("T{tool}");
   }
   if (keeper == ToolKeeper::kToolchanger) return std::string("SELECT_TOOL T={tool}");
   if (keeper != ToolKeeper::kDualCarriage) return activate;
@@ -147,16 +144,14 @@ Check CheckCarriages(const PrinterTools& tools, const std::string& gcode) {
 }
 
 Result<PrinterTools> ReadTools(const Session& session) {
-  const auto facts = ReadFacts(session);
-  if (!facts) return tl::unexpected(facts.error());
-  const std::set<std::string>& sections = facts->sections;
+  const auto facts = TRY(ReadFacts(session));
+  const std::set<std::string>& sections = facts.sections;
   PrinterTools found;
-  auto tools = OfToolchanger(session);
-  if (!tools) return tl::unexpected(tools.error());
-  found.tools = std::move(*tools);
+  auto tools = TRY(OfToolchanger(session));
+  found.tools = std::move(tools);
   if (found.tools.empty()) {
-    found.keeper = KeeperOf(*facts);
-    found.carriages = facts->dual_carriages;
+    found.keeper = KeeperOf(facts);
+    found.carriages = facts.dual_carriages;
     found.tools = ByExtruders(sections);
   }
   if (found.tools.size() < 2) {

@@ -34,10 +34,9 @@ bool IsDone(const OffsetChange& before, const OffsetCorrection& change) {
 Result<void> RefuseTwice(const std::vector<OffsetCorrection>& corrections,
                          const SetOffsetsOptions& options) {
   if (options.force) return {};
-  const auto history = files::ReadOffsetChanges(options.history);
-  if (!history) return tl::unexpected(history.error());
+  const auto history = TRY(files::ReadOffsetChanges(options.history));
   for (const OffsetCorrection& change : corrections) {
-    for (const OffsetChange& before : *history) {
+    for (const OffsetChange& before : history) {
       if (!IsDone(before, change)) continue;
       return Fail(
           fmt::format("taking it out twice would move tool {} by as much again: {} was applied at "
@@ -72,8 +71,7 @@ Result<void> RefuseChanged(const std::vector<OffsetCorrection>& corrections,
                            const SetOffsetsOptions& options) {
   for (const OffsetCorrection& change : corrections) {
     if (options.force || !change.when_printed) continue;
-    auto same = CheckSameOffset(change.tool, *change.when_printed, change.now);
-    if (!same) return same;
+    TRY(CheckSameOffset(change.tool, *change.when_printed, change.now));
   }
   return {};
 }
@@ -97,18 +95,17 @@ std::map<int, KeptOffset> NextOf(const std::vector<OffsetCorrection>& correction
 
 /// The lines of the last application on this printer, the last line of each tool.
 Result<std::map<int, OffsetChange>> LastApplication(const SetOffsetsOptions& options) {
-  auto history = files::ReadOffsetChanges(options.history);
-  if (!history) return tl::unexpected(history.error());
+  auto history = TRY(files::ReadOffsetChanges(options.history));
   const std::string printer = PrinterName(options.printer);
-  std::erase_if(*history,
+  std::erase_if(history,
                 [&](const OffsetChange& change) { return PrinterName(change.printer) != printer; });
-  if (history->empty()) {
+  if (history.empty()) {
     return Fail(
         fmt::format("{} notes no offset that was set on {}", options.history.string(), printer));
   }
   std::map<int, OffsetChange> last;
-  const std::string source = history->back().source;
-  for (auto at = history->rbegin(); at != history->rend() && at->source == source; ++at) {
+  const std::string source = history.back().source;
+  for (auto at = history.rbegin(); at != history.rend() && at->source == source; ++at) {
     last.try_emplace(at->tool, *at);
   }
   return last;
@@ -133,53 +130,51 @@ Result<void> CheckSameOffset(int tool, const KeptOffset& when_printed, const Kep
 
 Result<void> SetOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
                         const SetOffsetsOptions& options) {
-  if (auto near = RefuseTooFar(corrections, options); !near) return near;
-  if (auto once = RefuseTwice(corrections, options); !once) return once;
-  if (auto same = RefuseChanged(corrections, options); !same) return same;
+  TRY(RefuseTooFar(corrections, options));
+  TRY(RefuseTwice(corrections, options));
+  TRY(RefuseChanged(corrections, options));
   for (const OffsetCorrection& change : corrections) {
-    if (auto noted = Note(options, change, OffsetStage::kBegun); !noted) return noted;
-    if (auto done = SetToolOffset(session, change.tool, change.next); !done) return done;
+    TRY(Note(options, change, OffsetStage::kBegun));
+    TRY(SetToolOffset(session, change.tool, change.next));
     Say(options, fmt::format("applied   tool {}: read back from the printer", change.tool));
-    if (auto noted = Note(options, change, OffsetStage::kApplied); !noted) return noted;
+    TRY(Note(options, change, OffsetStage::kApplied));
   }
   return options.save ? KeepOffsets(session, corrections, options) : Result<void>();
 }
 
 Result<void> KeepOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
                          const SetOffsetsOptions& options) {
-  if (auto kept = KeepToolOffsets(session, NextOf(corrections)); !kept) return kept;
+  TRY(KeepToolOffsets(session, NextOf(corrections)));
   Say(options, "kept      in the printer's configuration, and read back after its restart");
   for (const OffsetCorrection& change : corrections) {
-    if (auto noted = Note(options, change, OffsetStage::kKept); !noted) return noted;
+    TRY(Note(options, change, OffsetStage::kKept));
   }
   return {};
 }
 
 Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& options) {
-  const auto last = LastApplication(options);
-  if (!last) return tl::unexpected(last.error());
+  const auto last = TRY(LastApplication(options));
   OffsetUndo undo;
-  undo.source = last->begin()->second.source;
+  undo.source = last.begin()->second.source;
   std::string undone;  // when
-  for (const auto& [tool, change] : *last) {
+  for (const auto& [tool, change] : last) {
     // What was taken back until the next restart may be kept beyond it.
     const bool taken_back = change.stage == OffsetStage::kUndone;
     if (taken_back) undone = change.time;
     if (taken_back && !options.save) continue;
-    const auto now = ReadToolOffset(session, tool);
-    if (!now) return tl::unexpected(now.error());
+    const auto now = TRY(ReadToolOffset(session, tool));
     const KeptOffset& before = taken_back ? change.new_offset : change.old_offset;
     const KeptOffset& set = taken_back ? change.old_offset : change.new_offset;
-    if (SameOffset(*now, before) && !taken_back) continue;  // never set, or lost by a restart
-    if (!SameOffset(*now, before) && !SameOffset(*now, set) && !options.force) {
+    if (SameOffset(now, before) && !taken_back) continue;  // never set, or lost by a restart
+    if (!SameOffset(now, before) && !SameOffset(now, set) && !options.force) {
       return Fail(fmt::format("tool {} has an offset of {:.3f}, {:.3f} mm, and not the {:.3f}, "
                               "{:.3f} mm that were set at {}: somebody set another since; --force "
                               "sets {:.3f}, {:.3f} mm all the same",
-                              tool, now->x_mm, now->y_mm, set.x_mm, set.y_mm, change.time,
+                              tool, now.x_mm, now.y_mm, set.x_mm, set.y_mm, change.time,
                               before.x_mm, before.y_mm),
                   ErrorKind::kSafety);
     }
-    OffsetCorrection back{tool, {}, *now, before};
+    OffsetCorrection back{tool, {}, now, before};
     back.measured.tool = tool;
     back.measured.dx_mm = change.dx_mm;
     back.measured.dy_mm = change.dy_mm;
@@ -197,12 +192,12 @@ Result<void> UndoOffsets(const Session& session, const OffsetUndo& undo,
   SetOffsetsOptions options = given;
   options.source = undo.source;
   for (const OffsetCorrection& change : undo.changes) {
-    if (auto done = SetToolOffset(session, change.tool, change.next); !done) return done;
-    if (auto noted = Note(options, change, OffsetStage::kUndone); !noted) return noted;
+    TRY(SetToolOffset(session, change.tool, change.next));
+    TRY(Note(options, change, OffsetStage::kUndone));
     Say(options, fmt::format("undone    tool {}: read back from the printer", change.tool));
   }
   if (!options.save) return {};
-  if (auto kept = KeepToolOffsets(session, NextOf(undo.changes)); !kept) return kept;
+  TRY(KeepToolOffsets(session, NextOf(undo.changes)));
   Say(options, "kept      in the printer's configuration, and read back after its restart");
   return {};
 }

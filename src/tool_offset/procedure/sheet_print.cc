@@ -124,7 +124,7 @@ class ColdWatch {
 
   /// By what the printer tells of itself; asks it only now and then.
   Result<void> Look() {
-    if (auto homed = CheckStillHomed(session_); !homed) return homed;
+    TRY(CheckStillHomed(session_));
     const PrinterState now = session_.printer.LastState();
     if (const std::string job = OthersJob(now, session_.own_file); !job.empty()) {
       return Fail(fmt::format("somebody else's job has the printer now ({}): take your hands off, "
@@ -164,14 +164,11 @@ class ColdWatch {
 };
 
 Result<void> HeatersOff(const Session& session) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  for (const auto& [name, heater] : state->heaters) {
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  for (const auto& [name, heater] : state.heaters) {
     if (heater.target_c <= 0) continue;
-    if (auto free = CheckStillFree(session); !free) return free;
-    if (auto off = session.printer.Run(TargetLine(name, 0), session.Within(kAsk_s)); !off) {
-      return off;
-    }
+    TRY(CheckStillFree(session));
+    TRY(session.printer.Run(TargetLine(name, 0), session.Within(kAsk_s)));
   }
   return {};
 }
@@ -183,7 +180,7 @@ Result<void> WaitUntilCold(const Session& session, ColdWatch& watch) {
   constexpr double kSayEvery_s = 15;
   double said_s = -kSayEvery_s;
   for (double waited_s = 0; waited_s < kCool_s; waited_s += kStep_s) {
-    if (auto well = watch.Look(); !well) return well;
+    TRY(watch.Look());
     const std::string warm = watch.Warm();
     if (warm.empty()) return {};
     if (waited_s - said_s >= kSayEvery_s) {
@@ -200,7 +197,7 @@ Result<void> WaitUntilCold(const Session& session, ColdWatch& watch) {
 
 Result<void> Move(const Session& session, const std::string& gcode, const char* what,
                   const char* phase) {
-  if (auto free = CheckStillFree(session); !free) return free;
+  TRY(CheckStillFree(session));
   session.Tell({.text = what, .remaining_s = {}, .phase = phase});
   auto moved = RunNoted(session, gcode, kMove_s);
   if (moved) moved = session.printer.FinishMoves(session.Within(kMove_s));
@@ -210,13 +207,12 @@ Result<void> Move(const Session& session, const std::string& gcode, const char* 
 /// The tool that is active, as far as its extruder tells.
 Result<void> CheckMounted(const Session& session, const SheetPrint& print) {
   const int reference = print.plan.settings.reference_tool;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   const std::string expected = gcode::KlipperExtruder(reference);
-  if (state->active_extruder == expected) return {};
+  if (state.active_extruder == expected) return {};
   return Fail(fmt::format("T{} was to be picked up, and {} is active rather than {}: look at "
                           "tool_change_gcode and at the printer's console",
-                          reference, state->active_extruder, expected),
+                          reference, state.active_extruder, expected),
               ErrorKind::kMachine);
 }
 
@@ -266,8 +262,8 @@ Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Pe
                 ErrorKind::kSafety);
   }
   // Whichever tool is mounted now: the modes come back, offsets are each tool's own.
-  if (auto begun = guard.Begin(session); !begun) return begun;
-  if (auto off = HeatersOff(session); !off) return off;
+  TRY(guard.Begin(session));
+  TRY(HeatersOff(session));
   auto moved =
       Move(session, HomeAndPickUpGcode(print.plan), "homing, and picking up the tool", "homing");
   if (moved) moved = CheckMounted(session, print);
@@ -284,20 +280,18 @@ Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Pe
 
 /// Heating is waited for here, where it can be stopped; the file finds all warm.
 Result<void> HeatBeside(const Session& session, const SheetPrint& print) {
-  auto aside = Move(session, ParkAsideGcode(print.plan), "moving beside the sheet", "heating");
-  if (!aside) return aside;
+  TRY(Move(session, ParkAsideGcode(print.plan), "moving beside the sheet", "heating"));
   const tool_offset::SheetSettings& settings = print.plan.settings;
   const double limit_s = print.settings->heat_time_limit_s;
   session.Say("to be heated to " + DescribeTemperatures(settings));
   const double bed_c = settings::TemperaturesOf(OnPaper(settings)).bed_c;
   if (bed_c > 0) {
-    if (auto hot = HeatAndWait(session, kBed, bed_c, limit_s); !hot) return hot;
+    TRY(HeatAndWait(session, kBed, bed_c, limit_s));
   }
   for (std::size_t place = 0; place < settings.tools.size(); ++place) {
     const double idle_c = ToolIdleTemperature_c(settings, place);
     if (idle_c <= 0) continue;
-    auto hot = HeatAndWait(session, gcode::KlipperExtruder(settings.tools[place]), idle_c, limit_s);
-    if (!hot) return hot;
+    TRY(HeatAndWait(session, gcode::KlipperExtruder(settings.tools[place]), idle_c, limit_s));
   }
   return {};
 }
@@ -314,27 +308,25 @@ Result<void> NotePrinted(const Session& session, SheetPrint& print) {
 Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
                       PrinterStateGuard& guard) {
   const auto free = [&session] { return CheckStillFree(session); };
-  const auto may_move = person.Confirm({kMoveQuestion, MoveText(session, print)}, free);
-  if (!may_move) return tl::unexpected(may_move.error());
-  if (!*may_move) return No("nothing was moved or heated");
+  const auto may_move = TRY(person.Confirm({kMoveQuestion, MoveText(session, print)}, free));
+  if (!may_move) return No("nothing was moved or heated");
   ColdWatch watch(session);
-  if (auto ready = PrepareForPaper(session, print, person, guard, watch); !ready) return ready;
+  TRY(PrepareForPaper(session, print, person, guard, watch));
   const auto taped =
-      person.Confirm({kPaperQuestion, PaperText(print)}, [&watch] { return watch.Look(); });
-  if (!taped) return tl::unexpected(taped.error());
-  if (!*taped) return No("nothing was heated or printed");
-  if (auto still = watch.Look(); !still) return still;
-  if (auto near = WaitUntilCold(session, watch); !near) return near;
+      TRY(person.Confirm({kPaperQuestion, PaperText(print)}, [&watch] { return watch.Look(); }));
+  if (!taped) return No("nothing was heated or printed");
+  TRY(watch.Look());
+  TRY(WaitUntilCold(session, watch));
   const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
-  if (auto hot = HeatBeside(session, print); !hot) return hot;
+  TRY(HeatBeside(session, print));
   // Not before: a run that is stopped while it heats leaves the sheet before it the last one.
   print.record.stage = files::StartStage::kPrinting;
-  if (auto noted = files::WriteStart(print.folder, print.record); !noted) return noted;
+  TRY(files::WriteStart(print.folder, print.record));
   PrintOptions options;
   options.heat_time_limit_s =
       print.settings->heat_time_limit_s * static_cast<double>(print.plan.settings.tools.size());
   options.print_time_s = gcode.time_s;
-  if (auto printed = Print(session, gcode.text, options); !printed) return printed;
+  TRY(Print(session, gcode.text, options));
   return NotePrinted(session, print);
 }
 
@@ -343,7 +335,7 @@ Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
 Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print) {
   const SheetPlan& plan = print.plan;
   std::vector<Check> checks = CheckReady(session);
-  if (auto ready = FirstFailure(checks, ErrorKind::kMachine); !ready) return ready;
+  TRY(FirstFailure(checks, ErrorKind::kMachine));
   checks.clear();
   for (const int tool : plan.settings.tools) {
     const PrinterTool* const known = print.tools.Find(tool);
@@ -363,15 +355,14 @@ Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print) {
   for (const int tool : plan.settings.tools) {
     checks.push_back(CheckToolChange(session, plan.settings.tool_change_gcode, tool));
   }
-  if (auto known = FirstFailure(checks, ErrorKind::kMachine); !known) return known;
+  TRY(FirstFailure(checks, ErrorKind::kMachine));
   checks = {CheckCarriages(print.tools, plan.settings.tool_change_gcode)};
   for (std::size_t place = 0; place < plan.settings.tools.size(); ++place) {
-    const auto facts = ReadFacts(session, gcode::KlipperExtruder(plan.settings.tools[place]));
-    if (!facts) return tl::unexpected(facts.error());
-    for (Check& check : CheckTool(*facts, plan, place)) checks.push_back(std::move(check));
-    if (place == 0) checks.push_back(CheckReach(*facts, plan));
+    const auto facts = TRY(ReadFacts(session, gcode::KlipperExtruder(plan.settings.tools[place])));
+    for (Check& check : CheckTool(facts, plan, place)) checks.push_back(std::move(check));
+    if (place == 0) checks.push_back(CheckReach(facts, plan));
   }
-  if (auto safe = FirstFailure(checks, ErrorKind::kSafety); !safe) return safe;
+  TRY(FirstFailure(checks, ErrorKind::kSafety));
   constexpr double kScanAndReport = 3e8;
   return FirstFailure({CheckDisk(print.folder, kScanAndReport)}, ErrorKind::kInput);
 }
@@ -390,7 +381,7 @@ GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person) {
   run.park = {park.z_mm, park.x_mm, park.y_mm, printer.z_speed_mm_s, printer.travel_speed_mm_s};
   run.check = [&](const Session& taken) -> Result<void> {
     for (const char* question : {kMoveQuestion, kPaperQuestion}) {
-      if (auto can = person.CheckCanAnswer(question); !can) return can;
+      TRY(person.CheckCanAnswer(question));
     }
     return CheckSheetPrint(taken, print);
   };

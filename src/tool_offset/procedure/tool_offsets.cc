@@ -25,12 +25,11 @@ struct Changer {
 };
 
 Result<Changer> ReadChanger(const Session& session) {
-  const auto status = session.printer.Query({{"toolchanger", {"tool_numbers", "tool_names"}}},
-                                            session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
+  const auto status = TRY(session.printer.Query({{"toolchanger", {"tool_numbers", "tool_names"}}},
+                                                session.Within(kAsk_s)));
   Changer changer;
-  const auto object = status->find("toolchanger");
-  if (object == status->end() || !object->is_object()) return changer;
+  const auto object = status.find("toolchanger");
+  if (object == status.end() || !object->is_object()) return changer;
   for (const auto& [key, list] :
        {std::pair{"tool_numbers", &changer.numbers}, std::pair{"tool_names", &changer.names}}) {
     const auto found = object->find(key);
@@ -41,10 +40,9 @@ Result<Changer> ReadChanger(const Session& session) {
 
 /// Klipper's name of the [tool] with this number.
 Result<std::string> ObjectOf(const Session& session, int tool) {
-  const auto changer = ReadChanger(session);
-  if (!changer) return tl::unexpected(changer.error());
-  const nlohmann::json& numbers = changer->numbers;
-  const nlohmann::json& names = changer->names;
+  const auto changer = TRY(ReadChanger(session));
+  const nlohmann::json& numbers = changer.numbers;
+  const nlohmann::json& names = changer.names;
   for (std::size_t i = 0; i < std::min(numbers.size(), names.size()); ++i) {
     if (numbers[i] == tool && names[i].is_string()) return names[i].get<std::string>();
   }
@@ -81,32 +79,30 @@ Result<double> NumberIn(const nlohmann::json& object, const char* key, int tool)
 
 Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    if (auto done = session.printer.Run(line, session.Within(kAsk_s)); !done) return done;
+    TRY(session.printer.Run(line, session.Within(kAsk_s)));
   }
   return {};
 }
 
 Result<void> Compare(const Session& session, int tool, const KeptOffset& offset) {
-  const auto now = ReadToolOffset(session, tool);
-  if (!now) return tl::unexpected(now.error());
+  const auto now = TRY(ReadToolOffset(session, tool));
   constexpr double kRounding_mm = 0.00051;  // commands carry micrometres
-  if (std::abs(now->x_mm - offset.x_mm) <= kRounding_mm &&
-      std::abs(now->y_mm - offset.y_mm) <= kRounding_mm) {
+  if (std::abs(now.x_mm - offset.x_mm) <= kRounding_mm &&
+      std::abs(now.y_mm - offset.y_mm) <= kRounding_mm) {
     return {};
   }
   return Fail(fmt::format("the printer was told an offset of {:.3f}, {:.3f} mm for tool {} and "
                           "reports {:.3f}, {:.3f} mm",
-                          offset.x_mm, offset.y_mm, tool, now->x_mm, now->y_mm),
+                          offset.x_mm, offset.y_mm, tool, now.x_mm, now.y_mm),
               ErrorKind::kMachine);
 }
 
 /// Whether SAVE_CONFIG has something left to do.
 Result<bool> IsPending(const Session& session) {
   const auto status =
-      session.printer.Query({{"configfile", {"save_config_pending"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  const auto object = status->find("configfile");
-  if (object == status->end() || !object->is_object()) return false;
+      TRY(session.printer.Query({{"configfile", {"save_config_pending"}}}, session.Within(kAsk_s)));
+  const auto object = status.find("configfile");
+  if (object == status.end() || !object->is_object()) return false;
   const auto pending = object->find("save_config_pending");
   return pending != object->end() && pending->is_boolean() && pending->get<bool>();
 }
@@ -123,9 +119,7 @@ Result<void> SaveConfig(const Session& session) {
       return Fail("stopped while Klipper restarts: look whether the offsets were kept",
                   ErrorKind::kInterrupted);
     }
-    if (auto ready = session.printer.WaitUntilReady(session.Within(kRestart_s)); !ready) {
-      return ready;
-    }
+    TRY(session.printer.WaitUntilReady(session.Within(kRestart_s)));
     const auto pending = IsPending(session);
     if (pending && !*pending) return {};
   }
@@ -139,59 +133,49 @@ Result<void> SaveConfig(const Session& session) {
 }  // namespace
 
 Result<std::vector<int>> ToolNumbers(const Session& session) {
-  const auto changer = ReadChanger(session);
-  if (!changer) return tl::unexpected(changer.error());
+  const auto changer = TRY(ReadChanger(session));
   std::vector<int> numbers;
-  for (const nlohmann::json& number : changer->numbers) {
+  for (const nlohmann::json& number : changer.numbers) {
     if (number.is_number_integer()) numbers.push_back(number.get<int>());
   }
   return numbers;
 }
 
 Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
-  const auto read = ReadTool(session, tool);
-  if (!read) return tl::unexpected(read.error());
-  return read->kept;
+  const auto read = TRY(ReadTool(session, tool));
+  return read.kept;
 }
 
 Result<KlipperTool> ReadTool(const Session& session, int tool) {
-  const auto name = ObjectOf(session, tool);
-  if (!name) return tl::unexpected(name.error());
-  const auto status = session.printer.Query(
-      {{*name, {"extruder", "gcode_x_offset", "gcode_y_offset"}}}, session.Within(kAsk_s));
-  if (!status) return tl::unexpected(status.error());
-  const auto found = status->find(*name);
+  const auto name = TRY(ObjectOf(session, tool));
+  const auto status = TRY(session.printer.Query(
+      {{name, {"extruder", "gcode_x_offset", "gcode_y_offset"}}}, session.Within(kAsk_s)));
+  const auto found = status.find(name);
   const nlohmann::json object =
-      found != status->end() && found->is_object() ? *found : nlohmann::json::object();
-  const auto x = NumberIn(object, "gcode_x_offset", tool);
-  if (!x) return tl::unexpected(x.error());
-  const auto y = NumberIn(object, "gcode_y_offset", tool);
-  if (!y) return tl::unexpected(y.error());
+      found != status.end() && found->is_object() ? *found : nlohmann::json::object();
+  const auto x = TRY(NumberIn(object, "gcode_x_offset", tool));
+  const auto y = TRY(NumberIn(object, "gcode_y_offset", tool));
   const auto extruder = object.find("extruder");
   const bool named = extruder != object.end() && extruder->is_string();
   constexpr std::size_t kLongestName = 60;
   return KlipperTool{named ? extruder->get<std::string>().substr(0, kLongestName) : std::string(),
-                     {*x, *y}};
+                     {x, y}};
 }
 
 Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {
-  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
-  if (auto set = RunAll(session, SetCommands(OffsetFirmware::kKlipperTool, tool, offset)); !set) {
-    return set;
-  }
+  TRY(RefuseWhilePrinting(session, "the offset"));
+  TRY(RunAll(session, SetCommands(OffsetFirmware::kKlipperTool, tool, offset)));
   return Compare(session, tool, offset);
 }
 
 Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOffset>& offsets) {
-  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
+  TRY(RefuseWhilePrinting(session, "the offset"));
   for (const auto& [tool, offset] : offsets) {
-    if (auto kept = RunAll(session, SaveCommands(OffsetFirmware::kKlipperTool, tool)); !kept) {
-      return kept;
-    }
+    TRY(RunAll(session, SaveCommands(OffsetFirmware::kKlipperTool, tool)));
   }
-  if (auto saved = SaveConfig(session); !saved) return saved;
+  TRY(SaveConfig(session));
   for (const auto& [tool, offset] : offsets) {
-    if (auto same = Compare(session, tool, offset); !same) return same;
+    TRY(Compare(session, tool, offset));
   }
   return {};
 }

@@ -341,7 +341,7 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan, PageK
   constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
   constexpr int kLowest = 8;
   constexpr int kFaint = 16;
-  if (const auto usable = CheckPage(page); !usable) return tl::unexpected(usable.error());
+  TRY(CheckPage(page));
   const SmallPage small = Shrink(page);
   const int strength = InkStrength(small);
   Attempt best;

@@ -88,7 +88,7 @@ class Reader {
     if (!seen_.contains(std::string(kIdKey))) {
       return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", kIdKey));
     }
-    if (auto valid = Validate(settings_); !valid) return tl::unexpected(valid.error());
+    TRY(Validate(settings_));
     if (const int made = PlanSheet(settings_).sheet_id; made != sheet_id_) {
       return Fail(
           fmt::format("its settings make sheet {}, but it says {}: the file was changed, or "
@@ -157,9 +157,8 @@ Result<SheetSettings> ReadSheetFile(std::string_view gcode) {
     if (text.ends_with('\r')) text.remove_suffix(1);
     if (!text.starts_with(kPrefix)) continue;
     any = true;
-    const Result<bool> last = reader.Take(line, text.substr(kPrefix.size()));
-    if (!last) return tl::unexpected(last.error());
-    if (*last) return reader.Finish();
+    const bool last = TRY(reader.Take(line, text.substr(kPrefix.size())));
+    if (last) return reader.Finish();
   }
   if (any) {
     return Fail(
