@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/text.h"
+
 namespace trammel::files {
 namespace {
 
@@ -16,12 +18,6 @@ using nlohmann::json;
 constexpr int kDeepest = 16;
 
 bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-std::string_view Trimmed(std::string_view text) {
-  while (!text.empty() && IsSpace(text.front())) text.remove_prefix(1);
-  while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 // A word as a number where it is one.
 json Scalar(std::string_view word) {

@@ -10,6 +10,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
+
 namespace trammel::procedure {
 namespace {
 
@@ -93,12 +95,6 @@ struct Command {
   }
 };
 
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return upper;
-}
-
 Command ParseCommand(std::string_view line) {
   Command command;
   line = line.substr(0, line.find(';'));
@@ -110,11 +106,11 @@ Command ParseCommand(std::string_view line) {
     if (word.empty()) continue;
     const std::size_t equals = word.find('=');
     if (command.name.empty()) {
-      command.name = Upper(word);
+      command.name = UpperCase(word);
     } else if (equals != std::string_view::npos) {
-      command.parameters[Upper(word.substr(0, equals))] = word.substr(equals + 1);
+      command.parameters[UpperCase(word.substr(0, equals))] = word.substr(equals + 1);
     } else {
-      command.parameters[Upper(word.substr(0, 1))] = word.substr(1);
+      command.parameters[UpperCase(word.substr(0, 1))] = word.substr(1);
     }
   }
   return command;

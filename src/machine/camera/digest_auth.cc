@@ -10,18 +10,12 @@
 #include <vector>
 
 #include "base/check.h"
+#include "base/text.h"
 
 namespace trammel::machine {
 namespace {
 
 constexpr std::string_view kBetween = ", \t=";  // words of a field
-
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
 
 /// "Digest" and what belongs to it: names in small letters, values without their quotation marks.
 struct Challenge {
@@ -81,7 +75,7 @@ std::vector<Challenge> Challenges(std::string_view field) {
   std::vector<Challenge> challenges;
   Scanner scanner(field);
   for (scanner.Skip(kBetween); !scanner.done(); scanner.Skip(kBetween)) {
-    std::string word = Lower(scanner.Word());
+    std::string word = LowerCase(scanner.Word());
     if (!scanner.TakeEquals()) {
       challenges.push_back({std::move(word), {}});
     } else if (std::string value = scanner.Value(); !challenges.empty()) {
@@ -117,7 +111,7 @@ std::optional<DigestChallenge> Answerable(const Challenge& challenge) {
   if (challenge.scheme != "digest") return std::nullopt;
   DigestChallenge digest{challenge.Value("realm"), challenge.Value("nonce"),
                          challenge.Value("opaque"), challenge.Value("algorithm")};
-  std::string algorithm = Lower(digest.algorithm);
+  std::string algorithm = LowerCase(digest.algorithm);
   constexpr std::string_view kSession = "-sess";
   digest.session = algorithm.ends_with(kSession);
   if (digest.session) algorithm.resize(algorithm.size() - kSession.size());
@@ -126,7 +120,7 @@ std::optional<DigestChallenge> Answerable(const Challenge& challenge) {
   const std::string qop = challenge.Value("qop");
   Scanner scanner(qop);
   for (scanner.Skip(kBetween); !scanner.done(); scanner.Skip(kBetween)) {
-    const std::string protection = Lower(scanner.Word());
+    const std::string protection = LowerCase(scanner.Word());
     digest.qop_auth = digest.qop_auth || protection == "auth";
   }
   if (!known || digest.nonce.empty() || (!qop.empty() && !digest.qop_auth)) return std::nullopt;
@@ -137,8 +131,9 @@ std::optional<DigestChallenge> Answerable(const Challenge& challenge) {
 
 bool AsksFor(std::string_view scheme, std::string_view www_authenticate) {
   const auto challenges = Challenges(www_authenticate);
-  return std::any_of(challenges.begin(), challenges.end(),
-                     [&](const Challenge& challenge) { return challenge.scheme == Lower(scheme); });
+  return std::any_of(challenges.begin(), challenges.end(), [&](const Challenge& challenge) {
+    return challenge.scheme == LowerCase(scheme);
+  });
 }
 
 std::optional<DigestChallenge> ParseDigest(std::string_view www_authenticate) {

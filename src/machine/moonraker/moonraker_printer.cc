@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "base/check.h"
+#include "base/text.h"
 #include "machine/moonraker/moonraker_printer_impl.h"
 #include "machine/moonraker/moonraker_status.h"
 #include "machine/net/host_clock.h"
@@ -21,13 +22,6 @@ namespace {
 constexpr std::string_view kMacroPrefix = "gcode_macro ";
 constexpr int kUpdatesPerQuery = 2;
 constexpr double kFarAhead_s = 60;  // no move is planned so long before it is made
-
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return upper;
-}
 
 std::vector<std::string> ObjectNames(const json& answer) {
   std::vector<std::string> names;
@@ -116,7 +110,7 @@ void MoonrakerPrinter::OnUsable(std::function<void()> done) {
         std::set<std::string> macros;
         for (const std::string& object : objects) {
           if (object.starts_with(kMacroPrefix)) {
-            macros.insert(Upper(std::string_view(object).substr(kMacroPrefix.size())));
+            macros.insert(UpperCase(std::string_view(object).substr(kMacroPrefix.size())));
           }
         }
         {
@@ -341,7 +335,7 @@ Result<json> MoonrakerPrinter::Query(const std::vector<ObjectFields>& objects,
 }
 
 Result<bool> MoonrakerPrinter::HasCommand(std::string_view name, const WaitLimit& limit) {
-  const std::string wanted = Upper(name);
+  const std::string wanted = UpperCase(name);
   const Result<json> status = Query({{"gcode", {"commands"}}}, limit);
   if (!status) {
     return tl::unexpected(status.error());

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/text.h"
 #include "machine/net/json_field.h"
 
 namespace trammel::machine {
@@ -18,11 +19,6 @@ using nlohmann::json;
 constexpr std::size_t kMostSections = 2000;
 constexpr std::size_t kLongestName = 100;
 constexpr std::string_view kDualCarriage = "dual_carriage";
-
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 /// A name that may stand in G-code and in a message.
 bool IsPlainName(std::string_view name) {

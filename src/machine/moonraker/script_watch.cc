@@ -8,26 +8,13 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/text.h"
+
 namespace trammel::machine {
 namespace {
 
 constexpr double kSamePlace_mm = 0.0006;  // the firmware quotes positions with three decimals
 constexpr std::size_t kQuoted = 120;
-
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return upper;
-}
-
-std::string_view Trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 struct Line {
   int number = 0;  ///< from 1
@@ -49,7 +36,7 @@ std::vector<Line> LinesOf(std::string_view script) {
 }
 
 std::string FirstWord(std::string_view line) {
-  return Upper(line.substr(0, line.find_first_of(" \t")));
+  return UpperCase(line.substr(0, line.find_first_of(" \t")));
 }
 
 bool IsMove(std::string_view line) {
@@ -120,9 +107,9 @@ const Line* QuotedLine(const std::vector<Line>& lines, std::string_view complain
   if (open == std::string_view::npos || close == std::string_view::npos) {
     return nullptr;
   }
-  const std::string quoted = Upper(Trimmed(complaint.substr(open + 1, close - open - 1)));
+  const std::string quoted = UpperCase(Trimmed(complaint.substr(open + 1, close - open - 1)));
   for (const Line& line : lines) {
-    if (Upper(line.text) == quoted) {
+    if (UpperCase(line.text) == quoted) {
       return &line;
     }
   }
@@ -228,7 +215,7 @@ void ScriptWatch::OnUnknownCommand(std::string_view name) {
   const std::string upper = FirstWord(name);
   for (const Line& line : LinesOf(script_)) {
     // A line that the firmware cannot split is quoted from its beginning.
-    if (FirstWord(line.text) == upper || Upper(line.text).starts_with(upper)) {
+    if (FirstWord(line.text) == upper || UpperCase(line.text).starts_with(upper)) {
       unknown_ = fmt::format(
           "the printer does not know '{}' (line {}, '{}') and went on without it; add the macro to "
           "printer.cfg or correct the name in the settings",

@@ -7,21 +7,10 @@
 #include <charconv>
 #include <utility>
 
+#include "base/text.h"
+
 namespace trammel::machine {
 namespace {
-
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
 
 std::string_view WithoutDashes(std::string_view text) {
   return text.substr(std::min(text.find_first_not_of('-'), text.size()));
@@ -53,7 +42,7 @@ HeaderFields ParseHeaderFields(std::string_view lines) {
     lines.remove_prefix(std::min(end + 1, lines.size()));
     const std::size_t colon = line.find(':');
     if (colon == std::string_view::npos) continue;
-    std::string name = Lower(Trimmed(line.substr(0, colon)));
+    std::string name = LowerCase(Trimmed(line.substr(0, colon)));
     const std::string_view value = Trimmed(line.substr(colon + 1));
     std::string& field = fields[name];
     // A server that offers several ways to sign in may send a line for each.
@@ -69,7 +58,7 @@ HeaderFields ParseHeaderFields(std::string_view lines) {
 }
 
 std::optional<std::string> MultipartBoundary(std::string_view content_type) {
-  const std::string lower = Lower(content_type);
+  const std::string lower = LowerCase(content_type);
   if (Trimmed(lower).substr(0, 10) != "multipart/") return std::nullopt;
   std::size_t at = lower.find(';');
   while (at != std::string::npos) {

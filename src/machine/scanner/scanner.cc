@@ -12,6 +12,7 @@
 #include <span>
 #include <string_view>
 
+#include "base/text.h"
 #include "base/utf8.h"
 #include "files/new_file.h"
 #include "image/png_writer.h"
@@ -45,16 +46,9 @@ constexpr std::array kAdvice = {
     Advice{"Invalid argument",
            "it does not know this: see trammel offset scan --list, and scanimage --help -d NAME"}};
 
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 std::string_view RemedyFor(const std::string& said) {
   for (const Advice& advice : kAdvice) {
-    if (Lower(said).find(Lower(advice.said)) != std::string::npos) return advice.remedy;
+    if (LowerCase(said).find(LowerCase(advice.said)) != std::string::npos) return advice.remedy;
   }
   return "switch it off and on, and scan again";
 }
@@ -150,7 +144,7 @@ Result<std::string> ModeOf(const ScannerOptions& options, bool color) {
   const ScannerOption* option = options.FindActive("mode");
   if (option == nullptr || option->choices.empty()) return std::string();
   for (const std::string& choice : option->choices) {
-    const std::string name = Lower(choice);
+    const std::string name = LowerCase(choice);
     const bool is_color = name.find("color") != std::string::npos;
     const bool is_grey =
         name.find("gray") != std::string::npos || name.find("grey") != std::string::npos;

@@ -7,15 +7,10 @@
 #include <optional>
 #include <sstream>
 
+#include "base/text.h"
+
 namespace trammel::procedure {
 namespace {
-
-std::string Trimmed(const std::string& text) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 Result<std::string> AskOne(const StartQuestion& question, Person& person,
                            const std::function<void(const std::string&)>& say) {
@@ -31,7 +26,7 @@ Result<std::string> AskOne(const StartQuestion& question, Person& person,
   for (;;) {
     const auto line = TRY(person.LineWithin(kLook_s));
     if (!line) continue;
-    std::string answer = Trimmed(*line);
+    std::string answer(Trimmed(*line));
     if (answer.empty()) answer = question.fallback;
     if (answer.empty() && ++empty == kMostEmpty) {
       return Fail(fmt::format(

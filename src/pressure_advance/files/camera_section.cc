@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/text.h"
 #include "gcode/number.h"
 
 namespace trammel::files {
@@ -31,12 +32,6 @@ std::string Between(const Measured& measured, double unit, int decimals) {
   const Interval& interval = measured.quantity().interval95;
   return fmt::format("95 %: {} to {}", FormatNumber(interval.lo / unit, decimals),
                      FormatNumber(interval.hi / unit, decimals));
-}
-
-std::string_view Trimmed(std::string_view line) {
-  const auto first = line.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return line.substr(first, line.find_last_not_of(" \t\r") - first + 1);
 }
 
 // The name of the section that a line begins; empty: it begins none.

@@ -7,18 +7,14 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/text.h"
+
 namespace trammel::sim {
 namespace {
 
 bool IsSpace(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 bool IsAlpha(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-
-std::string_view Trim(std::string_view text) {
-  while (!text.empty() && IsSpace(text.front())) text.remove_prefix(1);
-  while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 // Runs of letters and underscores are keys, what stands between them are values: "YQ" is one key
 // without a value, which is why Klipper takes "G1 X50 YQ" without complaint.
@@ -37,14 +33,14 @@ void ParseLetters(std::string_view text, CommandLine& line) {
       ++value_end;
     }
     line.parameters[UpperCase(text.substr(i, key_end - i))] =
-        std::string(Trim(text.substr(key_end, value_end - key_end)));
+        std::string(Trimmed(text.substr(key_end, value_end - key_end)));
     i = value_end;
   }
 }
 
 // KEY=VALUE words; quotes hold blanks together.
 void ParseLong(std::string_view text, CommandLine& line) {
-  while (!(text = Trim(text)).empty()) {
+  while (!(text = Trimmed(text)).empty()) {
     std::string word;
     char quote = 0;
     std::size_t i = 0;
@@ -69,21 +65,13 @@ void ParseLong(std::string_view text, CommandLine& line) {
 
 }  // namespace
 
-std::string UpperCase(std::string_view text) {
-  std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(), [](char c) {
-    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  });
-  return upper;
-}
-
 std::string PythonNumber(double value) {
   return value == std::floor(value) && std::abs(value) < 1e15 ? fmt::format("{:.1f}", value)
                                                               : fmt::format("{}", value);
 }
 
 std::optional<double> ToNumber(std::string_view text) {
-  text = Trim(text);
+  text = Trimmed(text);
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double value = 0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -95,11 +83,11 @@ std::optional<double> ToNumber(std::string_view text) {
 
 CommandLine ParseCommandLine(std::string_view raw) {
   CommandLine line;
-  std::string_view text = Trim(raw.substr(0, std::min(raw.size(), raw.find(';'))));
+  std::string_view text = Trimmed(raw.substr(0, std::min(raw.size(), raw.find(';'))));
   if (text.size() > 1 && (text[0] == 'N' || text[0] == 'n') && IsDigit(text[1])) {
     std::size_t end = 1;
     while (end < text.size() && IsDigit(text[end])) ++end;
-    text = Trim(text.substr(end));
+    text = Trimmed(text.substr(end));
   }
   if (text.empty()) return line;
   line.text = std::string(text);
@@ -111,7 +99,7 @@ CommandLine ParseCommandLine(std::string_view raw) {
     while (end < text.size() && !IsSpace(text[end])) ++end;
   }
   line.name = UpperCase(text.substr(0, end));
-  line.rest = std::string(Trim(text.substr(end)));
+  line.rest = std::string(Trimmed(text.substr(end)));
   if (line.name == "M117" || line.name == "M118") return line;
   if (classic) {
     ParseLetters(line.rest, line);

@@ -44,8 +44,6 @@ struct NumberRule {
 /// Text to a finite number; absent where it is none.
 [[nodiscard]] std::optional<double> ToNumber(std::string_view text);
 
-[[nodiscard]] std::string UpperCase(std::string_view text);
-
 /// A number as Python prints it: 0.0, 1.5.
 [[nodiscard]] std::string PythonNumber(double value);
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 
+#include "base/text.h"
 #include "sim/klipper/command_line.h"
 #include "sim/klipper/commands.h"
 
@@ -117,11 +118,6 @@ Json StepperSettings(const KlipperConfig& config, std::size_t axis) {
           {"position_min", config.axis_minimum_mm[axis]},
           {"position_max", config.axis_maximum_mm[axis]},
           {"homing_speed", config.homing_speed_mm_s[axis]}};
-}
-
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 Json ConfigFile(const VirtualKlipper& machine) {

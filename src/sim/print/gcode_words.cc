@@ -7,26 +7,14 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/text.h"
+
 namespace trammel::sim {
 namespace {
 
 bool IsSpace(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 bool IsAlpha(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(), [](char c) {
-    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  });
-  return upper;
-}
-
-std::string_view Trim(std::string_view text) {
-  while (!text.empty() && IsSpace(text.front())) text.remove_prefix(1);
-  while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 // Text for a message: short and without control characters.
 std::string Quotable(std::string_view text) {
@@ -43,29 +31,29 @@ std::string_view WithoutLineNumber(std::string_view text) {
   }
   std::size_t end = 1;
   while (end < text.size() && IsDigit(text[end])) ++end;
-  return Trim(text.substr(end));
+  return Trimmed(text.substr(end));
 }
 
 // KEY=VALUE words; a value may stand in double quotes.
 void ParseLongParameters(std::string_view text, Command& command) {
-  while (!(text = Trim(text)).empty()) {
+  while (!(text = Trimmed(text)).empty()) {
     const std::size_t equals = text.find('=');
     if (equals == std::string_view::npos) {
       return;
     }
-    std::string_view key = Trim(text.substr(0, equals));
+    std::string_view key = Trimmed(text.substr(0, equals));
     const std::size_t last_space = key.find_last_of(" \t");
     if (last_space != std::string_view::npos) {
       key = key.substr(last_space + 1);
     }
-    text = Trim(text.substr(equals + 1));
+    text = Trimmed(text.substr(equals + 1));
     const bool quoted = !text.empty() && text.front() == '"';
     if (quoted) {
       text.remove_prefix(1);
     }
     std::size_t end = 0;
     while (end < text.size() && (quoted ? text[end] != '"' : !IsSpace(text[end]))) ++end;
-    command.parameters[Upper(key)] = std::string(text.substr(0, end));
+    command.parameters[UpperCase(key)] = std::string(text.substr(0, end));
     text.remove_prefix(std::min(text.size(), end + (quoted ? 1 : 0)));
   }
 }
@@ -78,7 +66,7 @@ void ParseLetters(std::string_view text, Command& command) {
       ++i;
       continue;
     }
-    const std::string key = Upper(text.substr(i, 1));
+    const std::string key = UpperCase(text.substr(i, 1));
     std::size_t end = i + 1;
     while (end < text.size() && !IsSpace(text[end])) {
       const bool next_word = IsAlpha(text[end]) && end > i + 1 &&
@@ -98,7 +86,7 @@ void ParseLetters(std::string_view text, Command& command) {
 Command ParseCommand(std::string_view line, int line_number) {
   Command command;
   command.line = line_number;
-  std::string_view text = Trim(line.substr(0, std::min(line.size(), line.find(';'))));
+  std::string_view text = Trimmed(line.substr(0, std::min(line.size(), line.find(';'))));
   text = WithoutLineNumber(text);
   if (text.empty()) {
     return command;
@@ -106,12 +94,12 @@ Command ParseCommand(std::string_view line, int line_number) {
   const bool classic = IsAlpha(text[0]) && text.size() > 1 && IsDigit(text[1]);
   std::size_t end = 1;
   if (classic) {
-    text = Trim(text.substr(0, std::min(text.size(), text.find('*'))));
+    text = Trimmed(text.substr(0, std::min(text.size(), text.find('*'))));
     while (end < text.size() && (IsDigit(text[end]) || text[end] == '.')) ++end;
   } else {
     while (end < text.size() && !IsSpace(text[end])) ++end;
   }
-  command.name = Upper(text.substr(0, end));
+  command.name = UpperCase(text.substr(0, end));
   const std::string_view rest = text.substr(end);
   if (classic && command.name != "M117" && command.name != "M118") {
     ParseLetters(rest, command);

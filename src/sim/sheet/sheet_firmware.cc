@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "base/text.h"
 #include "sim/sheet/sheet_interpreter.h"
 
 namespace trammel::sim {
@@ -20,7 +21,7 @@ struct Signs {
 
 void Look(std::string_view line, Signs& signs) {
   const std::size_t comment = std::min(line.size(), line.find(';'));
-  const std::string words = sheet::Upper(line.substr(comment));
+  const std::string words = UpperCase(line.substr(comment));
   const auto says = [&words](const char* name) { return words.find(name) != std::string::npos; };
   signs.named[0] |= says("KLIPPER");
   signs.named[1] |= says("MARLIN");

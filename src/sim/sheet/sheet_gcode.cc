@@ -27,12 +27,6 @@ constexpr std::string_view kSilent =
 
 }  // namespace
 
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return upper;
-}
-
 const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Handlers() {
   using I = Interpreter;
   static const std::map<std::string, Handler, std::less<>> handlers = {

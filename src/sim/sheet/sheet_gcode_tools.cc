@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "base/text.h"
 #include "sim/sheet/sheet_interpreter.h"
 
 namespace trammel::sim::sheet {
@@ -13,7 +14,7 @@ constexpr Bound kOffsetMm{-1e3, 1e3};
 
 // "T1" and "tool T1".
 Result<int> ToolNamed(const std::string& name, int line) {
-  const std::string upper = Upper(name);
+  const std::string upper = UpperCase(name);
   const std::size_t size = upper.size();
   if (size >= 2 && upper[size - 2] == 'T' && upper[size - 1] >= '0' &&
       upper[size - 1] < '0' + kMostSheetTools) {
@@ -56,7 +57,7 @@ Result<void> Interpreter::SetToolParameter(const Command& command) {
   for (int axis = 0; axis < 2; ++axis) {
     const std::string long_name = axis == 0 ? "GCODE_X_OFFSET" : "GCODE_Y_OFFSET";
     const bool meant =
-        parameter != command.parameters.end() && Upper(parameter->second) == long_name;
+        parameter != command.parameters.end() && UpperCase(parameter->second) == long_name;
     const auto value = TRY(NumberOf(command, meant ? "VALUE" : kAxisKeys[axis], kOffsetMm));
     if (value.has_value()) offsets_.Store(number, axis, *value);
   }
@@ -118,7 +119,7 @@ Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_c
 Result<void> Interpreter::ActivateExtruder(const Command& command) {
   const auto found = command.parameters.find("EXTRUDER");
   const std::string name =
-      found == command.parameters.end() ? "" : Upper(found->second).substr(0, 40);
+      found == command.parameters.end() ? "" : UpperCase(found->second).substr(0, 40);
   const std::string_view digits =
       std::string_view(name).substr(std::min<std::size_t>(8, name.size()));
   const bool known = name.substr(0, 8) == "EXTRUDER" && digits.size() <= 1 &&
@@ -137,7 +138,7 @@ Result<void> Interpreter::ActivateExtruder(const Command& command) {
 
 Result<void> Interpreter::SetDualCarriage(const Command& command) {
   const auto found = command.parameters.find("MODE");
-  if (found != command.parameters.end() && Upper(found->second) != "PRIMARY") {
+  if (found != command.parameters.end() && UpperCase(found->second) != "PRIMARY") {
     return Fail(
         fmt::format("G-code line {}: SET_DUAL_CARRIAGE MODE={} is not understood by the "
                     "virtual machine; use PRIMARY",
@@ -168,7 +169,7 @@ Result<void> Interpreter::SelectTool(const Command& command) {
 
 // T0 … T7, T-1 and the templates of the setup. False: not one of these.
 Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_view line) {
-  const std::string text = Upper(line.substr(0, std::min(line.size(), line.find(';'))));
+  const std::string text = UpperCase(line.substr(0, std::min(line.size(), line.find(';'))));
   const std::size_t last = text.find_last_not_of(" \t\r");
   for (const std::string& pattern : setup_.tool_commands) {
     for (int tool = 0; tool < kMostSheetTools; ++tool) {
@@ -176,7 +177,7 @@ Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_vie
       if (at == std::string::npos) break;
       const std::string wanted =
           fmt::format("{}{}{}", pattern.substr(0, at), tool, pattern.substr(at + 6));
-      if (last == std::string::npos || text.substr(0, last + 1) != Upper(wanted)) continue;
+      if (last == std::string::npos || text.substr(0, last + 1) != UpperCase(wanted)) continue;
       TRY(ChangeTool(command, tool, true));
       return true;
     }

@@ -32,8 +32,6 @@ struct State {
   SheetToolOffsets::Shift shift{};
 };
 
-[[nodiscard]] std::string Upper(std::string_view text);
-
 class Interpreter {
  public:
   explicit Interpreter(const SheetSetup& setup) : setup_(setup), offsets_(setup) {

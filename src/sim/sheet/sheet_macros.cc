@@ -6,29 +6,16 @@
 #include <cctype>
 #include <optional>
 
+#include "base/text.h"
+
 namespace trammel::sim {
 namespace {
-
-std::string_view Trim(std::string_view text) {
-  const auto space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-  while (!text.empty() && space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-std::string Upper(std::string_view text) {
-  std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(), [](char c) {
-    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  });
-  return upper;
-}
 
 // The name in "[gcode_macro NAME]"; nothing for other lines.
 std::optional<std::string> MacroName(std::string_view line) {
   constexpr std::string_view kStart = "[gcode_macro ";
   if (line.substr(0, kStart.size()) != kStart || line.back() != ']') return std::nullopt;
-  return Upper(Trim(line.substr(kStart.size(), line.size() - kStart.size() - 1)));
+  return UpperCase(Trimmed(line.substr(kStart.size(), line.size() - kStart.size() - 1)));
 }
 
 class Reader {
@@ -55,7 +42,7 @@ Result<void> Reader::End() {
 }
 
 Result<void> Reader::Line(std::string_view raw, int number) {
-  const std::string_view line = Trim(raw.substr(0, std::min(raw.size(), raw.find('#'))));
+  const std::string_view line = Trimmed(raw.substr(0, std::min(raw.size(), raw.find('#'))));
   if (line.empty()) return {};
   if (line.front() == '[') {
     TRY(End());
@@ -68,7 +55,7 @@ Result<void> Reader::Line(std::string_view raw, int number) {
   if (!name_) return {};
   const bool indented = std::isspace(static_cast<unsigned char>(raw.front())) != 0;
   if (!indented) {
-    if (line.substr(0, 6) == "gcode:") gcode_ = std::string(Trim(line.substr(6))) + "\n";
+    if (line.substr(0, 6) == "gcode:") gcode_ = std::string(Trimmed(line.substr(6))) + "\n";
     return {};
   }
   if (!gcode_) return {};

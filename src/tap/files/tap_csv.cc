@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 
+#include "base/text.h"
 #include "files/json_object.h"
 #include "tap/files/tap_file.h"
 
@@ -20,13 +21,6 @@ using tap::Recording;
 
 constexpr std::size_t kMostColumns = 64;
 constexpr std::size_t kMostMoves = 1000;
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \r\"";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 /// One table, line after line. Where a row ends, the next call goes on.
 class Rows {

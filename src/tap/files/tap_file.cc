@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/text.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
 #include "tap/files/moves_from_z.h"
@@ -26,13 +27,6 @@ constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
 constexpr std::size_t kMostMoves = 1000;
 constexpr std::size_t kMostTaps = 100'000;
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 /// Numbers; null stands for a sample without one.
 std::vector<double> Samples(JsonObject& object, const char* key) {
