@@ -88,7 +88,8 @@ TEST(OrcaProfile, SwitchesATableOffHoweverItIsOn) {
     profile["adaptive_pressure_advance"] = Json::parse(on);
     const auto made = WithPressureAdvance(profile.dump(), "pla.json", 0.05);
     ASSERT_TRUE(made) << made.error().message;
-    for (const Json& entry : Json::parse(made->text)["adaptive_pressure_advance"]) {
+    const Json written = Json::parse(made->text);
+    for (const Json& entry : written["adaptive_pressure_advance"]) {
       EXPECT_EQ(entry, "0") << on;
     }
     EXPECT_THAT(made->notices, SizeIs(1)) << on;
