@@ -1,6 +1,10 @@
 // Runs a fuzz target. With libFuzzer (TRAMMEL_FUZZ) the environment names it, TRAMMEL_FUZZ_TARGET;
 // else the tests replay each corpus:
 //   fuzz_targets TARGET PLACE…   files, or folders of them
+#include <fcntl.h>
+#include <stdlib.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -44,8 +48,8 @@ std::string BytesOf(const fs::path& path) {
 
 void Run(Target target, std::string_view bytes) {
   // A copy of exactly this size: a sanitizer sees each byte that is read beyond it.
-  const std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
-  target(copy.data(), copy.size());
+  const std::vector<char> copy(bytes.begin(), bytes.end());
+  target({copy.data(), copy.size()});
 }
 
 /// Each input, and what is left of it when a connection or a copy breaks off.
@@ -69,9 +73,43 @@ int Replay(Target target, const fs::path& place) {
 
 }  // namespace
 
-trammel::fuzz::RegisteredTarget::RegisteredTarget(const char* name, Run run) {
-  Targets().emplace(name, run);
+/// As in the process that reads PDFs: what asks for more memory than that has gets none.
+extern "C" const char* __asan_default_options() {
+  return "allocator_may_return_null=1:max_allocation_size_mb=256";
 }
+
+namespace trammel::fuzz {
+
+RegisteredTarget::RegisteredTarget(const char* name, Run run) { Targets().emplace(name, run); }
+
+MemoryFile::MemoryFile(const std::string& name) {
+  std::error_code none;
+  const fs::path memory = "/dev/shm";
+  const bool there = fs::is_directory(memory, none);
+  std::string folder =
+      ((there ? memory : fs::temp_directory_path()) / "trammel-fuzz-XXXXXX").string();
+  Require(mkdtemp(folder.data()) != nullptr, "there is a folder for temporary files");
+  path_ = fs::path(folder) / name;
+}
+
+MemoryFile::~MemoryFile() {
+  std::error_code ignored;
+  fs::remove_all(path_.parent_path(), ignored);
+}
+
+void MemoryFile::Write(std::string_view bytes) const {
+  constexpr mode_t kRights = 0600;
+  const int file = open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kRights);
+  Require(file >= 0, "the temporary file can be opened");
+  while (!bytes.empty()) {
+    const ssize_t written = write(file, bytes.data(), bytes.size());
+    Require(written > 0, "the temporary file can be written");
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  close(file);
+}
+
+}  // namespace trammel::fuzz
 
 #ifdef TRAMMEL_FUZZ
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -81,7 +119,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     trammel::fuzz::Require(found != Targets().end(), "TRAMMEL_FUZZ_TARGET names a target");
     return found->second;
   }();
-  return target(data, size);
+  target({reinterpret_cast<const char*>(data), size});
+  return 0;
 }
 #else
 int main(int count, char** arguments) {

@@ -1,32 +1,35 @@
 // What every fuzz target shares.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <span>
+#include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/result.h"
 
-/// Begins the target NAME, a function of one input: (const std::uint8_t* data, std::size_t size).
-#define TRAMMEL_FUZZ_TARGET(name)                                                     \
-  static int Fuzz_##name(const std::uint8_t* data, std::size_t size);                 \
+/// Begins the target NAME, a function of one input: (std::string_view text).
+#define FUZZ_TARGET(name)                                                             \
+  static void Fuzz_##name(std::string_view text);                                     \
   static const trammel::fuzz::RegisteredTarget registered_##name(#name, Fuzz_##name); \
-  static int Fuzz_##name
+  static void Fuzz_##name
 
 namespace trammel::fuzz {
 
 /// Adds a target to the driver's table. Lives as long as the program.
 struct RegisteredTarget {
-  using Run = int (*)(const std::uint8_t* data, std::size_t size);
+  using Run = void (*)(std::string_view text);
   RegisteredTarget(const char* name, Run run);
 };
 
-[[nodiscard]] inline std::string_view Text(const std::uint8_t* data, std::size_t size) {
-  return {reinterpret_cast<const char*>(data), size};
+[[nodiscard]] inline std::span<const std::uint8_t> Bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
 /// Ends the process, which both libFuzzer and the replay report as a fault of this input.
@@ -50,17 +53,38 @@ template <class T>
   return result.has_value();
 }
 
-/// Splits an input at lines of "----"; the last part keeps what is left. Missing parts are empty.
+/// Takes off the text up to `end`, and `end`; all of it where there is none.
+inline std::string_view TakeUntil(std::string_view& text, std::string_view end) {
+  const std::size_t at = std::min(text.find(end), text.size());
+  const std::string_view taken = text.substr(0, at);
+  text.remove_prefix(std::min(at + end.size(), text.size()));
+  return taken;
+}
+
+/// Splits an input at lines of "----"; the last part has the rest. Missing parts are empty.
 [[nodiscard]] inline std::vector<std::string_view> Parts(std::string_view text, std::size_t count) {
-  constexpr std::string_view kBetween = "\n----\n";
   std::vector<std::string_view> parts;
-  while (parts.size() + 1 < count) {
-    const std::size_t end = text.find(kBetween);
-    parts.push_back(text.substr(0, end));
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + kBetween.size());
-  }
+  while (parts.size() + 1 < count) parts.push_back(TakeUntil(text, "\n----\n"));
   parts.push_back(text);
   return parts;
 }
+
+/// A file for readers that take a path, without a disk: in a folder of its own, in memory where the
+/// system has such a folder. Writing it again replaces its bytes.
+class MemoryFile {
+ public:
+  /// @param name  with the extension that its reader requires
+  explicit MemoryFile(const std::string& name);
+  ~MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  /// Ends the process where the file cannot be written.
+  void Write(std::string_view bytes) const;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace trammel::fuzz

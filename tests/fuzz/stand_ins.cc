@@ -1,9 +1,12 @@
-#include "scripted_connection.h"
+// Stands in for sockets, child processes and loaded modules, linked in place of their files.
+#include "stand_ins.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <deque>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -12,6 +15,10 @@
 #include "fuzz.h"
 #include "machine/moonraker/message_log.h"
 #include "machine/moonraker/moonraker_connection.h"
+#include "machine/net/byte_stream.h"
+#include "machine/net/child_process.h"
+#include "machine/net/wait_fd.h"
+#include "machine/page/pdf_module.h"
 
 namespace trammel::fuzz {
 namespace {
@@ -138,5 +145,110 @@ void MoonrakerConnection::RunAfter(double delay_s, std::function<void()> functio
 bool MoonrakerConnection::OnOwnThread() const { return state_->pumping; }
 const MessageLog& MoonrakerConnection::log() const { return state_->log; }
 const MoonrakerAddress& MoonrakerConnection::address() const { return state_->address; }
+
+}  // namespace trammel::machine
+
+namespace trammel::fuzz {
+namespace {
+
+std::string_view g_bytes;
+std::size_t g_piece = 0;
+
+}  // namespace
+
+void SetStream(std::string_view bytes, std::size_t piece) {
+  g_bytes = bytes;
+  g_piece = piece;
+}
+
+}  // namespace trammel::fuzz
+
+namespace trammel::machine {
+
+struct ByteStream::State {};
+
+ByteStream::ByteStream(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ByteStream::ByteStream(ByteStream&&) noexcept = default;
+ByteStream& ByteStream::operator=(ByteStream&&) noexcept = default;
+ByteStream::~ByteStream() = default;
+
+Result<ByteStream> ByteStream::Connect(const ConnectOptions&, const std::stop_token&) {
+  if (fuzz::g_bytes.empty()) return Fail("refused", ErrorKind::kMachine);
+  return ByteStream(std::make_unique<State>());
+}
+
+Result<void> ByteStream::Write(std::string_view, double, const std::stop_token&) { return {}; }
+
+Result<ByteStream::ReadResult> ByteStream::Read(std::span<std::uint8_t> buffer, double,
+                                                const std::stop_token&) {
+  const std::size_t count = std::min({fuzz::g_piece, buffer.size(), fuzz::g_bytes.size()});
+  std::copy_n(fuzz::g_bytes.begin(), count, buffer.begin());
+  fuzz::g_bytes.remove_prefix(count);
+  return ReadResult{count, false};
+}
+
+Waited WaitForFd(int, short, double, const std::stop_token& stop) {
+  return stop.stop_requested() ? Waited::kStopped : Waited::kTimeLimit;
+}
+
+}  // namespace trammel::machine
+
+// machine/net/child_process.cc: the work runs at once and in this process, where the
+// sanitizers see it and no process has to be made for each input. Its limits are not set.
+
+namespace {
+
+std::deque<trammel::machine::ChildMessage> g_messages;
+
+}  // namespace
+
+// They would limit the fuzzer.
+extern "C" int setrlimit(__rlimit_resource_t, const rlimit*) noexcept { return 0; }
+
+namespace trammel::machine {
+
+bool ChildSender::Send(std::uint32_t kind, std::span<const std::uint8_t> bytes) const {
+  g_messages.push_back({kind, {bytes.begin(), bytes.end()}});
+  return fd_ < 0;
+}
+
+bool ChildSender::Send(std::uint32_t kind, std::string_view text) const {
+  return Send(kind, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+Result<ChildProcess> ChildProcess::Start(const std::function<void(const ChildSender&)>& work,
+                                         double patience_s) {
+  constexpr int kNone = -1;
+  g_messages.clear();
+  try {
+    work(ChildSender(kNone));
+  } catch (const std::bad_alloc&) {
+    // More than a child may take: it ends without having said all.
+  }
+  return ChildProcess(kNone, kNone, patience_s);
+}
+
+ChildProcess::ChildProcess(ChildProcess&& other) noexcept = default;
+ChildProcess::~ChildProcess() = default;
+
+Heard ChildProcess::Receive(ChildMessage& message, double, const std::stop_token&) {
+  if (g_messages.empty()) return Heard::kEnded;
+  message = std::move(g_messages.front());
+  g_messages.pop_front();
+  return Heard::kMessage;
+}
+
+void ChildProcess::LetEnd() {}
+std::string ChildProcess::End() { return "it has not said all"; }
+
+}  // namespace trammel::machine
+
+// The module that reads PDFs, linked into the target instead of loaded.
+
+extern "C" const void* trammel_module();
+
+namespace trammel::machine {
+
+Result<const PdfModule*> FindPdfModule() { return static_cast<const PdfModule*>(trammel_module()); }
 
 }  // namespace trammel::machine
