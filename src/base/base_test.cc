@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include <cmath>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -80,6 +81,15 @@ TEST(Statistics, StudentTMatchesThePublishedTable) {
   EXPECT_NEAR(StudentT95(1e7), 1.960, 1e-3);
 }
 
+TEST(Statistics, StudentPointsAreThoseOfTheTables) {
+  // Printed tables (Fisher & Yates): two-sided 0.05, 0.01 and 0.001.
+  EXPECT_NEAR(StudentPoint(0.05, 1), 12.7062, 1e-4);
+  EXPECT_NEAR(StudentPoint(0.01, 5), 4.0321, 1e-4);
+  EXPECT_NEAR(StudentPoint(0.001, 20), 3.8495, 1e-4);
+  EXPECT_NEAR(StudentPoint(0.5, 1), 1, 1e-12);  // Cauchy's quartile
+  EXPECT_NEAR(StudentPoint(0.05, 1e6), kNormal95, 1e-5);
+}
+
 TEST(Statistics, StudentTFallsToTheNormalQuantileWithoutABreak) {
   double last = StudentT95(1);
   for (double freedom = 1.1; freedom < 1e12; freedom *= 1.1) {
@@ -89,6 +99,28 @@ TEST(Statistics, StudentTFallsToTheNormalQuantileWithoutABreak) {
     last = t;
   }
   EXPECT_NEAR(StudentT95(100), StudentT95(100.0001), 2e-7);
+}
+
+TEST(ChiSquare, QuantilesAreThoseOfTheTables) {
+  // Printed tables (Pearson & Hartley): 0.95 and 0.999.
+  EXPECT_NEAR(ChiSquareQuantile(0.95, 1), 3.841459, 1e-5);
+  EXPECT_NEAR(ChiSquareQuantile(0.95, 9), 16.918978, 1e-5);
+  EXPECT_NEAR(ChiSquareQuantile(0.999, 9), 27.877165, 1e-5);
+  EXPECT_NEAR(ChiSquareQuantile(0.05, 9), 3.325113, 1e-5);
+  EXPECT_NEAR(ChiSquareQuantile(0.95, 100), 124.342113, 1e-4);
+}
+
+TEST(ChiSquare, TailsAreExactWithTwoDegreesAndFallWithTheValue) {
+  EXPECT_NEAR(ChiSquareTail(2 * std::log(2.0), 2), 0.5, 1e-14);
+  EXPECT_NEAR(ChiSquareTail(2 * std::log(1000.0), 2), 0.001, 1e-15);
+  EXPECT_EQ(ChiSquareTail(std::numeric_limits<double>::infinity(), 3), 0);
+}
+
+TEST(ChiSquare, WithoutASumOrAFreedomNothingIsUnlikely) {
+  EXPECT_EQ(ChiSquareTail(0, 3), 1);
+  EXPECT_EQ(ChiSquareTail(std::numeric_limits<double>::quiet_NaN(), 3), 1);
+  EXPECT_EQ(ChiSquareTail(100, 0), 1);
+  EXPECT_THROW((void)ChiSquareQuantile(0.95, 0), Bug);
 }
 
 TEST(Frame, CropLooksIntoTheSamePixelsAndStaysInside) {

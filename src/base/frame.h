@@ -28,6 +28,13 @@ struct PixelRect {
   int height = 0;
 };
 
+/// Returns whether all of `inner` lies within `outer`.
+[[nodiscard]] inline bool Contains(const PixelRect& outer, const PixelRect& inner) {
+  return inner.x >= outer.x && inner.y >= outer.y &&
+         inner.x + inner.width <= outer.x + outer.width &&
+         inner.y + inner.height <= outer.y + outer.height;
+}
+
 /// An owned 8-bit BGR image, shape (height, width, 3), row-major, without padding, and its capture
 /// time on the clock of whoever took it.
 struct Frame {

@@ -1,8 +1,9 @@
 #include "base/statistics.h"
 
 #include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "base/check.h"
@@ -50,43 +51,25 @@ double LogGamma(double x) {
   return ::lgamma_r(x, &sign);
 }
 
-double StudentT95(double degrees_of_freedom) {
-  TRAMMEL_CHECK(degrees_of_freedom > 0, "degrees_of_freedom = {}", degrees_of_freedom);
-  const double n = degrees_of_freedom;
-  if (n > 100) {
-    // Expansion about the normal quantile (Abramowitz & Stegun 26.7.5); error below 1e-7.
-    constexpr double z = 1.959963984540054;
-    constexpr double z2 = z * z;
-    const double third = (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (384 * n);
-    return z * (1 + ((z2 + 1) / 4 + (((5 * z2 + 16) * z2 + 3) / 96 + third) / n) / n);
-  }
-  // P(|T| <= t) by integrating the density in theta = atan(t / sqrt(n)), where it becomes
-  // proportional to cos^(n-1)(theta); Newton on theta, bisected where it leaps out. The fixed grid
-  // resolves n up to 1e4.
-  const auto integral = [n](double theta) {
-    constexpr int kSteps = 400;  // Simpson; error below 1e-9 for n >= 1
-    const double h = theta / kSteps;
-    double sum = 0;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double weight = (i == 0 || i == kSteps) ? 1 : (i % 2 == 1 ? 4 : 2);
-      sum += weight * std::pow(std::cos(h * i), n - 1);
-    }
-    return sum * h / 3;
-  };
-  const double whole =
-      std::exp(LogGamma(n / 2) - LogGamma((n + 1) / 2)) * std::sqrt(std::numbers::pi) / 2;
-  double lo = 0;
-  double hi = std::numbers::pi / 2;
-  double theta = std::atan(2 / std::sqrt(n));
-  for (int i = 0; i < 60; ++i) {
-    const double missing = 0.95 * whole - integral(theta);
-    (missing > 0 ? lo : hi) = theta;
-    const double before = theta;
-    theta += missing / std::pow(std::cos(theta), n - 1);
-    if (!(theta > lo && theta < hi)) theta = (lo + hi) / 2;
-    if (std::abs(theta - before) < 1e-14 * theta) break;
-  }
-  return std::sqrt(n) * std::tan(theta);
+double StudentPoint(double probability, double freedom) {
+  TRAMMEL_CHECK(probability > 0 && probability < 1 && freedom > 0, "probability = {}, freedom = {}",
+                probability, freedom);
+  double rest = 0;  // 1 - share, which would cancel for many degrees of freedom
+  const double share = boost::math::ibeta_inv(0.5 * freedom, 0.5, probability, &rest);
+  return std::sqrt(freedom * rest / share);
+}
+
+double StudentT95(double degrees_of_freedom) { return StudentPoint(0.05, degrees_of_freedom); }
+
+double ChiSquareTail(double value, int freedom) {
+  if (freedom < 1 || !(value > 0)) return 1;
+  return boost::math::gamma_q(0.5 * freedom, 0.5 * value);
+}
+
+double ChiSquareQuantile(double probability, int freedom) {
+  TRAMMEL_CHECK(probability > 0 && probability < 1 && freedom > 0, "probability = {}, freedom = {}",
+                probability, freedom);
+  return 2 * boost::math::gamma_p_inv(0.5 * freedom, probability);
 }
 
 }  // namespace trammel

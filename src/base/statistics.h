@@ -27,8 +27,19 @@ inline constexpr double kNormal95 = 1.959964;
 /// ln |Γ(x)|. std::lgamma also writes the sign to a variable that all threads share.
 [[nodiscard]] double LogGamma(double x);
 
-/// The two-sided 95 % point of Student's t: |t| stays below it with probability 0.95.
-/// REQUIRES degrees_of_freedom > 0 (need not be whole: Welch-Satterthwaite).
+/// The magnitude that |t| of Student's distribution exceeds with this probability.
+/// REQUIRES 0 < probability < 1, freedom > 0 (need not be whole: Welch-Satterthwaite).
+[[nodiscard]] double StudentPoint(double probability, double freedom);
+
+/// The two-sided 95 % point of Student's t. REQUIRES degrees_of_freedom > 0.
 [[nodiscard]] double StudentT95(double degrees_of_freedom);
+
+/// Probability that chi-square with `freedom` degrees exceeds the value (of what is not above 0,
+/// and without a degree of freedom: 1).
+[[nodiscard]] double ChiSquareTail(double value, int freedom);
+
+/// The value that chi-square stays below with this probability. REQUIRES 0 < probability < 1 and
+/// freedom > 0.
+[[nodiscard]] double ChiSquareQuantile(double probability, int freedom);
 
 }  // namespace trammel

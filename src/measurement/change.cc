@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "base/student.h"
 
 namespace trammel::measurement {
 namespace {

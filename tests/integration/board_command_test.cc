@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "board_scene.h"
 #include "geometry/linear_systems.h"
 #include "image/png_test_support.h"

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <thread>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "machine/linuxcnc/linuxcnc.h"
 #include "part_alignment/files/camera_file.h"

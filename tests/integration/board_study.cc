@@ -19,7 +19,7 @@
 
 #include "align_scene.h"
 #include "alignment_study.h"
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "board_scene.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "align_scene.h"
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "board_scene.h"
 #include "geometry/linear_systems.h"
 

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "alignment_study.h"
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "plain_scene.h"
 
 namespace trammel {

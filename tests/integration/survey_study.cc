@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "alignment_study.h"
-#include "base/chi_square.h"
 #include "base/random.h"
+#include "base/statistics.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 

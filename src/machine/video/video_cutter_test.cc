@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "base/pixel_rects.h"
+#include "base/frame.h"
 #include "machine/video/video_file.h"
 #include "machine/video/video_writer.h"
 #include "support/temporary_folder.h"

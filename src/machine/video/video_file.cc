@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "base/pixel_rects.h"
+#include "base/frame.h"
 #include "image/jpeg_reader.h"
 #include "machine/video/avi_reader.h"
 #include "machine/video/video_budget.h"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/board/board_adjust.h"

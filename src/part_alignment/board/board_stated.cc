@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 
 namespace trammel::part_alignment {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "part_alignment/pose/ceres_descend.h"
 #include "part_alignment/pose/first_guess.h"
 #include "part_alignment/pose/joint_fit.h"

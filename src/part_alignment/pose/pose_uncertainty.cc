@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/joint_fit.h"

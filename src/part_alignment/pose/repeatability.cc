@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "part_alignment/pose/fit.h"
 #include "part_alignment/pose/joint_fit.h"
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <string>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve_test_support.h"
 

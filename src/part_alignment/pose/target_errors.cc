@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "part_alignment/pose/joint_fit.h"
 
 namespace trammel::part_alignment {

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "part_alignment/survey/network.h"
 #include "part_alignment/survey/plain_doubts.h"

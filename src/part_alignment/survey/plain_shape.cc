@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "part_alignment/survey/survey_discs.h"
 

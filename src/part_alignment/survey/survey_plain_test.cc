@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "base/chi_square.h"
 #include "base/random.h"
+#include "base/statistics.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_test_support.h"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "base/chi_square.h"
 #include "base/random.h"
+#include "base/statistics.h"
 #include "part_alignment/survey/survey_test_support.h"
 
 namespace trammel::part_alignment {

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "base/check.h"
-#include "base/pixel_rects.h"
+#include "base/frame.h"
 #include "support/laser_world.h"
 #include "support/temporary_folder.h"
 

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "base/pixel_rects.h"
+#include "base/frame.h"
 #include "machine/video/video_file.h"
 #include "pressure_advance/laser/laser_eye.h"
 

@@ -8,7 +8,6 @@
 #include <map>
 #include <numbers>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "tap/samples/finding.h"
 #include "tap/samples/motion.h"

@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "tool_offset/offset/sheet_model.h"

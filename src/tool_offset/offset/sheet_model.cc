@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "geometry/decompositions.h"
 

@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "base/check.h"
-#include "base/chi_square.h"
 #include "base/statistics.h"
 
 namespace trammel::tool_offset {
