@@ -6,9 +6,9 @@
 
 #include "tap/contact/contact.h"
 #include "tap/judge/quality_checks.h"
-#include "tap/samples/check_input.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/finding.h"
+#include "tap/samples/motion.h"
 #include "tap/two_line/two_line.h"
 
 namespace trammel::tap {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "tap/samples/tap.h"
-#include "tap/samples/tap_options.h"
 #include "tap/samples/workspace.h"
 
 namespace trammel::tap {

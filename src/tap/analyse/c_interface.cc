@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "tap/analyse/analyse.h"
-#include "tap/samples/check_input.h"
 #include "tap/samples/finding.h"
+#include "tap/samples/motion.h"
 #include "tap/two_line/corner_name.h"
 
 namespace {

@@ -3,10 +3,10 @@
 
 #include <limits>
 
-#include "tap/contact/stretch_fit.h"
+#include "tap/contact/press_stretch.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/motion.h"
-#include "tap/samples/tap_options.h"
+#include "tap/samples/tap.h"
 #include "tap/samples/workspace.h"
 
 namespace trammel::tap {

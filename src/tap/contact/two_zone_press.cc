@@ -5,9 +5,8 @@
 #include <cmath>
 #include <span>
 
-#include "tap/contact/break_search.h"
-
 namespace trammel::tap {
+
 namespace {
 
 constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "tap/samples/recording.h"
+#include "tap/samples/tap.h"
 
 namespace trammel::files {
 

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "tap/ensemble/ensemble.h"
-#include "tap/samples/recording.h"
 #include "tap/samples/tap.h"
 
 namespace trammel::report {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "tap/samples/sample_statistics.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "tap/samples/clock_step.h"
-#include "tap/samples/sample_statistics.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 namespace {

@@ -182,9 +182,6 @@ constexpr Entry kEntries[] = {
     {kHumRemoved, "hum_removed",
      "Mains hum of {0:.1f} gf was found in the force and taken into account. Keep the load cell's "
      "cable away from mains, or choose a sample rate that suppresses 50 or 60 Hz."},
-    {kPressTrimmed, "press_trimmed",
-     "The deepest {0:.2f} of the press follow no smooth curve and were left out: the drive was "
-     "not yet following at the start of the pull-back. Look for backlash, or pull back farther."},
     {kCorrelatedNoise, "correlated_noise",
      "Neighbouring samples err together; the interval was widened by {0:.1f}. A filter in the "
      "converter, a vibration or a press of unusual form does this."},

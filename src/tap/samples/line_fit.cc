@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace trammel::tap {
+
 namespace {
 
 /// Sums over a stretch, of times and forces from its own middle.

@@ -46,4 +46,14 @@ struct TapMotion {
 /// @returns a finding with code kNone and `motion` filled, or why the moves hold no tap.
 [[nodiscard]] Finding FindMotion(std::span<const Move> moves, TapMotion& motion);
 
+/// More samples than this are no tap: eight minutes at 2000 samples/s.
+inline constexpr std::size_t kMostSamples = 1'000'000;
+/// As many moves as a queue holds of a few taps.
+inline constexpr std::size_t kMostMoves = 1000;
+
+/// Checks sizes, times, numbers and moves, and reads the motion.
+/// @returns code kNone where a method may go on. Times that repeat are let through: a method
+///          must bear them, and corruption checks say what they mean.
+[[nodiscard]] Finding CheckInput(const TapView& tap, TapMotion& motion);
+
 }  // namespace trammel::tap

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "tap/samples/sample_statistics.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 namespace {

@@ -5,9 +5,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/measured.h"
 
@@ -108,6 +111,40 @@ struct TapAnalysis {
   }
   [[nodiscard]] std::span<const Point> Points() const { return {points.data(), point_count}; }
   [[nodiscard]] std::span<const Finding> Notices() const { return {notices.data(), notice_count}; }
+};
+
+struct TapOptions {
+  Method method = Method::kContact;
+  /// By which a sample's time is after its force acted; below 0 where a host dates samples too
+  /// early. NaN where it is not known: the contact method then estimates it from the approach, the
+  /// two-line method takes 0.
+  double latency_s = __builtin_nan("");
+  double latency_uncertainty_s = 0;  ///< Standard uncertainty of a stated latency; >= 0.
+  /// Of the nozzle when tapped, degC; NaN where it is not known. Hot plastic oozes.
+  double nozzle_temperature_c = __builtin_nan("");
+  /// At which the firmware stops the approach, gf; NaN where it is not known. Checked only.
+  double trigger_force_g = __builtin_nan("");
+  /// Of the decompression of a clean nozzle at 25 gf = 0.1 s, a factor of the published score; NaN
+  /// leaves it out.
+  double decompression_angle_rad = __builtin_nan("");
+};
+
+/// What a file or a printer gave. Nothing is assumed of it but equal lengths.
+struct Recording {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+  std::string name;  ///< For people: the file, and which of its taps.
+  std::vector<double> time_s;
+  std::vector<double> force_g;  ///< As long as time_s; NaN where a sample has no number.
+  std::vector<double> z_mm;     ///< As long as time_s, or empty.
+  std::vector<Move> moves;
+  double x_mm = kUnknown;  ///< Where on the bed.
+  double y_mm = kUnknown;
+  double nozzle_temperature_c = kUnknown;
+  std::optional<double> firmware_z_mm;  ///< What the printer made of the tap itself.
+  std::vector<std::string> notices;     ///< Of the reader, as that moves come from z.
+
+  [[nodiscard]] TapView View() const { return {time_s, force_g, moves}; }
 };
 
 }  // namespace trammel::tap

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tap/samples/motion.h"
-#include "tap/samples/tap_options.h"
+#include "tap/samples/tap.h"
 #include "tap/samples/workspace.h"
 #include "tap/two_line/tap_lines.h"
 
