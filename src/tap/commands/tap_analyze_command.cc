@@ -138,7 +138,9 @@ Result<void> WriteResult(const TapRun& run, const nlohmann::ordered_json& json,
                          const AnalyzeTapArguments& arguments) {
   if (arguments.files.result.empty()) return {};
   const ResultFile result{OutcomeOf(run.taps), json};
-  return WriteOutputs({OutputOf(arguments.files.result, result)}, arguments.files.force);
+  TRY(WriteOutputs({OutputOf(arguments.files.result, result)}, arguments.files.force));
+  fmt::print(stderr, "written to {}\n", arguments.files.result);
+  return {};
 }
 
 int RunAnalyze(const AnalyzeTapArguments& arguments) {

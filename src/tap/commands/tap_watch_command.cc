@@ -78,7 +78,7 @@ int RunWatch(const WatchArguments& arguments) {
                              {stream_options.moonraker.connect_time_limit_s, interrupt.token()});
   if (!stream) return PrintError(procedure::NameStop(interrupt.token(), stream.error()));
   fmt::print(stderr, "watching for taps at {}{}; recording to {}\n", config->scan.address,
-             arguments.answer ? ", answering TRAMMEL_TAP" : "", options->recording.string());
+             arguments.answer ? ", answering _TRAMMEL_TAP" : "", options->recording.string());
   return watcher.Serve(**stream, interrupt.token());
 }
 
@@ -93,7 +93,7 @@ void AddTapWatchCommand(CLI::App& parent, int& exit_code) {
   command->add_option("-o,--out", arguments->out,
                       "JSON lines that every tap is added to (default recordings/tap-<UTC>.jsonl)");
   command->add_flag("--answer", arguments->answer,
-                    "hand the contact back to the macro TRAMMEL_TAP (klipper/README.md)");
+                    "hand the contact back to the macro _TRAMMEL_TAP (klipper/README.md)");
   command
       ->add_option("--answer-within", arguments->answer_within_s,
                    "s after which a macro is told that no tap came")
