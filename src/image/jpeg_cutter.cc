@@ -11,7 +11,7 @@
 #include <jerror.h>
 
 #include "image/jpeg_compressor.h"
-#include "image/jpeg_place.h"
+#include "image/jpeg_reader.h"
 #include "image/jpeg_reader.h"
 
 namespace trammel::image {

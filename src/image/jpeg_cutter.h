@@ -13,7 +13,7 @@ namespace trammel::image {
 /// Keeps the MCUs that `part` and one chroma sample around it lie in, with their coefficients as
 /// they are: within `part` a decoder gives the same pixels to the bit. Huffman tables are the cut's
 /// own, whether the picture had any or left out the standard ones; restarts, comments and
-/// application data are left out. The cut says where it lies (jpeg_place.h), unless it is all of
+/// application data are left out. The cut says where it lies (jpeg_reader.h), unless it is all of
 /// the picture.
 ///
 /// Pictures of one scan, as cameras write them, grey or of three colours. Input may be hostile, but

@@ -1,4 +1,3 @@
-// Reads a PNG in memory, row by row.
 #pragma once
 
 #include <cstddef>
@@ -58,5 +57,18 @@ class PngReader {
   explicit PngReader(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+struct PngOutline {
+  std::uint32_t width_px = 0;   ///< 1 … 2147483647
+  std::uint32_t height_px = 0;  ///< 1 … 2147483647
+  int bits = 8;                 ///< of a pixel
+};
+
+/// Reads the header alone. Errors (kInput): there is none, or it states no size.
+[[nodiscard]] Result<PngOutline> OutlineOfPng(std::span<const std::uint8_t> bytes);
+
+/// Refuses a size that so few bytes cannot hold: packing makes a picture smaller by a factor of
+/// 1032 at most.
+[[nodiscard]] Result<void> CheckCost(const PngOutline& outline, std::size_t bytes);
 
 }  // namespace trammel::image

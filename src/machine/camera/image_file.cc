@@ -15,7 +15,6 @@
 #include "base/file_kind.h"
 #include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
-#include "image/png_outline.h"
 #include "image/png_reader.h"
 #include "machine/camera/picture_shape.h"
 #include "machine/net/file_bytes.h"

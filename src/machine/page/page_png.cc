@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "image/png_outline.h"
 #include "image/png_reader.h"
 #include "machine/page/page_decoders.h"
 
