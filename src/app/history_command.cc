@@ -23,7 +23,6 @@
 #include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "measurement/change.h"
-#include "measurement/due.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
 

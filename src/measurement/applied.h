@@ -1,6 +1,6 @@
-// applied.jsonl: which values were set on which machine. It only grows.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -75,5 +75,13 @@ struct NotedApplication {
 /// those of ForEachLine; a file that is not there says nothing.
 [[nodiscard]] Result<std::map<std::string, std::vector<Application>>> AllApplications(
     const std::filesystem::path& path);
+
+/// The longest line that is read.
+inline constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;
+
+/// Visits each line that is neither empty nor longer than kMostLineBytes. A last line without a
+/// line feed counts. Errors (kInput): not there, not an ordinary file, not readable.
+[[nodiscard]] Result<void> ForEachLine(const std::filesystem::path& path,
+                                       const std::function<void(std::string_view line)>& visit);
 
 }  // namespace trammel::files

@@ -1,4 +1,4 @@
-// How a result differs from another, and from what earlier ones of the same thing agree on.
+// How a value changed since the last time, and when the next measurement is due.
 #pragma once
 
 #include <cstddef>
@@ -45,5 +45,21 @@ inline constexpr std::size_t kFewestForDrift = 3;
 /// toolhead or nozzle temperature as far as both note it. Two of which nothing is noted are not
 /// known to be; nor are pressure advances of a filament without a name.
 [[nodiscard]] bool SameSubject(const Outcome& a, const Outcome& b);
+
+/// What the results of one thing say.
+struct Series {
+  std::string last_good_utc;  ///< empty: none gave an answer
+  std::string last_reason;    ///< why the newest gave none; empty: it gave one
+  bool changed = false;       ///< the newest answer differs from the earlier ones' mean
+  bool applied = false;       ///< the newest answer was
+  std::string nozzle_utc;     ///< when the printer's nozzle was changed since; empty: it was not
+};
+
+/// Returns the reasons to measure it anew; none: it need not be.
+/// @param now_utc   ISO 8601 to the second, ending in Z, as the series' times
+/// @param age_days  from which an answer is too old, (0, 36500]
+[[nodiscard]] std::vector<std::string> ReasonsToMeasure(const Series& series,
+                                                        const std::string& now_utc,
+                                                        double age_days);
 
 }  // namespace trammel::measurement
