@@ -19,7 +19,7 @@ def call_at(text, opening):
 def settings(root):
     """The keys of trammel.toml by section, from the tables that its reader uses."""
     keys = {}
-    shared = (root / "src/tool_offset/sheet/sheet_fields.h").read_text()
+    shared = (root / "src/tool_offset/sheet/sheet_settings.h").read_text()
     for path in sorted((root / "src").rglob("*.cc")):
         text = path.read_text()
         sections = dict(re.findall(r"constexpr std::string_view (k\w+) = (\w+|\"\w+\");", shared + text))

@@ -8,8 +8,7 @@
 
 #include "document/answer_head.h"
 #include "document/parsers_test_support.h"
-#include "document/svg_ids.h"
-#include "document/svg_path.h"
+#include "document/svg_writer.h"
 
 namespace trammel::report {
 namespace {

@@ -1,4 +1,4 @@
-// What the pages of all instruments share.
+// A page of HTML: its text, figures and style.
 #pragma once
 
 #include <array>
@@ -64,5 +64,12 @@ class Table {
   std::vector<Column> columns_;
   std::string rows_;
 };
+
+/// For text and for quoted attributes: & < > " ' become references, bytes that are not UTF-8 and
+/// control characters U+FFFD.
+[[nodiscard]] std::string EscapeHtml(std::string_view text);
+
+/// RFC 4648 with padding.
+[[nodiscard]] std::string Base64(std::string_view bytes);
 
 }  // namespace trammel::report

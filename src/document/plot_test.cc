@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "document/bed_plot.h"
 #include "document/parsers_test_support.h"
 
 namespace trammel::report {
@@ -96,12 +95,6 @@ TEST(ColorGrid, ShowsUnmeasuredValuesInGreyAndTheRestByTheMap) {
   EXPECT_NEAR(image.bgr[3], kUnseen.blue * 255, 0.5);
   EXPECT_NEAR(image.bgr[8], MapColor(1).red * 255, 0.5);
   EXPECT_THROW((void)ColorGrid({2, 2, {1.0}}, {0, 1}), Bug);
-}
-
-TEST(SpelledOut, WritesDegreesAndMaterialsAsAPictureCan) {
-  EXPECT_EQ(SpelledOut("pla: nozzle 215, bed 60 degC"), "PLA: nozzle 215, bed 60 °C");
-  EXPECT_EQ(SpelledOut("petg: nozzle 235, bed 70 (set) degC"), "PETG: nozzle 235, bed 70 (set) °C");
-  EXPECT_EQ(SpelledOut("nozzles T0 215, T1 220, bed 60 degC"), "nozzles T0 215, T1 220, bed 60 °C");
 }
 
 }  // namespace

@@ -3,16 +3,98 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <map>
 #include <numbers>
 #include <utility>
 
 #include "base/check.h"
-#include "document/html.h"
-#include "document/reduced.h"
+#include "document/page.h"
 #include "image/jpeg_writer.h"
 
 namespace trammel::report {
+namespace {
+
+/// "12", "-3.4", ".5": no more than SVG needs.
+std::string Number(std::int64_t tenths) {
+  const std::int64_t size = std::abs(tenths);
+  std::string text = tenths < 0 ? "-" : "";
+  if (size >= 10 || size == 0) text += fmt::format("{}", size / 10);
+  if (size % 10 != 0) text += fmt::format(".{}", size % 10);
+  return text;
+}
+
+}  // namespace
+
+SvgPath::Tenths SvgPath::Rounded(const PointPx& point) {
+  return {std::llround(point.x * 10), std::llround(point.y * 10)};
+}
+
+void SvgPath::Append(const Tenths& to, const Tenths& from) {
+  const std::string x = Number(to.x - from.x);
+  const std::string y = Number(to.y - from.y);
+  const bool after_number = std::isalpha(static_cast<unsigned char>(text_.back())) == 0;
+  if (after_number && x[0] != '-') text_ += ' ';
+  text_ += x;
+  if (y[0] != '-') text_ += ' ';
+  text_ += y;
+  end_ = to;
+}
+
+void SvgPath::MoveTo(const PointPx& point) {
+  text_ += 'M';
+  Append(Rounded(point), {});
+  begun_ = false;
+}
+
+void SvgPath::LineTo(const PointPx& point) {
+  if (!begun_) text_ += 'l';
+  begun_ = true;
+  Append(Rounded(point), end_);
+}
+
+void SvgPath::Dot(const PointPx& point) {
+  MoveTo(point);
+  text_ += "h0";
+}
+
+namespace {
+
+/// Source pixels that one of `target` pixels covers.
+std::pair<int, int> Covered(int i, int target, int source) {
+  const auto first = static_cast<int>(std::int64_t{i} * source / target);
+  const auto last = static_cast<int>((std::int64_t{i} + 1) * source / target);
+  return {first, std::max(first + 1, last)};
+}
+
+}  // namespace
+
+Frame Reduced(const BgrView& image, double most_width, double most_height) {
+  Frame out(std::clamp(static_cast<int>(std::lround(most_width)), 1, image.width),
+            std::clamp(static_cast<int>(std::lround(most_height)), 1, image.height));
+  for (int y = 0; y < out.height; ++y) {
+    const auto [y0, y1] = Covered(y, out.height, image.height);
+    std::uint8_t* to = out.row(y);
+    for (int x = 0; x < out.width; ++x, to += 3) {
+      const auto [x0, x1] = Covered(x, out.width, image.width);
+      std::uint64_t sum[3] = {0, 0, 0};
+      for (int row = y0; row < y1; ++row) {
+        const std::uint8_t* pixel = image.row(row) + std::ptrdiff_t{3} * x0;
+        for (int column = x0; column < x1; ++column, pixel += 3) {
+          for (int channel = 0; channel < 3; ++channel) sum[channel] += pixel[channel];
+        }
+      }
+      const auto count = static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
+      for (int channel = 0; channel < 3; ++channel) {
+        to[channel] = static_cast<std::uint8_t>((sum[channel] + count / 2) / count);
+      }
+    }
+  }
+  return out;
+}
+
 namespace {
 
 /// To a hundredth, without zeros at the end; never "-0".
@@ -208,6 +290,63 @@ std::string SvgWriter::Element(double width_px, double height_px, std::string_vi
       "font-family=\"DejaVu Sans,Verdana,sans-serif\" stroke-linejoin=\"round\" "
       "xml:space=\"preserve\">\n{2}</svg>\n",
       Number(width_px), Number(height_px), Content(detail), EscapeHtml(label));
+}
+
+namespace {
+
+bool IsLetter(char c) { return c >= 'a' && c <= 'z'; }
+bool IsNumberPart(char c) { return (c >= '0' && c <= '9') || c == '-'; }
+
+/// Length of `letters[-digits…]` at the start of the text; 0 where it does not end in a number.
+std::size_t IdLength(std::string_view text, std::size_t& letters) {
+  letters = 0;
+  while (letters < text.size() && IsLetter(text[letters])) {
+    ++letters;
+  }
+  std::size_t end = letters;
+  while (end < text.size() && IsNumberPart(text[end])) {
+    ++end;
+  }
+  return letters > 0 && end > letters ? end : 0;
+}
+
+}  // namespace
+
+std::string RenumberSvgIds(std::string_view svg) {
+  constexpr std::string_view kDeclaration = " id=\"";
+  constexpr std::string_view kLink = "href=\"#";
+  constexpr std::string_view kUrl = "url(#";
+  std::map<std::string, std::string, std::less<>> renamed;
+  std::string out;
+  out.reserve(svg.size());
+  std::size_t at = 0;
+  while (at < svg.size()) {
+    std::string_view mark;
+    for (const std::string_view candidate : {kDeclaration, kLink, kUrl}) {
+      if (svg.substr(at, candidate.size()) == candidate) {
+        mark = candidate;
+      }
+    }
+    if (mark.empty()) {
+      out += svg[at++];
+      continue;
+    }
+    out += mark;
+    at += mark.size();
+    std::size_t letters = 0;
+    const std::size_t length = IdLength(svg.substr(at), letters);
+    if (length == 0) {
+      continue;
+    }
+    const std::string_view id = svg.substr(at, length);
+    const auto [entry, added] = renamed.try_emplace(std::string(id));
+    if (added) {
+      entry->second = std::string(id.substr(0, letters)) + std::to_string(renamed.size());
+    }
+    out += entry->second;
+    at += length;
+  }
+  return out;
 }
 
 }  // namespace trammel::report

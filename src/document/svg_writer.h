@@ -1,8 +1,8 @@
-// Writes strokes as SVG: short paths, letters as text, colours by their names in the palette, so
-// that a page's style can turn them for the dark (document/color.h).
+// Writes SVG: paths, shared ids, pictures within it.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,9 +11,36 @@
 
 #include "base/frame.h"
 #include "document/canvas.h"
-#include "document/svg_path.h"
 
 namespace trammel::report {
+
+/// Writes places to a tenth of a px, which is finer than a screen shows, those along a line by
+/// their distance from the one before: half of the letters. Points must be finite and within 1e9
+/// px.
+class SvgPath {
+ public:
+  void MoveTo(const PointPx& point);
+  /// REQUIRES a MoveTo before.
+  void LineTo(const PointPx& point);
+  void Close() { text_ += 'z'; }
+  /// A line without length: a disc, where ends are round.
+  void Dot(const PointPx& point);
+
+  [[nodiscard]] bool empty() const { return text_.empty(); }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  struct Tenths {
+    std::int64_t x = 0;
+    std::int64_t y = 0;
+  };
+  [[nodiscard]] static Tenths Rounded(const PointPx& point);
+  void Append(const Tenths& to, const Tenths& from);
+
+  std::string text_;
+  Tenths end_;
+  bool begun_ = false;  ///< a line, since the last MoveTo
+};
 
 /// Not thread-safe. Points must be finite.
 class SvgWriter {
@@ -61,5 +88,14 @@ class SvgWriter {
   SvgPath dots_;                    ///< of discs that are not written yet
   std::string dots_style_;          ///< theirs
 };
+
+/// Cairo numbers some elements by a counter of the whole process, so that the same drawing differs
+/// from one call to the next. Here every id that ends in a number is numbered anew in the order of
+/// its first mention, with its references.
+[[nodiscard]] std::string RenumberSvgIds(std::string_view svg);
+
+/// Reduces a picture to a size in px, rounded, each pixel the mean of those that it covers; a side
+/// that is shorter than asked for stays as it is. REQUIRES a picture that is not empty.
+[[nodiscard]] Frame Reduced(const BgrView& image, double most_width, double most_height);
 
 }  // namespace trammel::report

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "photo_world.h"
-#include "tool_offset/offset/photo_join.h"
+#include "tool_offset/offset/analyse.h"
 
 namespace trammel {
 namespace {

@@ -18,7 +18,7 @@
 #include "offset_world.h"
 #include "photo_world.h"
 #include "support/study.h"
-#include "tool_offset/offset/photo_join.h"
+#include "tool_offset/offset/analyse.h"
 #include "tool_offset/reading/combine.h"
 
 namespace trammel {

@@ -7,7 +7,7 @@
 
 #include "base/statistics.h"
 #include "sim/sheet/sheet_gcode.h"
-#include "tool_offset/original/original_gcode.h"
+#include "tool_offset/original/original_sheet.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel {

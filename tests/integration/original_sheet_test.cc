@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tool_offset/original/original_gcode.h"
+#include "tool_offset/original/original_sheet.h"
 
 namespace trammel {
 namespace {

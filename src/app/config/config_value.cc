@@ -12,7 +12,7 @@
 
 #include "pressure_advance/pattern/pattern_fields.h"
 #include "settings/scan_fields.h"
-#include "tool_offset/sheet/sheet_fields.h"
+#include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::files {
 namespace {

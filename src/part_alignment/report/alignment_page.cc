@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
 #include "part_alignment/correction/control_text.h"

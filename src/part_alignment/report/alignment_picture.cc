@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "document/canvas.h"
-#include "document/scale_key.h"
+#include "document/plot.h"
 
 namespace trammel::report {
 namespace {

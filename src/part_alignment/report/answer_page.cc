@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "document/html.h"
 #include "document/page.h"
 
 namespace trammel::report {

@@ -7,7 +7,6 @@
 
 #include "document/interval_text.h"
 #include "document/plot.h"
-#include "document/scale_key.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
 
 namespace trammel::report {

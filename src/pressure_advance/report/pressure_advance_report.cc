@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "base/check.h"
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
 #include "pressure_advance/report/answer_rows.h"

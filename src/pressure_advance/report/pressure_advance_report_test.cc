@@ -5,7 +5,7 @@
 #include <ctime>
 #include <string>
 
-#include "document/html.h"
+#include "document/page.h"
 #include "document/parsers_test_support.h"
 #include "pressure_advance/report/made_up_test_support.h"
 

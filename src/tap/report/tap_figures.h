@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "document/color.h"
+#include "document/canvas.h"
 #include "document/figure.h"
 #include "tap/ensemble/ensemble.h"
 #include "tap/report/tap_json.h"

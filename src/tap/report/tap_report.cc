@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
 #include "tap/report/advice_report.h"

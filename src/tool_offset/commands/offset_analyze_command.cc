@@ -16,9 +16,8 @@
 #include "app/output_files.h"
 #include "base/json_text.h"
 #include "tool_offset/commands/offset_commands.h"
-#include "tool_offset/commands/offset_output.h"
 #include "tool_offset/commands/offset_reading.h"
-#include "tool_offset/report/offset_json.h"
+#include "tool_offset/report/offset_report.h"
 
 namespace trammel::app {
 namespace {

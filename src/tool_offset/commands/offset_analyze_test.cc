@@ -277,13 +277,6 @@ TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
   EXPECT_THAT(cut.standard_error, AllOf(HasSubstr("--pattern cut.gcode"), HasSubstr("cut off")));
 }
 
-TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
-  ASSERT_EQ(Scan("half.png", "--dpi 300 --set crop-left-mm=120").exit_code, 0);
-  const CommandResult half = Analyze("half.png");
-  EXPECT_EQ(half.exit_code, 2);
-  EXPECT_THAT(half.standard_error, AllOf(HasSubstr("half.png"), HasSubstr("part of a box")));
-}
-
 TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   Page blank;
   blank.width = 2480;
@@ -294,18 +287,6 @@ TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
   EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
-
-  ASSERT_EQ(Scan("mirrored.png", "--dpi 300 --mirrored").exit_code, 0);
-  const CommandResult mirrored = Analyze("mirrored.png");
-  EXPECT_EQ(mirrored.exit_code, 2);
-  EXPECT_THAT(mirrored.standard_error, AllOf(HasSubstr("mirrored.png"), HasSubstr("mirror")));
-
-  tool_offset::SheetSettings settings = OfPla();
-  settings.pitch_mm = 3.9;
-  WritePattern("other.gcode", settings);
-  const CommandResult other = Trammel("offset analyze --pattern other.gcode a.png");
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.standard_error, HasSubstr("a.png"));
 }
 
 TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {

@@ -1,4 +1,4 @@
-// The commands below `trammel offset`.
+// The commands below `trammel offset`: their group, the pattern and the scan of a sheet.
 #pragma once
 
 namespace CLI {

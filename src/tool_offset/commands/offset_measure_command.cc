@@ -27,8 +27,7 @@
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/offset_setting.h"
-#include "tool_offset/files/offset_file.h"
-#include "tool_offset/files/start_file.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/procedure/guided_offsets.h"
 #include "tool_offset/procedure/sheet_print.h"
 

@@ -1,4 +1,3 @@
-// Reads the plan of a sheet, and files with its scans or photos.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,6 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/report/offset_report.h"
 
@@ -43,5 +43,22 @@ struct ReadSheets {
 [[nodiscard]] ReadSheets ReadScans(const std::vector<std::string>& files,
                                    const tool_offset::SheetPlan& plan,
                                    const ReadingOptions& options, bool pictures);
+
+struct OffsetOutput {
+  std::string report;        ///< HTML file to write; empty: none
+  std::string figures;       ///< folder for each figure as SVG; empty: none
+  std::string result;        ///< result.json to write; empty: none
+  std::string picture = {};  ///< PNG of where the tools land, for small screens; empty: none
+  /// Folder that keeps the answer as result.json; empty: none.
+  std::string recording = {};
+  measurement::Subject subject = {};
+  bool force = false;  ///< overwrite report, figures and result
+
+  [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
+};
+
+/// Writes what is wanted; errors name the option or the file.
+[[nodiscard]] Result<void> WriteOffsetOutput(const OffsetOutput& output,
+                                             const report::OffsetReportInput& input);
 
 }  // namespace trammel::app

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "files/new_file.h"
-#include "tool_offset/commands/offset_output.h"
+#include "tool_offset/commands/offset_reading.h"
 #include "tool_offset/procedure/guided_offsets.h"
 #include "tool_offset/procedure/sheet_print.h"
 #include "tool_offset/report/sheet_preview.h"

@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "files/new_file.h"
 #include "tool_offset/commands/offset_reading.h"
-#include "tool_offset/files/start_file.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 #include "tool_offset/sheet/sheet_plan.h"
 

@@ -8,7 +8,7 @@
 #include "app/provenance.h"
 #include "document/interval_text.h"
 #include "session/run_journal.h"
-#include "tool_offset/files/offset_history.h"
+#include "tool_offset/files/offset_files.h"
 
 namespace trammel::app {
 namespace {

@@ -27,13 +27,11 @@
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_recording.h"
 #include "tool_offset/commands/offset_setting.h"
-#include "tool_offset/commands/printer_sheet.h"
 #include "tool_offset/commands/sheet_options.h"
-#include "tool_offset/files/offset_file.h"
-#include "tool_offset/files/start_file.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/procedure/guided_offsets.h"
-#include "tool_offset/procedure/printer_tools.h"
 #include "tool_offset/procedure/sheet_print.h"
+#include "tool_offset/procedure/tool_offsets.h"
 #include "tool_offset/sheet/sheet_temperatures.h"
 
 namespace trammel::app {

@@ -1,4 +1,5 @@
-// Which sheet is printed: the settings, and what the command line puts above them.
+// Which sheet is printed: the settings, the command line above them, and what the printer itself
+// reports.
 #pragma once
 
 #include <optional>
@@ -8,6 +9,8 @@
 #include "app/config/config_file.h"
 #include "app/config_text.h"
 #include "base/result.h"
+#include "session/session.h"
+#include "tool_offset/procedure/tool_offsets.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
@@ -48,5 +51,17 @@ struct SheetConfig {
 /// standard error.
 void PrintSheetPlan(const tool_offset::SheetSettings& asked, const tool_offset::SheetPlan& plan,
                     const tool_offset::SheetGcode& gcode);
+
+/// The settings, with the printer's address and key. Errors: as ConfigureSheet; a dialect that is
+/// not Klipper's.
+/// @param printer  its address; empty: the settings'
+[[nodiscard]] Result<SheetConfig> ConfigureForPrinter(const SheetOptions& options,
+                                                      const std::string& printer);
+
+/// Takes the tools that are asked for, or all that were found, and how this printer picks them up
+/// where nobody says it. Errors: nobody keeps their offsets, and none are named; the printer's.
+[[nodiscard]] Result<void> FitToPrinter(const SheetOptions& options, const std::vector<int>& tools,
+                                        const procedure::Session& session,
+                                        const procedure::PrinterTools& found, SheetConfig& config);
 
 }  // namespace trammel::app

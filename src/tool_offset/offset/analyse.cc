@@ -5,20 +5,50 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
+#include <vector>
 
+#include "base/check.h"
 #include "base/parallel.h"
 #include "base/statistics.h"
 #include "tool_offset/offset/offset_estimate.h"
-#include "tool_offset/offset/original_checks.h"
-#include "tool_offset/reading/comb_fit.h"
-#include "tool_offset/reading/foreign_ink.h"
-#include "tool_offset/reading/page_kind.h"
+#include "tool_offset/offset/sheet_model.h"
+#include "tool_offset/reading/ink_raster.h"
 #include "tool_offset/reading/photo_checks.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 
 namespace trammel::tool_offset {
 namespace {
+
+/// Compares the reference tool's own pairs with their programmed offset: they have no other one.
+/// Another tool's programmed offset looks like the tool's own.
+/// @returns why the sheet was not printed from this file; nothing where it may have been.
+std::optional<std::string> CheckAgainstFile(const SheetPlan& plan, const SheetResult& result) {
+  constexpr double kMostBias_mm = 0.03;  // of the published method
+  constexpr double kSigmas = 4;
+  // A pair's "+" and "-" structure stand one after the other.
+  for (std::size_t i = 0; i + 1 < plan.structures.size(); i += 2) {
+    const Structure& plus = plan.structures[i];
+    if (plus.combs[0].tool != plan.settings.reference_tool) continue;
+    const Measured& first = result.structures[i].offset_mm;
+    const Measured& second = result.structures[i + 1].offset_mm;
+    if (!first.good() || !second.good()) continue;
+    // The tested comb is comb 0 of "+" and comb 1 of "-": what favours an order cancels.
+    const double programmed_mm = -Programmed_mm(plus);
+    const double offset_mm = (second.quantity().value - first.quantity().value) / 2;
+    const double uncertainty_mm =
+        std::hypot(first.quantity().standard_uncertainty, second.quantity().standard_uncertainty) /
+        2;
+    if (std::abs(offset_mm - programmed_mm) < kMostBias_mm + kSigmas * uncertainty_mm) continue;
+    return fmt::format(
+        "T{} against itself is moved by {:+.3f} mm along {} on the sheet, by {:+.3f} mm in the "
+        "file: the sheet was not printed from this file, so that its other offsets do not count "
+        "either. Give the G-code that was printed",
+        plan.settings.reference_tool, offset_mm, plus.axis == Axis::kX ? 'u' : 'v', programmed_mm);
+  }
+  return std::nullopt;
+}
 
 /// What is known of each tool before its combs are read.
 struct KnownTool {
@@ -327,6 +357,34 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   }
   CompareResolution(options, result);
   return result;
+}
+
+SheetResult JoinPhotos(const SheetPlan& plan, std::span<const SheetResult> photos) {
+  TRAMMEL_CHECK(!photos.empty(), "no photo");
+  std::vector<const std::vector<StructureReading>*> structures;
+  SheetResult joined = photos.front();
+  joined.pick_ups.clear();
+  joined.self_tests.clear();
+  joined.notices = plan.notices;
+  PhotoPose& pose = joined.photo->pose;
+  pose.foot = pose.aim = {};
+  for (const SheetResult& photo : photos) {
+    TRAMMEL_CHECK(photo.photo && photo.structures.size() == plan.structures.size(), "{} structures",
+                  photo.structures.size());
+    structures.push_back(&photo.structures);
+    pose.as_stored = pose.as_stored && photo.photo->pose.as_stored;
+    pose.centre_uncertainty_px =
+        std::max(pose.centre_uncertainty_px, photo.photo->pose.centre_uncertainty_px);
+    pose.focal_uncertainty = std::max(pose.focal_uncertainty, photo.photo->pose.focal_uncertainty);
+    const double part = 1 / static_cast<double>(photos.size());
+    pose.foot.u_mm += part * photo.photo->pose.foot.u_mm;
+    pose.foot.v_mm += part * photo.photo->pose.foot.v_mm;
+    pose.aim.u_mm += part * photo.photo->pose.aim.u_mm;
+    pose.aim.v_mm += part * photo.photo->pose.aim.v_mm;
+  }
+  const SheetModel model(plan, structures, joined.photo->spread);
+  EstimateOffsets(plan, model, joined);
+  return joined;
 }
 
 }  // namespace trammel::tool_offset

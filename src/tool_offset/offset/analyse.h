@@ -1,7 +1,7 @@
-// A scan of a printed sheet becomes the offsets of its tools.
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "base/page.h"
 #include "base/result.h"
@@ -31,5 +31,13 @@ struct AnalyseOptions {
 /// Cost: see bench/sheet_bench.cc. Uses all processors.
 [[nodiscard]] Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                                const AnalyseOptions& options = {});
+
+/// Answers from all photos of one print together: seen from several places, lines of another height
+/// or colour show themselves (SheetModel).
+/// @param photos  of the same print and plan, with the same camera; at least one. Each was read
+/// with
+///                as a photo.
+/// @returns the first one's reading, with everybody's answers.
+[[nodiscard]] SheetResult JoinPhotos(const SheetPlan& plan, std::span<const SheetResult> photos);
 
 }  // namespace trammel::tool_offset

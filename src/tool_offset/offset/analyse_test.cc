@@ -128,18 +128,6 @@ TEST(AnalyseSheet, ReadsToolsOfEveryColourEachInItsBestChannel) {
   }
 }
 
-TEST(AnalyseSheet, RefusesAToolThatDidNotPrintAndReportsTheOthers) {
-  const SheetPlan plan = SmallPlan({0, 1, 2});
-  SheetScene scene = QuickScene();
-  scene.silent_tools = {1};
-  scene.offset_mm[2] = {0.1, -0.2};
-  const SheetResult result = Read(plan, scene);
-  ASSERT_EQ(result.tools.size(), 2U);
-  EXPECT_EQ(result.tools[0].dx_mm.verdict(), Verdict::kRefused);
-  EXPECT_THAT(result.tools[0].dx_mm.reason(), HasSubstr("T1"));
-  ExpectOffset(result.tools[1], 0.1, -0.2, kQuick_mm);
-}
-
 TEST(AnalyseSheet, ReadsOffsetsUpToThreeMillimetresFromTheMarkAndAdvisesToPrintAgain) {
   constexpr double kCoarse_mm = 0.02;
   const SheetPlan plan = SmallPlan({0, 1, 2});

@@ -1,4 +1,3 @@
-// From the readings of a sheet to its answers.
 #pragma once
 
 #include "tool_offset/offset/sheet_model.h"

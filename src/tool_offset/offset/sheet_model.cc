@@ -110,9 +110,8 @@ SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, const Le
 }
 
 double Programmed_mm(const Structure& structure) {
-  const SheetPoint& first = structure.combs[0].programmed;
-  const SheetPoint& second = structure.combs[1].programmed;
-  return structure.axis == Axis::kX ? second.u_mm - first.u_mm : second.v_mm - first.v_mm;
+  return Along(structure.axis, structure.combs[1].programmed) -
+         Along(structure.axis, structure.combs[0].programmed);
 }
 
 struct SheetModel::Solution {

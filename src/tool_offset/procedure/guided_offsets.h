@@ -1,10 +1,10 @@
-// What follows a printed sheet: its scan is waited for, and what it says is set where a person
-// says yes.
+// Guides through printing, scanning and setting; waits for new files in a folder.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,8 +12,7 @@
 #include "session/person.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
-#include "tool_offset/files/offset_file.h"
-#include "tool_offset/files/start_file.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/procedure/set_offsets.h"
 
 namespace trammel::procedure {
@@ -67,5 +66,41 @@ struct OffsetSettling {
 /// Whether the run's file has been printed to its end, by what the printer still tells: for a run
 /// that died while it printed. Errors (kMachine): the printer's.
 [[nodiscard]] Result<bool> WasPrinted(const Session& session, const std::string& run);
+
+/// Looks at the files of a folder, not of those below it. A file counts once it has stayed as it is
+/// from one look to the next, and again whenever it has changed. Hidden files, and those that
+/// browsers and file managers give other names at the end, do not count.
+class ScanFolder {
+ public:
+  /// @param since_s  seconds since 1970: files that were there already and are older do not count
+  ScanFolder(std::filesystem::path folder, std::int64_t since_s);
+
+  struct Look {
+    std::vector<std::filesystem::path> ready;    ///< since the last look, the oldest first
+    std::vector<std::filesystem::path> growing;  ///< still being written, told once
+  };
+  /// At most kMostFiles are looked at. A folder that cannot be read has none.
+  [[nodiscard]] Look Next();
+
+  static constexpr std::size_t kMostFiles = 2000;
+
+ private:
+  /// By what a file is seen to have changed.
+  struct Mark {
+    std::uintmax_t bytes = 0;
+    std::int64_t modified_ns = 0;
+    bool operator==(const Mark&) const = default;
+  };
+  struct Known {
+    Mark mark;
+    bool told = false;     ///< as ready, or left out
+    bool growing = false;  ///< told as such
+  };
+
+  std::filesystem::path folder_;
+  std::int64_t since_s_ = 0;
+  bool first_ = true;
+  std::map<std::filesystem::path, Known> known_;
+};
 
 }  // namespace trammel::procedure

@@ -113,11 +113,6 @@ Result<std::map<int, OffsetChange>> LastApplication(const SetOffsetsOptions& opt
 
 }  // namespace
 
-bool SameOffset(const KeptOffset& a, const KeptOffset& b) {
-  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
-  return std::abs(a.x_mm - b.x_mm) <= kSame_mm && std::abs(a.y_mm - b.y_mm) <= kSame_mm;
-}
-
 Result<void> CheckSameOffset(int tool, const KeptOffset& when_printed, const KeptOffset& now) {
   if (SameOffset(now, when_printed)) return {};
   return Fail(

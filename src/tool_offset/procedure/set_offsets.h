@@ -9,8 +9,7 @@
 
 #include "base/result.h"
 #include "session/session.h"
-#include "tool_offset/files/offset_file.h"
-#include "tool_offset/files/offset_history.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/offset/correction.h"
 
 namespace trammel::procedure {
@@ -67,8 +66,5 @@ struct OffsetUndo {
 /// That a tool still has the offset with which its sheet was printed. Errors: kSafety.
 [[nodiscard]] Result<void> CheckSameOffset(int tool, const tool_offset::KeptOffset& when_printed,
                                            const tool_offset::KeptOffset& now);
-
-/// Whether two offsets are the same as far as a firmware is told: to the micrometre.
-[[nodiscard]] bool SameOffset(const tool_offset::KeptOffset& a, const tool_offset::KeptOffset& b);
 
 }  // namespace trammel::procedure

@@ -15,9 +15,8 @@
 #include "session/printer_settings.h"
 #include "settings/material.h"
 #include "tool_offset/sheet/sheet_bed.h"
-#include "tool_offset/sheet/sheet_fields.h"
 #include "tool_offset/sheet/sheet_gcode.h"
-#include "tool_offset/sheet/sheet_placeholders.h"
+#include "tool_offset/sheet/sheet_settings.h"
 #include "tool_offset/sheet/sheet_temperatures.h"
 
 namespace trammel::procedure {

@@ -10,8 +10,8 @@
 #include "session/person.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
-#include "tool_offset/files/start_file.h"
-#include "tool_offset/procedure/printer_tools.h"
+#include "tool_offset/files/offset_files.h"
+#include "tool_offset/procedure/tool_offsets.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::procedure {

@@ -125,5 +125,135 @@ TEST(ToolOffsets, AToolThatThePrinterHasNotIsNamedWithThoseThatItHas) {
   EXPECT_THAT(plain.error().message, HasSubstr("--now 1:X,Y"));
 }
 
+using ::testing::AllOf;
+using ::testing::Contains;
+
+using ::testing::IsEmpty;
+using Json = nlohmann::json;
+
+/// What printer.cfg has, by the names of its sections.
+Json Settings(const std::vector<std::string>& sections) {
+  Json settings = Json::object();
+  for (const std::string& section : sections) settings[section] = Json::object();
+  return {{"settings", settings}};
+}
+
+TEST(PrinterTools, OfAToolchangerHaveTheirNumbersExtrudersAndOffsets) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = Settings({"extruder", "extruder1", "heater_bed", "toolchanger"});
+  printer.told["toolchanger"] = {{"tool_numbers", {0, 1}}, {"tool_names", {"tool T0", "tool b"}}};
+  printer.told["tool T0"] = {
+      {"extruder", "extruder"}, {"gcode_x_offset", 0}, {"gcode_y_offset", 0}};
+  printer.told["tool b"] = {
+      {"extruder", "extruder1"}, {"gcode_x_offset", 0.25}, {"gcode_y_offset", -0.5}};
+  const auto found = ReadTools({printer, {}, {}});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_TRUE(found->can_be_set());
+  ASSERT_EQ(found->tools.size(), 2U);
+  EXPECT_EQ(found->tools[1].number, 1);
+  EXPECT_EQ(found->tools[1].extruder, "extruder1");
+  ASSERT_TRUE(found->tools[1].kept);
+  EXPECT_EQ(found->tools[1].kept->y_mm, -0.5);
+  EXPECT_THAT(found->notices, IsEmpty());
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
+  printer.unknown["T0"] = true;
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "SELECT_TOOL T={tool}");
+}
+
+TEST(PrinterTools, OneToolAloneIsNamed) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = Settings({"extruder", "heater_bed"});
+  const auto found = ReadTools({printer, {}, {}});
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(found.error().message, HasSubstr("the printer has one tool, T0 (extruder)"));
+  printer.told = Json::object();
+  EXPECT_THAT(ReadTools({printer, {}, {}}).error().message, HasSubstr("tells of no tool"));
+}
+
+TEST(PrinterTools, WhereNobodyKeepsOffsetsItIsSaidWhoDoesAndWhatCanBeDone) {
+  struct Case {
+    std::vector<std::string> sections;
+    ToolKeeper keeper;
+    const char* words;
+    const char* change;
+  };
+  for (const Case& c :
+       {Case{{"extruder", "extruder1", "dual_carriage", "gcode_macro t0", "gcode_macro t1"},
+             ToolKeeper::kDualCarriage,
+             "[dual_carriage] (IDEX)",
+             "T{tool}"},
+        Case{{"extruder", "extruder1", "gcode_macro t0", "gcode_macro t1"},
+             ToolKeeper::kMacros,
+             "[gcode_macro T0]",
+             "T{tool}"},
+        Case{{"extruder", "extruder1"},
+             ToolKeeper::kExtruders,
+             "several extruders",
+             "ACTIVATE_EXTRUDER EXTRUDER={extruder}"}}) {
+    testing::FakePrinter printer;
+    printer.told["configfile"] = Settings(c.sections);
+    const auto found = ReadTools({printer, {}, {}});
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_EQ(found->keeper, c.keeper);
+    EXPECT_FALSE(found->can_be_set());
+    EXPECT_EQ(found->tools.size(), 2U);
+    EXPECT_FALSE(found->tools[1].kept);
+    EXPECT_THAT(found->notices,
+                Contains(AllOf(HasSubstr(c.words), HasSubstr("--for klipper-gcode-offset"))));
+    EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), c.change);
+  }
+}
+
+/// What generic_cartesian's configuration has of two carriages.
+Json NamedCarriages() {
+  Json told = Settings({"extruder", "extruder1", "heater_bed", "carriage x", "carriage y"});
+  told["settings"]["dual_carriage carriage_u"] = {{"primary_carriage", "x"}};
+  return told;
+}
+
+TEST(PrinterTools, CarriagesWithNamesArePickedUpByMacrosAlone) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = NamedCarriages();
+  const auto found = ReadTools({printer, {}, {}});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->keeper, ToolKeeper::kDualCarriage);
+  EXPECT_THAT(found->notices, Contains(HasSubstr("(IDEX)")));
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
+  printer.unknown["T0"] = true;
+  const auto change = UsualToolChange({printer, {}, {}}, *found);
+  ASSERT_FALSE(change);
+  EXPECT_EQ(change.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(change.error().message,
+              AllOf(HasSubstr("[gcode_macro T0] (SET_DUAL_CARRIAGE CARRIAGE=x, "),
+                    HasSubstr("[gcode_macro T1] (SET_DUAL_CARRIAGE CARRIAGE=carriage_u, ")));
+}
+
+TEST(PrinterTools, AToolChangeThatLeavesTheCarriageBehindIsRefused) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = NamedCarriages();
+  const auto named = ReadTools({printer, {}, {}});
+  printer.told["configfile"] = Settings({"extruder", "extruder1", "dual_carriage"});
+  const auto numbered = ReadTools({printer, {}, {}});
+  ASSERT_TRUE(named && numbered);
+  const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
+  EXPECT_TRUE(CheckCarriages(*named, activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*numbered, activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*named, "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate).unsafe);
+  EXPECT_TRUE(CheckCarriages(*numbered, "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate).passed);
+  for (const auto& tools : {*named, *numbered}) {
+    EXPECT_TRUE(CheckCarriages(tools, "T{tool}").passed);
+    EXPECT_TRUE(CheckCarriages(tools, "; by hand\nPICK_UP TOOL={tool}\n").passed);
+  }
+}
+
+TEST(PrinterTools, ProbesOfTheirOwnAreNamed) {
+  testing::FakePrinter printer;
+  printer.told["configfile"] = Settings({"extruder", "extruder1", "tool_probe t0"});
+  EXPECT_THAT(ReadTools({printer, {}, {}}).value().notices,
+              AllOf(Contains(HasSubstr("[tool_probe]")), Contains(HasSubstr("no [heater_bed]"))));
+}
+
 }  // namespace
+
 }  // namespace trammel::procedure

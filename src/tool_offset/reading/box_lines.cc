@@ -7,19 +7,10 @@
 
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
-#include "tool_offset/reading/line_place.h"
+#include "tool_offset/reading/page.h"
 
 namespace trammel::tool_offset {
 namespace {
-
-bool IsUpright(Side side) { return side == kLeft || side == kRight; }
-
-double Outward(Side side) { return side == kRight || side == kTop ? 1 : -1; }
-
-SheetPoint OnSide(const PageMap& map, Side side, double along_mm) {
-  return IsUpright(side) ? SheetPoint{Outward(side) * map.half_width_mm, along_mm}
-                         : SheetPoint{along_mm, Outward(side) * map.half_height_mm};
-}
 
 /// Ink across the lines of a side: sample i lies `from_mm + i * step_mm` inside the outermost line.
 struct Profile {
@@ -45,7 +36,7 @@ std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
                                   double along_mm, double reach_mm) {
   constexpr int kRows = 5;
   constexpr double kRowStep_mm = 0.2;
-  const LocalMap local = map.Near(OnSide(map, side, along_mm));
+  const LocalMap local = map.Near(map.OnSide(side, along_mm));
   const PagePoint inward = -Outward(side) * (IsUpright(side) ? local.u_px_mm : local.v_px_mm);
   const PagePoint along = IsUpright(side) ? local.v_px_mm : local.u_px_mm;
   const double margin_mm = reach_mm + 2 * plan.settings.line_width_mm;
@@ -139,11 +130,11 @@ std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix, co
       if (!lines) continue;
       ++found;
       whole += lines->whole ? 1 : 0;
-      const LocalMap local = map.Near(OnSide(map, side, along_mm));
+      const LocalMap local = map.Near(map.OnSide(side, along_mm));
       const double outward_mm = -Outward(side) * lines->inside_mm;
       points.push_back(
           {side, along_mm,
-           IsUpright(side) ? local.ToPage(outward_mm, 0) : local.ToPage(0, outward_mm)});
+           local.ToPage(IsUpright(side) ? SheetPoint{outward_mm, 0} : SheetPoint{0, outward_mm})});
     }
     fit.support[i] = tried == 0 ? 0 : static_cast<double>(found) / tried;
     fit.whole[i] = found == 0 ? 0 : static_cast<double>(whole) / found;
@@ -222,13 +213,9 @@ bool IsLike(const PageMap& map, const PageMap& start) {
 
 /// How far beyond its planned place a point lies, in the outer coordinate of its side.
 double Beyond_mm(const PageMap& map, const SidePoint& point) {
-  const LocalMap local = map.Near(OnSide(map, point.side, point.along_mm));
-  const PagePoint d = point.place - local.at;
-  const double determinant =
-      local.u_px_mm.x_px * local.v_px_mm.y_px - local.u_px_mm.y_px * local.v_px_mm.x_px;
-  return IsUpright(point.side)
-             ? (d.x_px * local.v_px_mm.y_px - d.y_px * local.v_px_mm.x_px) / determinant
-             : (local.u_px_mm.x_px * d.y_px - local.u_px_mm.y_px * d.x_px) / determinant;
+  const LocalMap local = map.Near(map.OnSide(point.side, point.along_mm));
+  const SheetPoint beyond = local.ToSheet(point.place - local.at);
+  return IsUpright(point.side) ? beyond.u_mm : beyond.v_mm;
 }
 
 void FitBending(const std::vector<SidePoint>& points, PageMap& map) {

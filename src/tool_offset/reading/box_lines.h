@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {

@@ -1,13 +1,13 @@
-// Between a rectangle that was seen on the small page and the box's lines at full resolution.
+// Lays the sheet on a rectangle: scale, side and turn.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "tool_offset/reading/box_candidates.h"
-#include "tool_offset/reading/page_map.h"
+#include "tool_offset/reading/page.h"
 #include "tool_offset/reading/sheet_finder.h"
-#include "tool_offset/reading/small_page.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {
@@ -37,7 +37,24 @@ inline constexpr double kSideFound = 0.6;
 [[nodiscard]] std::vector<SidePoint> Turned(std::vector<SidePoint> places, bool flip_u,
                                             bool flip_v);
 
-/// Fills in how the sheet lies on the page, from its map.
-void DescribeTurn(SheetOnPage& sheet);
+/// Looks across the sides of a box for the distance after which its lines repeat.
+/// @param mix         ink is higher than paper.
+/// @param corners     of the box, in order, page pixels; right to `slack_px`.
+/// @param lowest_px, highest_px  the range of distances to look in.
+/// @returns nothing where no lines repeat.
+/// Accuracy: about 1 % (sheet_finder_test reads codes with it, which need 1 %).
+[[nodiscard]] std::optional<double> LineSpacing_px(const PageView& page, const ChannelMix& mix,
+                                                   const std::array<PagePoint, 4>& corners,
+                                                   double slack_px, double lowest_px,
+                                                   double highest_px);
+
+/// The box as a scan shows it: one bar of three lines that have run together.
+[[nodiscard]] SheetPlan BarOf(const SheetPlan& plan);
+
+/// Compares the ink where the reference tool's combs stand alone with the paper between them, each
+/// beyond the reach of the tested combs. About 1 the right way round, 0 elsewhere.
+/// @param mix  ink is about 1 above its paper.
+[[nodiscard]] double ReferenceMatch(const PageView& page, const SheetPlan& plan,
+                                    const ChannelMix& mix, const PageMap& map);
 
 }  // namespace trammel::tool_offset

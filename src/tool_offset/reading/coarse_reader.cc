@@ -10,7 +10,7 @@
 #include "base/measured.h"
 #include "base/parallel.h"
 #include "base/statistics.h"
-#include "tool_offset/reading/foreign_ink.h"
+#include "tool_offset/reading/ink_raster.h"
 #include "tool_offset/reading/leg_reader.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
@@ -59,15 +59,15 @@ FreeRows FindFreeRows(const SheetSettings& settings, const FingerSite& site,
                       std::span<const ForeignLeg> lines) {
   constexpr double kPaper_mm = 0.25;  // that has to stay between two lines
   const double near_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm + kPaper_mm;
-  const bool is_x = site.axis == Axis::kX;
-  const double across_mm = is_x ? site.middle.u_mm : site.middle.v_mm;
-  const double along_mm = is_x ? site.middle.v_mm : site.middle.u_mm;
+  const Axis axis = site.axis;
+  const double along_mm = Across(axis, site.middle);  // the leg
   FreeRows free{{site.low_mm, site.high_mm}};
   for (const ForeignLeg& line : lines) {
     const Leg& leg = line.leg;
-    if (std::abs((is_x ? leg.start.u_mm : leg.start.v_mm) - across_mm) >= near_mm) continue;
-    const auto [low, high] = is_x ? std::minmax(leg.start.v_mm, leg.end.v_mm)
-                                  : std::minmax(leg.start.u_mm, leg.end.u_mm);
+    if (std::abs(Along(axis, leg.start) - Along(axis, site.middle)) >= near_mm) continue;
+    const double start_mm = Across(axis, leg.start);
+    const double end_mm = Across(axis, leg.end);
+    const auto [low, high] = std::minmax(start_mm, end_mm);
     const double below_mm = std::min(free.rows.hi, low - kLegEnd_mm - along_mm);
     const double above_mm = std::max(free.rows.lo, high + kLegEnd_mm - along_mm);
     if (below_mm >= free.rows.hi || above_mm <= free.rows.lo) continue;
@@ -92,7 +92,6 @@ CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan
   const SheetSettings& settings = plan.settings;
   const std::size_t fewest = std::max(4, (settings.teeth + 2) / 3);
   const Structure& structure = plan.structures[tool_comb.structure];
-  const bool is_x = structure.axis == Axis::kX;
   const SheetPoint about = shifts.at(structure.combs[tool_comb.comb].tool);
   const std::vector<ForeignLeg> lines = LinesBeside(plan, shifts, tool_comb);
   ReaderWorkspace workspace;
@@ -101,11 +100,11 @@ CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan
   CombRead read;
   for (int finger = 0; finger < settings.teeth; ++finger) {
     const Leg leg = Shifted(FingerLegs(plan, structure, tool_comb.comb, finger)[0], about);
-    const double half_spacing_mm = settings.leg_spacing_mm / 2;
     FingerSite site;
     site.axis = structure.axis;
-    site.middle = {(leg.start.u_mm + leg.end.u_mm) / 2 + (is_x ? half_spacing_mm : 0),
-                   (leg.start.v_mm + leg.end.v_mm) / 2 + (is_x ? 0 : half_spacing_mm)};
+    site.middle =
+        SheetPoint{(leg.start.u_mm + leg.end.u_mm) / 2, (leg.start.v_mm + leg.end.v_mm) / 2} +
+        PointAt(site.axis, settings.leg_spacing_mm / 2, 0);
     site.high_mm = settings.leg_length_mm / 2 - kLegEnd_mm;
     site.low_mm = -site.high_mm;
     const FreeRows free = FindFreeRows(settings, site, lines);
@@ -123,8 +122,7 @@ CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan
   }
   if (readable >= fewest) read.crowded_by = -1;
   if (found_mm.size() < fewest) return read;
-  read.place = {Median(found_mm) + (is_x ? about.u_mm : about.v_mm),
-                RobustStandardDeviation(found_mm)};
+  read.place = {Median(found_mm) + Along(structure.axis, about), RobustStandardDeviation(found_mm)};
   return read;
 }
 
@@ -180,7 +178,7 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
                const InkColour& reference, const Shifts& shifts, int tool, CoarseReading& reading) {
   std::array<AxisPlaces, 2> axes;
   for (const ToolComb& comb : CombsOf(plan, tool)) {
-    const bool is_x = plan.structures[comb.structure].axis == Axis::kX;
+    const Axis axis = plan.structures[comb.structure].axis;
     const ToolComb other{comb.structure, 1 - comb.comb};
     CombRead own = LocateFingers(page, map, plan, comb, MixOf(reading.ink), shifts);
     CombRead beside = LocateFingers(page, map, plan, other, MixOf(reference), shifts);
@@ -195,11 +193,11 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
     if (by_another >= 0) reading.beside = by_another;
     // What the reference tool's lines leave to see was searched: where they lie is known.
     if (crowded && by_another < 0) {
-      own.place = {is_x ? reading.shift.u_mm : reading.shift.v_mm, 0, true};
+      own.place = {Along(axis, reading.shift), 0, true};
       beside.place = {0, 0, true};
     }
     if (!own.place || !beside.place) continue;
-    axes[is_x ? 0 : 1].Add(*own.place, *beside.place);
+    axes[axis == Axis::kX ? 0 : 1].Add(*own.place, *beside.place);
   }
   reading.found = !axes[0].absolute_mm.empty() && !axes[1].absolute_mm.empty();
   if (!reading.found) return;

@@ -4,10 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tool_offset/reading/ink_channel.h"
 #include "tool_offset/reading/ink_raster.h"
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "base/statistics.h"
-#include "tool_offset/reading/line_place.h"
+#include "tool_offset/reading/page.h"
 
 namespace trammel::tool_offset {
 namespace {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {
@@ -60,7 +59,7 @@ struct ReaderWorkspace {
 
 /// Reads both legs, the one with the lower coordinate first.
 ///
-/// Each row of pixels across a leg gives the place that halves its ink (line_place.h); a robust
+/// Each row of pixels across a leg gives the place that halves its ink; a robust
 /// straight line through these, at the site's middle, is the leg's position: pieces that are
 /// broken, blotted or merged drop out. The paper's level on both sides, and its slope, come from
 /// the clear part.

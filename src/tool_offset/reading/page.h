@@ -1,11 +1,15 @@
-// Places on a scanned page, and how parts of it are sampled: it is never copied as a whole.
+// Places on a scanned page, its map to the sheet, and parts of it as samples: it is never copied as
+// a whole.
 #pragma once
 
 #include <array>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "base/page.h"
 #include "base/result.h"
+#include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {
 
@@ -46,5 +50,103 @@ struct Strip {
 /// @returns false, and leaves `out` as it was, where a part of the strip lies beside the page.
 [[nodiscard]] bool SampleStrip(const PageView& page, const ChannelMix& mix, const Strip& strip,
                                std::vector<float>& out);
+
+/// The sides of the box, by the sheet's coordinates.
+enum Side : std::size_t { kLeft, kRight, kBottom, kTop };
+inline constexpr std::size_t kSides = 4;
+/// Whether a side runs along v.
+[[nodiscard]] inline bool IsUpright(Side side) { return side == kLeft || side == kRight; }
+/// Which way out of the box its coordinate rises: 1 or -1.
+[[nodiscard]] inline double Outward(Side side) { return side == kRight || side == kTop ? 1 : -1; }
+
+/// The map near one place: linear.
+struct LocalMap {
+  PagePoint at;
+  PagePoint u_px_mm;  ///< page pixels per mm along u
+  PagePoint v_px_mm;
+
+  [[nodiscard]] PagePoint ToPage(SheetPoint beside) const {
+    return at + beside.u_mm * u_px_mm + beside.v_mm * v_px_mm;
+  }
+  /// A step on the page, in mm on the sheet.
+  [[nodiscard]] SheetPoint ToSheet(PagePoint step) const {
+    const double determinant = u_px_mm.x_px * v_px_mm.y_px - u_px_mm.y_px * v_px_mm.x_px;
+    return {(step.x_px * v_px_mm.y_px - step.y_px * v_px_mm.x_px) / determinant,
+            (u_px_mm.x_px * step.y_px - u_px_mm.y_px * step.x_px) / determinant};
+  }
+};
+
+/// What a camera adds to the projection: its lens, and paper that is not flat.
+struct CameraBend {
+  PagePoint centre;     ///< of the lens
+  double focal_px = 1;  ///< in which radii are counted
+  /// What lies at radius r in a picture without distortion is seen at r (1 + k1 r² + k2 r⁴).
+  std::array<double, 2> radial{};
+  SheetPoint foot;       ///< the point of the paper's plane under the lens
+  double height_mm = 1;  ///< of the lens above that plane
+  double reach_mm = 1;   ///< half of the box's diagonal, in which the bow is counted
+  /// Height of the paper: factors of u², u v and v², each over reach_mm². mm.
+  std::array<double, 3> bow_mm{};
+
+  [[nodiscard]] SheetPoint OnPlane(SheetPoint point) const;
+  [[nodiscard]] PagePoint Seen(PagePoint straight) const;
+};
+
+/// A central projection (affine on a flatbed, not under a camera), and how the box's sides bend
+/// (paper on a bed and on glass is never quite flat); between opposite sides the bending changes
+/// linearly.
+struct PageMap {
+  PagePoint middle;   ///< of the sheet
+  PagePoint u_px_mm;  ///< page pixels per mm along u, at the middle
+  PagePoint v_px_mm;
+  /// By how much everything is seen smaller per mm along u and v, in parts of one.
+  SheetPoint lean_per_mm;
+  double half_width_mm = 1;
+  double half_height_mm = 1;
+  /// Outward coordinate (u of left and right, v of bottom and top) that a side has beyond its
+  /// planned one: a cubic in the other coordinate over its half length, lowest power first. mm.
+  std::array<std::array<double, 4>, kSides> bend_mm{};
+  std::optional<CameraBend> camera;  ///< of a photo
+
+  [[nodiscard]] PagePoint ToPage(SheetPoint point) const;
+  [[nodiscard]] LocalMap Near(SheetPoint point) const;
+  /// A planned place on a side of the box. @param along_mm  from the side's middle.
+  [[nodiscard]] SheetPoint OnSide(Side side, double along_mm) const {
+    return IsUpright(side) ? SheetPoint{Outward(side) * half_width_mm, along_mm}
+                           : SheetPoint{along_mm, Outward(side) * half_height_mm};
+  }
+  /// How much larger one side of the box is seen than the opposite one, in parts of one.
+  [[nodiscard]] double perspective() const;
+  /// Whether the page shows the sheet from behind, as a mirror does.
+  [[nodiscard]] bool mirrored() const {
+    return u_px_mm.x_px * v_px_mm.y_px - u_px_mm.y_px * v_px_mm.x_px > 0;
+  }
+};
+
+/// The map without bending that takes the box's corners (low u and v first, then round by high u)
+/// to these places.
+/// @returns nothing where they do not go round a convex area.
+[[nodiscard]] std::optional<PageMap> MapOfCorners(const std::array<PagePoint, 4>& corners,
+                                                  double width_mm, double height_mm);
+
+/// Half of the ink of a line, and all of it.
+struct LinePlace {
+  double middle = 0;  ///< samples; half of the window's ink lies below it
+  double ink = 0;     ///< sum of the samples in the window
+};
+
+/// Finds the place that parts the ink in [low, high] into equal halves.
+///
+/// Why this estimator: it weighs a line's two edges alike (the least that rough edges can do to a
+/// position), needs neither the ink's level nor the blur, and whatever is the same on both sides of
+/// the line - blur, halo, a resampled pixel grid - cancels. A sample is a block one sample wide, so
+/// that for pixels that average over their area nothing is lost: a clean line is found exactly,
+/// however few pixels wide. A centroid errs there by up to 0.03 samples and weighs far dirt more.
+/// @param ink  zero on paper, positive on ink; noise may be negative.
+/// @param low, high  samples; the window's ends, on paper or cut at the same distance from the
+/// line.
+/// @returns nothing where the window leaves the samples or holds no ink.
+[[nodiscard]] std::optional<LinePlace> HalfInkPlace(std::span<const float> ink, double low,
+                                                    double high);
 
 }  // namespace trammel::tool_offset

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,10 +16,135 @@
 namespace trammel::tool_offset {
 namespace {
 
+constexpr double kFilmDiagonal_mm = 43.27;
+
+/// Axes of the sheet and its middle as a camera of this focal length sees them, in one scale.
+struct Columns {
+  Eigen::Vector3d u;
+  Eigen::Vector3d v;
+  Eigen::Vector3d middle;
+};
+
+Columns ColumnsOf(const PageMap& map, PagePoint centre, double focal_px) {
+  const PagePoint middle = map.middle - centre;
+  const auto column = [&](PagePoint along, double lean) {
+    const PagePoint at = along + lean * middle;
+    return Eigen::Vector3d(at.x_px / focal_px, at.y_px / focal_px, lean);
+  };
+  return {column(map.u_px_mm, map.lean_per_mm.u_mm),
+          column(map.v_px_mm, map.lean_per_mm.v_mm),
+          {middle.x_px / focal_px, middle.y_px / focal_px, 1}};
+}
+
+/// By how much the axes differ in length, and from a right angle, squared.
+double Misfit(const PageMap& map, PagePoint centre, double focal_px) {
+  const Columns columns = ColumnsOf(map, centre, focal_px);
+  const double length = std::log(columns.u.norm() / columns.v.norm());
+  const double angle = columns.u.normalized().dot(columns.v.normalized());
+  return length * length + angle * angle;
+}
+
+/// Fills in the focal length, as stated or from the map.
+void FindFocalLength(const PageMap& map, const PhotoSource& source, PhotoPose& pose) {
+  constexpr double kStated = 0.03;      // EXIF has whole mm, of nominal lenses
+  constexpr double kUsual_mm = 36;      // 26 ("1x") … 50 ("2x")
+  constexpr double kUsualSpread = 0.4;  // of its logarithm
+  constexpr double kAxes = 0.004;       // how unlike the scales of a printer's two axes are
+  constexpr double kStep = 0.01;
+  if (source.film_focal_mm) {
+    pose.focal_px = *source.film_focal_mm / kFilmDiagonal_mm * 2 * pose.corner_px;
+    pose.focal_uncertainty = kStated;
+    pose.focal_stated = true;
+    return;
+  }
+  // Weights of all focal lengths that there may be.
+  double sum = 0;
+  double moment = 0;
+  double square = 0;
+  for (double deviation = -4 * kUsualSpread; deviation <= 4 * kUsualSpread; deviation += kStep) {
+    const double focal_px = kUsual_mm * std::exp(deviation) / kFilmDiagonal_mm * 2 * pose.corner_px;
+    const double weight = std::exp(-0.5 * (Misfit(map, pose.centre, focal_px) / (kAxes * kAxes) +
+                                           deviation * deviation / (kUsualSpread * kUsualSpread)));
+    sum += weight;
+    moment += weight * deviation;
+    square += weight * deviation * deviation;
+  }
+  const bool any = sum > 0;
+  const double mean = any ? moment / sum : 0;
+  pose.focal_px = kUsual_mm * std::exp(mean) / kFilmDiagonal_mm * 2 * pose.corner_px;
+  pose.focal_uncertainty =
+      any ? std::max(kStated, std::sqrt(std::max(0.0, square / sum - mean * mean))) : kUsualSpread;
+}
+
+/// What is known of the lens's axis, and what cropping does to the focal length that the file
+/// states.
+void JudgeSize(const PageView& page, PhotoPose& pose) {
+  constexpr double kLens = 0.005;    // of the way to the corner: 20 px of 2520, evenly
+  constexpr double kCropped = 0.25;  // half a side away is 0.4
+  constexpr double kCroppedFocal = 0.4;
+  pose.as_stored = IsStoredSize(page.width, page.height);
+  pose.centre_uncertainty_px = (pose.as_stored ? kLens : kCropped) * pose.corner_px;
+  if (!pose.as_stored && pose.focal_stated) {
+    pose.focal_uncertainty = std::max(pose.focal_uncertainty, kCroppedFocal);
+  }
+}
+
+}  // namespace
+
+bool IsStoredSize(int width_px, int height_px) {
+  constexpr int kBlock_px = 4;
+  constexpr double kSame = 0.01;
+  if (width_px % kBlock_px != 0 || height_px % kBlock_px != 0) return false;
+  const double ratio = static_cast<double>(std::max(width_px, height_px)) /
+                       std::max(1, std::min(width_px, height_px));
+  const std::array<double, 4> ratios{1, 4.0 / 3, 3.0 / 2, 16.0 / 9};
+  return std::any_of(ratios.begin(), ratios.end(),
+                     [&](double stored) { return std::abs(ratio / stored - 1) < kSame; });
+}
+
+PhotoPose FindPose(const PageView& page, const PageMap& map, const PhotoSource& source) {
+  PhotoPose pose;
+  pose.centre = {(page.width - 1) / 2.0, (page.height - 1) / 2.0};
+  pose.corner_px = std::hypot(page.width, page.height) / 2;
+  FindFocalLength(map, source, pose);
+  JudgeSize(page, pose);
+  const Columns columns = ColumnsOf(map, pose.centre, pose.focal_px);
+  const double scale = 1 / std::sqrt(columns.u.norm() * columns.v.norm());
+  const Eigen::Vector3d u = columns.u.normalized();
+  // The nearest right angle in the plane of both.
+  const Eigen::Vector3d normal = u.cross(columns.v).normalized();
+  const Eigen::Vector3d v = normal.cross(u);
+  const Eigen::Vector3d middle = scale * columns.middle;
+  pose.foot = {-u.dot(middle), -v.dot(middle)};
+  pose.height_mm = std::abs(normal.dot(middle));
+  pose.tilt_rad = std::acos(std::clamp(std::abs(normal.z()), 0.0, 1.0));
+  const double along = normal.dot(middle) / normal.z();
+  const Eigen::Vector3d aim = along * Eigen::Vector3d::UnitZ() - middle;
+  pose.aim = {u.dot(aim), v.dot(aim)};
+  return pose;
+}
+
+RadialLever LeverAt(const PhotoPose& pose, const PageMap& map, Axis axis, SheetPoint point) {
+  constexpr double kStep_mm = 20;
+  const auto colour = [&](SheetPoint at) {
+    const LocalMap local = map.Near(at);
+    return Along(axis, local.ToSheet((1 / pose.corner_px) * (local.at - pose.centre)));
+  };
+  const auto aside = [&](double mm) { return point + PointAt(axis, mm, 0); };
+  RadialLever lever;
+  lever.height = (Along(axis, point) - Along(axis, pose.foot)) / pose.height_mm;
+  lever.height_per_mm = 1 / pose.height_mm;
+  lever.colour_mm_px = colour(point);
+  lever.colour_per_px = (colour(aside(kStep_mm)) - colour(aside(-kStep_mm))) / (2 * kStep_mm);
+  return lever;
+}
+
+namespace {
+
 /// Something of the plan that was seen: it tells where it lies across its own line.
 struct Sighting {
   SheetPoint planned;
-  bool along_u = true;  ///< the direction that it tells
+  Axis axis = Axis::kX;  ///< that it tells along
   PagePoint seen;
 };
 
@@ -69,12 +195,7 @@ PageMap Moved(const PageMap& map, const Unknowns& by) {
 /// How far from its place by the map something is seen, across its line; mm.
 double Beyond_mm(const PageMap& map, const Sighting& sighting) {
   const LocalMap local = map.Near(sighting.planned);
-  const PagePoint d = sighting.seen - local.at;
-  const PagePoint u = local.u_px_mm;
-  const PagePoint v = local.v_px_mm;
-  const double determinant = u.x_px * v.y_px - u.y_px * v.x_px;
-  return sighting.along_u ? (d.x_px * v.y_px - d.y_px * v.x_px) / determinant
-                          : (u.x_px * d.y_px - u.y_px * d.x_px) / determinant;
+  return Along(sighting.axis, local.ToSheet(sighting.seen - local.at));
 }
 
 Eigen::VectorXd Residuals(const PageMap& map, const std::vector<Sighting>& sightings) {
@@ -137,13 +258,9 @@ void Fit(const PageView& page, const PhotoSource& source, const std::vector<Sigh
 }
 
 void AddBox(const SheetOnPage& sheet, std::vector<Sighting>& sightings) {
-  const PageMap& map = sheet.map;
   for (const SidePoint& point : sheet.box_places) {
-    const bool upright = point.side == kLeft || point.side == kRight;
-    const double outward = point.side == kRight || point.side == kTop ? 1 : -1;
-    sightings.push_back({upright ? SheetPoint{outward * map.half_width_mm, point.along_mm}
-                                 : SheetPoint{point.along_mm, outward * map.half_height_mm},
-                         upright, point.place});
+    sightings.push_back({sheet.map.OnSide(point.side, point.along_mm),
+                         IsUpright(point.side) ? Axis::kX : Axis::kY, point.place});
   }
 }
 
@@ -175,10 +292,8 @@ int AddFingers(const PageView& page, const SheetPlan& plan, const SheetOnPage& s
         const auto found = LocateFinger(page, sheet.reference_mix, sheet.map, plan.settings, site,
                                         reach_mm, workspace);
         if (!found) continue;
-        const bool is_x = site.axis == Axis::kX;
         const LocalMap local = sheet.map.Near(site.middle);
-        sightings.push_back(
-            {site.middle, is_x, is_x ? local.ToPage(*found, 0) : local.ToPage(0, *found)});
+        sightings.push_back({site.middle, site.axis, local.ToPage(PointAt(site.axis, *found, 0))});
       }
     }
   }
@@ -202,13 +317,10 @@ SheetPoint OuterMiddle(const SheetPlan& plan, const Structure& structure, std::s
                        int finger) {
   const SheetSettings& settings = plan.settings;
   const auto legs = FingerLegs(plan, structure, comb, finger);
-  const bool is_x = structure.axis == Axis::kX;
+  const Axis axis = structure.axis;
   const double side = structure.FromLowSide(comb) ? -1 : 1;
-  const double across_mm =
-      (is_x ? structure.middle.v_mm : structure.middle.u_mm) + side * settings.leg_length_mm / 2;
-  const double along_mm = is_x ? (legs[0].start.u_mm + legs[1].start.u_mm) / 2
-                               : (legs[0].start.v_mm + legs[1].start.v_mm) / 2;
-  return is_x ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+  return PointAt(axis, (Along(axis, legs[0].start) + Along(axis, legs[1].start)) / 2,
+                 Across(axis, structure.middle) + side * settings.leg_length_mm / 2);
 }
 
 Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,

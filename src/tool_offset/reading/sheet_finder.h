@@ -1,17 +1,40 @@
-// Finds the printed sheet on a scanned page.
+// Finds the sheet on a page: box, turn and code.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
 #include "tool_offset/reading/box_lines.h"
-#include "tool_offset/reading/code_reader.h"
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {
+
+struct CodeReading {
+  std::vector<double> ink;  ///< of each cell's leg; about 1 where there is one
+  std::vector<bool> dark;
+  double contrast = 0;  ///< between dark and light cells; a printed code has at least 0.3
+  std::optional<std::uint16_t> sheet_id;  ///< nothing where the check bits disagree
+  int wrong_cells = 0;                    ///< that differ from the plan's
+};
+
+/// Reads the cells where the map puts them.
+/// @param mix  ink is higher than paper, by about 1.
+[[nodiscard]] CodeReading ReadCode(const PageView& page, const ChannelMix& mix,
+                                   const SheetPlan& plan, const PageMap& map);
+
+/// Whether the cells are the plan's, but for a few that are damaged. A tool far off may have
+/// printed over them: that adds ink, and takes none away.
+/// @param code  of ReadCode, with a contrast above 0.
+[[nodiscard]] bool IsThisCode(const CodeReading& code, const SheetPlan& plan);
+
+/// Whether the cells may be the plan's, with more lines missing than IsThisCode allows and none
+/// added.
+/// @param code  of ReadCode, with a contrast above 0.
+[[nodiscard]] bool IsBrokenCode(const CodeReading& code, const SheetPlan& plan);
 
 /// Where the sheet lies on the page, and how that was found.
 struct SheetOnPage {
@@ -23,9 +46,7 @@ struct SheetOnPage {
   bool box_lacks_line = false;
   CodeReading code;
   ChannelMix reference_mix{};  ///< makes the reference tool's ink about 1 above its paper
-  bool ink_is_darker = true;   ///< than the paper
   double angle_rad = 0;        ///< of the sheet's u axis on the page, counter-clockwise
-  int quarter_turns = 0;       ///< the same to the nearest quarter turn, 0 … 3
 };
 
 /// What a picture of the sheet is.

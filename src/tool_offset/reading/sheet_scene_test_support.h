@@ -9,7 +9,6 @@
 #include "base/random.h"
 #include "support/paper_sheet.h"
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {

@@ -1,4 +1,4 @@
-// How many of a tool's legs are inked, for every shift of it.
+// Scores every shift of a tool by the legs that would be inked.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 
 #include "tool_offset/reading/ink_raster.h"
 #include "tool_offset/sheet/sheet_plan.h"
+#include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::tool_offset {
 
@@ -41,7 +42,7 @@ struct Candidate {
   double share = 0;  ///< of the legs that can be judged, those that are inked, 0 … 1
 };
 
-/// Marks of legs along v and along u (leg_marks.h).
+/// Marks of legs along v and along u.
 using LegMarks = std::array<std::vector<std::int8_t>, 2>;
 
 /// Finds the best shift of a tool within kSearch_mm, and all others that may be meant: more than a
@@ -50,5 +51,18 @@ using LegMarks = std::array<std::vector<std::int8_t>, 2>;
 /// Cost: O(shifts * legs), on all processors.
 [[nodiscard]] std::vector<Candidate> FindCandidates(const InkRaster& raster, const SheetPlan& plan,
                                                     const LegMarks& legs, int tool);
+
+/// Full marks of a leg that no other ink covers.
+inline constexpr int kWholeLeg = 32;
+
+/// Marks each cell by the leg centred on it: how much of it can be judged (0 … kWholeLeg), negative
+/// where it is not there. Beside the raster nothing can be judged for a leg.
+/// @param along_v    whether the legs run along v; else along u.
+/// @param explained  by cell: not 0 where ink belongs to a known line.
+/// @param threshold  of ink, in levels.
+[[nodiscard]] std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,
+                                                 const std::vector<std::uint8_t>& explained,
+                                                 const SheetSettings& settings, bool along_v,
+                                                 double threshold);
 
 }  // namespace trammel::tool_offset

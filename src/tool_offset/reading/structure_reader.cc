@@ -2,17 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "geometry/robust_line.h"
 
 namespace trammel::tool_offset {
 namespace {
-
-double Along(Axis axis, SheetPoint point) { return axis == Axis::kX ? point.u_mm : point.v_mm; }
-double Across(Axis axis, SheetPoint point) { return axis == Axis::kX ? point.v_mm : point.u_mm; }
 
 /// One comb, and where it was found to lie.
 struct CombSites {
@@ -58,8 +60,7 @@ CombSites PlanSites(const SheetPlan& plan, const Structure& structure, std::size
     const double along_mm = FingerPosition_mm(plan, structure, comb, finger) +
                             ExpectedShift_mm(structure, comb, expected[comb]);
     const double across_mm = Across(axis, structure.middle);
-    site.middle =
-        axis == Axis::kX ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+    site.middle = PointAt(axis, along_mm, across_mm);
     SetRows(plan, structure.FromLowSide(comb), across_shift_mm(comb), across_shift_mm(1 - comb),
             site);
     planned.sites.push_back(site);
@@ -142,7 +143,7 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
   for (std::size_t i = 0; i < located.sites.size(); ++i) {
     FingerSite site = located.sites[i];
     SetNeighbours(plan.settings, comb, static_cast<int>(i), ahead_mm, site);
-    (site.axis == Axis::kX ? site.middle.u_mm : site.middle.v_mm) += located.shift_mm[i];
+    site.middle = site.middle + PointAt(site.axis, located.shift_mm[i], 0);
     FingerReading finger;
     finger.comb = comb;
     finger.finger = static_cast<int>(i);
@@ -157,8 +158,7 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
       finger.position_mm =
           ExpectedShift_mm(structure, comb, expected) + located.shift_mm[i] + middle_mm;
       const LocalMap local = map.Near(site.middle);
-      finger.place =
-          site.axis == Axis::kX ? local.ToPage(middle_mm, 0) : local.ToPage(0, middle_mm);
+      finger.place = local.ToPage(PointAt(site.axis, middle_mm, 0));
       for (const LegReading& leg : *legs) ink_mm.push_back(leg.ink_mm);
     }
     fingers.push_back(finger);
@@ -198,11 +198,9 @@ void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> 
                              side * (settings.leg_length_mm - settings.overlap_mm) / 2;
     const double half_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm;
     const double half_leg_mm = settings.leg_length_mm / 2;
-    const auto point = [&](double along, double across) {
-      return structure.axis == Axis::kX ? SheetPoint{along, across} : SheetPoint{across, along};
-    };
-    const int tool = ForeignTool(foreign, point(at_mm - half_mm, across_mm - half_leg_mm),
-                                 point(at_mm + half_mm, across_mm + half_leg_mm), kClear_mm);
+    const int tool =
+        ForeignTool(foreign, PointAt(structure.axis, at_mm - half_mm, across_mm - half_leg_mm),
+                    PointAt(structure.axis, at_mm + half_mm, across_mm + half_leg_mm), kClear_mm);
     if (tool >= 0) finger.left_out = fmt::format("T{}, far off, has printed across it", tool);
   }
 }
@@ -251,6 +249,164 @@ Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const Pag
   }
   LeaveOutForeign(plan.settings, foreign, structure, fingers, expected);
   return fingers;
+}
+
+namespace {
+
+constexpr int kFewestTeeth = 4;
+
+/// Legendre polynomials 0 … degree at x in [-1, 1].
+Eigen::RowVectorXd Legendre(double x, int degree) {
+  Eigen::RowVectorXd p(degree + 1);
+  p[0] = 1;
+  if (degree > 0) p[1] = x;
+  for (int n = 1; n < degree; ++n) p[n + 1] = ((2 * n + 1) * x * p[n] - n * p[n - 1]) / (n + 1);
+  return p;
+}
+
+/// Enough for the shortest wrinkle over the comb's length, few enough for the fingers.
+int Degree(const SheetSettings& settings, int fingers) {
+  constexpr double kShortestWrinkle_mm = 40;
+  constexpr int kBeyond = 5;  // orders until a wrinkle's share falls below a hundredth
+  const double periods = settings.teeth * settings.pitch_mm / kShortestWrinkle_mm;
+  const int wanted = static_cast<int>(std::ceil(std::numbers::pi * periods)) + kBeyond;
+  return std::clamp(std::min(wanted, fingers / 3), 1, 40);
+}
+
+/// A fit to the fingers that count.
+struct Fit {
+  std::vector<FingerReading*> used;
+  Eigen::VectorXd residual;
+  Eigen::VectorXd leverage;
+  Eigen::VectorXd influence;  ///< of each finger on the offset
+  double offset_mm = 0;
+  double stretch = 0;
+  double growth = 0;  ///< of the displacement per mm, where it may grow
+  Eigen::VectorXd growth_influence;
+};
+
+Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
+  Fit fit;
+  for (FingerReading& finger : structure.fingers) {
+    if (finger.left_out.empty()) fit.used.push_back(&finger);
+  }
+  const auto count = static_cast<Eigen::Index>(fit.used.size());
+  const int degree = Degree(settings, static_cast<int>(count));
+  const double half_mm = settings.teeth * settings.pitch_mm / 2;
+  const bool grows = structure.lever.has_value();
+  const Eigen::Index last = degree + (grows ? 2 : 1);
+  Eigen::MatrixXd design(count, last + 1);
+  Eigen::VectorXd y(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const FingerReading& finger = *fit.used[static_cast<std::size_t>(i)];
+    design.row(i).head(degree + 1) = Legendre(finger.planned_mm / half_mm, degree);
+    design(i, last) = finger.comb == 1 ? 0.5 : -0.5;
+    if (grows) design(i, last - 1) = design(i, last) * finger.planned_mm / half_mm;
+    y[i] = finger.position_mm;
+  }
+  const auto [q, r] = geometry::DecomposeOrthogonal(design);
+  const Eigen::VectorXd solution = geometry::SolveUpper(r, q.transpose() * y);
+  fit.residual = y - design * solution;
+  fit.leverage = q.rowwise().squaredNorm();
+  // The offset is the last unknown: its row of the inverse of R is 1 / r in the last place.
+  fit.influence = q.col(last) / r(last, last);
+  fit.offset_mm = solution[last];
+  if (grows) {
+    fit.growth = solution[last - 1] / half_mm;
+    fit.growth_influence =
+        (q.col(last - 1) - r(last - 1, last) * fit.influence) / (r(last - 1, last - 1) * half_mm);
+  }
+  // The slope of a straight line through what the displacement leaves over.
+  const Eigen::VectorXd shared = y - fit.offset_mm * design.col(last);
+  fit.stretch = shared.dot(q.col(1)) / r(1, 1) / half_mm;
+  return fit;
+}
+
+/// The finger that is least like the others, if it is unlike them.
+FingerReading* Outlier(const Fit& fit) {
+  constexpr double kLimit = 4.5;        // standard deviations: 1 in 100 000 of a normal sample
+  constexpr double kFinest_mm = 0.001;  // less is not worth a finger
+  std::vector<double> scaled;
+  for (Eigen::Index i = 0; i < fit.residual.size(); ++i) {
+    scaled.push_back(fit.residual[i] / std::sqrt(std::max(0.05, 1 - fit.leverage[i])));
+  }
+  const double limit_mm = kLimit * std::max(RobustStandardDeviation(scaled), kFinest_mm / kLimit);
+  const auto worst = std::max_element(scaled.begin(), scaled.end(),
+                                      [](double a, double b) { return std::abs(a) < std::abs(b); });
+  return std::abs(*worst) > limit_mm ? fit.used[static_cast<std::size_t>(worst - scaled.begin())]
+                                     : nullptr;
+}
+
+std::array<int, 2> CountTeeth(const StructureReading& structure) {
+  std::array<int, 2> count{};
+  for (const FingerReading& finger : structure.fingers) {
+    if (finger.left_out.empty()) ++count[finger.comb];
+  }
+  return count;
+}
+
+/// What most of the teeth that do not count have.
+std::string CommonFault(const StructureReading& structure) {
+  std::map<std::string, int> faults;
+  for (const FingerReading& finger : structure.fingers) {
+    if (!finger.left_out.empty()) ++faults[finger.left_out];
+  }
+  const auto commonest =
+      std::max_element(faults.begin(), faults.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return commonest == faults.end() ? "none has a fault" : commonest->first;
+}
+
+void Report(const Fit& fit, StructureReading& structure) {
+  structure.comb_squares_mm2 = {};
+  structure.comb_freedom = {};
+  std::array<double, 2> influence{};
+  std::array<double, 2> growth{};
+  for (Eigen::Index i = 0; i < fit.residual.size(); ++i) {
+    FingerReading& finger = *fit.used[static_cast<std::size_t>(i)];
+    finger.residual_mm = fit.residual[i];
+    structure.comb_squares_mm2[finger.comb] += fit.residual[i] * fit.residual[i];
+    structure.comb_freedom[finger.comb] += 1 - fit.leverage[i];
+    influence[finger.comb] += fit.influence[i] * fit.influence[i];
+    if (structure.lever) {
+      growth[finger.comb] += fit.growth_influence[i] * fit.growth_influence[i];
+    }
+  }
+  const double freedom = structure.comb_freedom[0] + structure.comb_freedom[1];
+  const double squares = structure.comb_squares_mm2[0] + structure.comb_squares_mm2[1];
+  structure.gain = {std::sqrt(influence[0]), std::sqrt(influence[1])};
+  structure.growth = fit.growth;
+  structure.growth_gain = {std::sqrt(growth[0]), std::sqrt(growth[1])};
+  structure.stretch = fit.stretch;
+  structure.residual_rms_mm = std::sqrt(squares / freedom);
+  Quantity offset;
+  offset.value = fit.offset_mm / (1 + fit.stretch);
+  offset.standard_uncertainty =
+      structure.residual_rms_mm * std::hypot(structure.gain[0], structure.gain[1]);
+  const double half = StudentT95(freedom) * offset.standard_uncertainty;
+  offset.interval95 = {offset.value - half, offset.value + half};
+  structure.offset_mm = Measured::Good(offset);
+}
+
+}  // namespace
+
+void FitCombs(const SheetSettings& settings, StructureReading& structure) {
+  constexpr double kMostOutliers = 0.3;
+  const auto most = static_cast<int>(kMostOutliers * static_cast<double>(structure.fingers.size()));
+  for (int outliers = 0;; ++outliers) {
+    structure.teeth_used = CountTeeth(structure);
+    const auto [first, second] = structure.teeth_used;
+    if (first < kFewestTeeth || second < kFewestTeeth) {
+      structure.offset_mm = Measured::Refused(
+          fmt::format("only {} and {} of {} teeth of the two combs can be read, {} are needed ({})",
+                      first, second, settings.teeth, kFewestTeeth, CommonFault(structure)));
+      return;
+    }
+    const Fit fit = FitOnce(settings, structure);
+    FingerReading* outlier = outliers < most ? Outlier(fit) : nullptr;
+    if (outlier == nullptr) return Report(fit, structure);
+    outlier->left_out = "far from where its neighbours say it should be";
+  }
 }
 
 }  // namespace trammel::tool_offset

@@ -1,4 +1,3 @@
-// The figures of a scanned sheet of combs: every step of its reading, drawn on the scan.
 #pragma once
 
 #include <array>

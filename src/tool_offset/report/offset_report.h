@@ -1,11 +1,13 @@
-// One HTML page on scanned sheets of combs.
+// The answer of sheets of combs as one HTML page, and as JSON (docs/formats.md).
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "tool_offset/offset/correction.h"
 #include "tool_offset/report/offset_figures.h"
+#include "tool_offset/report/offset_table.h"
 
 namespace trammel::report {
 
@@ -27,5 +29,15 @@ struct OffsetReportInput {
 
 /// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.
 [[nodiscard]] std::string OffsetReport(const OffsetReportInput& input);
+
+/// One object. A tool's numbers are null unless its verdict is good, and so is every other value
+/// that could not be measured.
+/// @param report  path of the report that was written; empty where there is none.
+[[nodiscard]] nlohmann::ordered_json JsonOf(const OffsetAnalysis& analysis,
+                                            const std::string& report = "");
+
+/// The same where no scan could be used: every tool is refused, with the scans' reasons.
+/// REQUIRES at least one refused scan and no other.
+[[nodiscard]] nlohmann::ordered_json RefusalJson(const OffsetAnalysis& analysis);
 
 }  // namespace trammel::report

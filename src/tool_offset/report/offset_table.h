@@ -1,4 +1,4 @@
-// The answer of scanned sheets as one table, which text, page and JSON render.
+// The answer of scanned sheets as text, and as rows of one table.
 #pragma once
 
 #include <optional>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "document/page.h"
 #include "tool_offset/reading/combine.h"
 #include "tool_offset/reading/sheet_result.h"
 #include "tool_offset/sheet/sheet_plan.h"
@@ -75,5 +76,8 @@ struct OffsetRow {
 /// @param report  path of the report that was written; empty where there is none.
 [[nodiscard]] std::string OffsetText(const OffsetAnalysis& analysis,
                                      const std::string& report = "");
+
+/// "+0.3123 mm (95 %: +0.3102 to +0.3144 mm)", or the verdict.
+[[nodiscard]] std::string OffsetWords(const Measured& measured);
 
 }  // namespace trammel::report

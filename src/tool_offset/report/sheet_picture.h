@@ -1,11 +1,10 @@
-// Cut-outs of a scanned page, with places on the page that can be drawn upon them.
+// Pictures of a page: a part of it as seen, and the sheet before it is printed.
 #pragma once
 
 #include "base/frame.h"
 #include "base/page.h"
 #include "document/canvas.h"
 #include "tool_offset/reading/page.h"
-#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::report {

@@ -1,4 +1,4 @@
-// What a sheet of combs will look like, before it is printed.
+// Draws a sheet of combs before it is printed: on the bed, and by itself.
 #pragma once
 
 #include "document/canvas.h"

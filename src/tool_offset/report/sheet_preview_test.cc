@@ -35,5 +35,15 @@ TEST(SheetPreview, DrawsEightToolsOnARoundBedAndASelfTest) {
 
 TEST(SheetPreview, RequiresAPlan) { EXPECT_THROW((void)SheetPreview({}), Bug); }
 
+TEST(SheetPreview, WritesDegreesAndMaterialsAsAPictureCan) {
+  tool_offset::SheetSettings settings;
+  settings.filament.material = "pla";
+  EXPECT_THAT(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg(),
+              testing::HasSubstr("Heated to PLA: nozzle 215, bed 60 °C"));
+  settings.nozzle_temperatures_c = {215, 220};
+  EXPECT_THAT(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg(),
+              testing::AllOf(testing::HasSubstr("T1 220"), testing::HasSubstr("bed 60 °C")));
+}
+
 }  // namespace
 }  // namespace trammel::report

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "tool_offset/sheet/paper_size.h"
 #include "tool_offset/sheet/sheet_layout.h"
 
 namespace trammel::tool_offset {

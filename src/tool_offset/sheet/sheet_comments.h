@@ -1,4 +1,4 @@
-// The settings of a sheet, as its own G-code carries them.
+// Writes and reads the settings of a sheet as comments of its G-code.
 #pragma once
 
 #include <string>

@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <string>
 
-#include "base/random.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel::tool_offset {
@@ -109,24 +107,6 @@ TEST(SheetFile, EachFaultIsNamedWithItsLine) {
   const std::string whole = FormatSheetComments(PlanSheet({}));
   EXPECT_THAT(Fault(whole.substr(0, whole.size() / 2)), HasSubstr("line"));
   EXPECT_THAT(Fault("; trammel sheet: pitch = 4\n"), HasSubstr("the first key is pitch"));
-}
-
-TEST(SheetFile, NoBytesMakeItFallOver) {
-  constexpr std::uint64_t kSeed = 77;
-  Random random(kSeed);
-  const std::string whole = FormatSheetComments(PlanSheet({}));
-  int errors = 0;
-  constexpr int kRepeats = 3000;
-  for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    std::string text = whole;
-    for (std::uint64_t i = 1 + random.Below(3); i-- > 0;) {
-      text[random.Below(text.size())] = static_cast<char>(random.Below(256));
-    }
-    if (random.Below(4) == 0) text.resize(random.Below(text.size()));
-    errors += ReadSheetFile(text) ? 0 : 1;
-  }
-  // Changes of the heads of lines, of texts or of speeds may go unnoticed.
-  EXPECT_GT(errors, kRepeats / 2) << "seed " << kSeed;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The G-code that prints a sheet.
+// Writes the G-code of a sheet.
 #pragma once
 
 #include <string>

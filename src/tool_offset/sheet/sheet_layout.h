@@ -1,8 +1,13 @@
-// Sizes on the sheet, and where its blocks are put so that it takes little paper.
+// Lays out structures, code and box on paper or bed, for a scan or for photos.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -63,5 +68,61 @@ using SheetCost = std::tuple<bool, bool, int, double>;
 /// @param border_mm  what lies around the layout on each side: box, clearance.
 [[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
                                   double border_mm);
+
+/// Cells at the start and at the end of the row that are the same on every sheet. Read from the
+/// wrong end all of them are wrong, so that a sheet that is turned round or mirrored never passes.
+inline constexpr std::size_t kSyncCells = 5;
+inline constexpr std::size_t kIdBits = 16;
+inline constexpr std::size_t kCheckBits = 8;
+inline constexpr std::size_t kCodeCells = 2 * kSyncCells + kIdBits + kCheckBits;
+
+/// True for dark, from left (low u) to right: sync, number (highest bit first), check bits (CRC-8,
+/// polynomial 0x07, of the number's two bytes), sync.
+using CodeCells = std::array<bool, kCodeCells>;
+
+[[nodiscard]] CodeCells EncodeSheetId(std::uint16_t sheet_id);
+
+/// The number that the cells carry; nothing where a sync cell or the check bits are wrong. The
+/// check finds every error of up to three cells and all but 1 in 256 of the others.
+[[nodiscard]] std::optional<std::uint16_t> DecodeSheetId(const CodeCells& dark);
+
+/// Everything inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
+struct PhotoLayout {
+  double width_mm = 0;
+  double height_mm = 0;
+  std::vector<SheetPoint> x_structures;  ///< middles, in the order that was given
+  std::vector<SheetPoint> y_structures;
+  SheetPoint code;  ///< middle of its row
+};
+
+/// Sets the two structures of a tool and axis at opposite places about one point, so that what
+/// grows from there outwards alike (lines of another height, lateral colour) is seen in their
+/// difference and not in their mean.
+///
+/// The X structures stand in two equal blocks, the Y structures in two others, around the middle
+/// like the wings of a windmill; the code lies in a row below. Of all shapes of the blocks the one
+/// that ArrangeSheet would choose, too.
+/// @param x, y  the structures of each axis; see ListStructures.
+[[nodiscard]] PhotoLayout ArrangeForPhoto(const SheetSettings& settings,
+                                          const std::vector<Structure>& x,
+                                          const std::vector<Structure>& y, double border_mm);
+
+struct PaperSize {
+  std::string_view name;
+  double short_mm = 0;
+  double long_mm = 0;
+};
+
+/// Smallest first.
+[[nodiscard]] std::span<const PaperSize> PaperSizes();
+
+/// By its name, in capitals or not. Nothing for another name.
+[[nodiscard]] std::optional<PaperSize> FindPaper(std::string_view name);
+
+/// White on each side of the print: for the tape, and what a scanner does not see.
+inline constexpr double kPaperMargin_mm = 5;
+
+/// Whether a print that takes so much of the bed's x and y fits, lying or standing.
+[[nodiscard]] bool FitsPaper(const PaperSize& paper, double x_mm, double y_mm);
 
 }  // namespace trammel::tool_offset

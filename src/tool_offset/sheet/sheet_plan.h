@@ -1,5 +1,4 @@
-// What is drawn where on the sheet of paper: the one thing that the pattern's writer and the reader
-// of its scan agree on.
+// Plans a sheet of combs: structures, their legs and the code of the sheet.
 #pragma once
 
 #include <array>
@@ -16,6 +15,10 @@ namespace trammel::tool_offset {
 struct SheetPoint {
   double u_mm = 0;
   double v_mm = 0;
+
+  friend SheetPoint operator+(SheetPoint a, SheetPoint b) {
+    return {a.u_mm + b.u_mm, a.v_mm + b.v_mm};
+  }
 };
 
 /// A line, drawn from start to end.
@@ -26,6 +29,17 @@ struct Leg {
 
 /// Along which sheet axis the combs step, and which bed axis it stands for: kX along u, kY along v.
 enum class Axis { kX, kY };
+
+/// A point's coordinate along the axis that combs step, and across it; and the point of both.
+[[nodiscard]] inline double Along(Axis axis, SheetPoint point) {
+  return axis == Axis::kX ? point.u_mm : point.v_mm;
+}
+[[nodiscard]] inline double Across(Axis axis, SheetPoint point) {
+  return axis == Axis::kX ? point.v_mm : point.u_mm;
+}
+[[nodiscard]] inline SheetPoint PointAt(Axis axis, double along_mm, double across_mm) {
+  return axis == Axis::kX ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+}
 
 enum class Purpose {
   kTool,      ///< Reference tool against a tested one, equal directions.
@@ -68,7 +82,7 @@ inline constexpr double kCoarseReach_mm = 10;
 inline constexpr double kOriginalReach_mm = 1.5;
 
 /// The sheet's number in print, by the reference tool: cells along a row below everything else,
-/// from low to high u (sheet_code.h); a dark cell holds one leg along v, a light one stays empty.
+/// from low to high u (CodeCell); a dark cell holds one leg along v, a light one stays empty.
 struct CodeCell {
   SheetPoint middle;
   bool dark = false;

@@ -1,12 +1,15 @@
-// Every setting of the printed sheet.
+// Settings of a printed sheet, and the table of their names, units and ranges.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "settings/printer.h"
+#include "settings/setting.h"
 #include "settings/setting_problem.h"
 
 namespace trammel::tool_offset {
@@ -14,7 +17,7 @@ namespace trammel::tool_offset {
 /// Paper on a hotter bed curls, and the tape that holds it comes off.
 inline constexpr double kWarmestPaper_c = 60;
 
-/// What is drawn, and with what; ranges stand in SheetFields() (sheet_fields.h), how the fields
+/// What is drawn, and with what; ranges stand in SheetFields(), how the fields
 /// have to fit together in FindProblem().
 struct SheetSettings {
   // What is measured.
@@ -23,12 +26,12 @@ struct SheetSettings {
   int controls = 2;                 ///< [2, 8] structures per axis, half of them each way.
   int pick_ups = 0;        ///< [0, 4] times that each tool is put back and picked up again.
   bool self_test = false;  ///< One tool, structures with programmed offsets.
-  /// Arranged for a camera (photo_layout.h): larger, with the structures of a tool opposite each
+  /// Arranged for a camera (sheet_layout.h): larger, with the structures of a tool opposite each
   /// other.
   bool for_photo = false;
 
   // The combs.
-  double pitch_mm = 4.19;        ///< [2, 10]; locks to no motor cycle (sheet_pitch.h).
+  double pitch_mm = 4.19;        ///< [2, 10]; locks to no motor cycle (sheet_validate.h).
   int teeth = 17;                ///< [5, 60] per comb, at most: fewer where the paper asks for it.
   double leg_spacing_mm = 0.75;  ///< [0.3, 3] between the two legs of a finger.
   double leg_length_mm = 6;      ///< [3, 20]
@@ -54,7 +57,7 @@ struct SheetSettings {
   std::string wipe_gcode;                     ///< before a tool is put back
 
   // Where, and how the paper comes.
-  std::string paper = "A4";             ///< what is printed on (paper_size.h); "any": no bound
+  std::string paper = "A4";             ///< what is printed on (sheet_layout.h); "any": no bound
   std::optional<double> position_x_mm;  ///< of the box's middle; absent: all is centred on the bed
   std::optional<double> position_y_mm;
   std::string start_gcode = "G28\n";  ///< homes and levels before the paper comes
@@ -78,5 +81,14 @@ inline constexpr int kFewestTeethToFit = 9;
 
 /// What can be printed but should not be, in words. REQUIRES settings without a problem.
 [[nodiscard]] std::vector<std::string> FindWarnings(const SheetSettings& settings);
+
+inline constexpr std::string_view kSheetSection = "tool_offset_pattern";
+
+using SheetField = settings::SettingField<SheetSettings, double, std::optional<double>, int, bool,
+                                          std::string, std::vector<double>, std::vector<int>>;
+
+/// All settings but the printer's and the filament's, in the order in which `trammel config keys`
+/// shows them.
+[[nodiscard]] std::span<const SheetField> SheetFields();
 
 }  // namespace trammel::tool_offset

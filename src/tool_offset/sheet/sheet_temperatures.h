@@ -1,11 +1,14 @@
-// What the tools and the bed are heated to on paper.
+// Temperatures of tools, and the placeholders of start and end G-code.
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "gcode/placeholders.h"
 #include "settings/setting_problem.h"
+#include "tool_offset/sheet/sheet_plan.h"
 #include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::tool_offset {
@@ -31,5 +34,19 @@ inline constexpr double kTouchableNozzle_c = 50;
 /// For people: "pla: nozzle 215, bed 60 degC"; each tool's where they are listed, and what the bed
 /// would have without paper. REQUIRES as above.
 [[nodiscard]] std::string DescribeTemperatures(const SheetSettings& settings);
+
+/// For start and end G-code: the names that every calibration knows, the nozzle temperature being
+/// the reference tool's.
+[[nodiscard]] std::vector<gcode::Placeholder> SheetPlaceholders(const SheetPlan& plan);
+
+/// For tool changes, priming and wiping: also {tool}, {extruder} (Klipper's name of its extruder),
+/// {previous_tool} and {tool_temperature_c}.
+/// @param place, previous  places in `tools`.
+[[nodiscard]] std::vector<gcode::Placeholder> ToolPlaceholders(const SheetPlan& plan,
+                                                               std::size_t place,
+                                                               std::size_t previous);
+
+/// The place of the reference tool in `tools`. REQUIRES that it is among them.
+[[nodiscard]] std::size_t ReferencePlace(const SheetSettings& settings);
 
 }  // namespace trammel::tool_offset

@@ -1,3 +1,5 @@
+#include "tool_offset/sheet/sheet_validate.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,9 +10,8 @@
 #include <string>
 
 #include "tool_offset/sheet/sheet_bed.h"
-#include "tool_offset/sheet/sheet_fields.h"
-#include "tool_offset/sheet/sheet_pitch.h"
 #include "tool_offset/sheet/sheet_plan.h"
+#include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::tool_offset {
 namespace {

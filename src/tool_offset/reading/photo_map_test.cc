@@ -1,0 +1,252 @@
+#include "tool_offset/reading/photo_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tool_offset/reading/photo_checks.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kHalf_mm = 75;
+
+/// A sheet seen straight from above, and what the picture's file states.
+struct Seen {
+  int width_px = 2480;
+  int height_px = 3508;
+  double dpi_x = 300.5;  ///< that the sheet shows
+  double dpi_y = 300.5;
+  double aslant = 0;     ///< perspective
+  double barrel_mm = 0;  ///< of all four sides
+  StatedOfPage stated = {};
+};
+
+PageMap MapOf(const Seen& seen) {
+  PageMap map;
+  map.half_width_mm = map.half_height_mm = kHalf_mm;
+  map.u_px_mm = {seen.dpi_x / 25.4, 0};
+  map.v_px_mm = {0, -seen.dpi_y / 25.4};
+  map.lean_per_mm = {seen.aslant / (2 * kHalf_mm), 0};
+  map.bend_mm[kLeft][2] = map.bend_mm[kBottom][2] = seen.barrel_mm;
+  map.bend_mm[kRight][2] = map.bend_mm[kTop][2] = -seen.barrel_mm;
+  return map;
+}
+
+KindSigns SignsOf(const Seen& seen) {
+  return SignsOf({nullptr, seen.width_px, seen.height_px, 1, seen.width_px}, MapOf(seen),
+                 seen.stated);
+}
+
+/// "scan", "photo" or "either".
+std::string KindOf(const Seen& seen, bool for_photo = false) {
+  const auto kind = KindBy(SignsOf(seen), seen.stated, for_photo);
+  if (!kind) return "either";
+  return *kind == PageKind::kScan ? "scan" : "photo";
+}
+
+TEST(PageKind, AScannersOwnFileIsAScan) {
+  Seen scan;
+  for (const double dpi : {150.0, 213.0, 300.0, 600.0, 4800.0}) {
+    scan.dpi_x = scan.dpi_y = 1.005 * dpi;
+    scan.stated = {dpi, dpi, false};
+    EXPECT_EQ(KindOf(scan), "scan") << dpi;
+    EXPECT_EQ(KindOf(scan, true), "scan") << dpi;  // a sheet for photos may be scanned, too
+  }
+  // A fax has other rows than columns, and states both.
+  scan.dpi_x = 204;
+  scan.dpi_y = 196;
+  scan.stated = {204, 196, false};
+  EXPECT_EQ(KindOf(scan), "scan");
+  // In a size that cameras store.
+  scan = {4032, 3024, 400.5, 400.5, 0, 0, {400, 400, false}};
+  EXPECT_EQ(KindOf(scan), "scan");
+}
+
+TEST(PageKind, AScanWithoutItsResolutionIsOneInAScannersResolution) {
+  EXPECT_EQ(KindOf({}), "scan");
+  Seen cropped;
+  cropped.width_px = 2011;
+  cropped.height_px = 1937;
+  EXPECT_EQ(KindOf(cropped), "scan");
+  cropped.stated = {72, 72, false};  // of an editor
+  EXPECT_EQ(KindOf(cropped), "scan");
+}
+
+TEST(PageKind, APhotoWithoutTheCamerasDataIsOne) {
+  Seen photo{4032, 3024, 391, 392, 0.02, 0, {}};
+  EXPECT_EQ(KindOf(photo), "photo");
+  photo.stated = {72, 72, false};  // that JPEGs state of nothing
+  EXPECT_EQ(KindOf(photo), "photo");
+  photo.aslant = 0.001;  // straight from above
+  EXPECT_EQ(KindOf(photo), "photo");
+  // By chance with a resolution that scanners have: the sheet was laid out for a photo.
+  photo.dpi_x = 396.5;
+  photo.dpi_y = 397;
+  EXPECT_EQ(KindOf(photo, true), "photo");
+  EXPECT_EQ(KindOf(photo, false), "either");
+  photo.barrel_mm = 0.2;  // a lens
+  EXPECT_EQ(KindOf(photo, false), "photo");
+  // Cropped.
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.02, 0, {}}), "photo");
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.005, 0, {}}), "photo");
+  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.001, 0, {}}), "either");
+}
+
+TEST(PageKind, ACamerasFocalLengthMakesItAPhotoButForAScannersFile) {
+  EXPECT_EQ(KindOf({3011, 2777, 300.5, 300.5, 0, 0, {{}, {}, true}}), "photo");
+  EXPECT_EQ(KindOf({2480, 3508, 300.5, 300.5, 0, 0, {300, 300, true}}), "either");
+}
+
+// What a scan app made square again, of the size of the paper.
+TEST(PageKind, APageWhoseResolutionFitsAndThatIsNotFlatMayBeEither) {
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.005, 0, {200, 200, false}}), "either");
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.001, 0.2, {200, 200, false}}), "either");
+  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.02, 0, {200, 200, false}}), "photo");
+}
+
+TEST(PageKind, SqueezedPagesAreNamedAsSuch) {
+  const Seen fax{2480, 3297, 300, 282, 0, 0, {300, 300, false}};
+  EXPECT_EQ(KindOf(fax), "either");
+  EXPECT_THAT(WhyNoKind(SignsOf(fax)),
+              AllOf(HasSubstr("squeezed"), HasSubstr("--dpi 300 282"), Not(HasSubstr("photo"))));
+  // Aslant by 20 degrees as well, but seen so.
+  EXPECT_EQ(KindOf({4032, 3024, 400, 376, 0.1, 0, {}}), "photo");
+}
+
+TEST(PageKind, TheQuestionNamesWhatWasSeenAndHowToAnswer) {
+  EXPECT_THAT(WhyNoKind(SignsOf(Seen{4032, 3024, 396.5, 397, 0.001, 0, {}})),
+              AllOf(HasSubstr("cannot tell whether it is a scan or a photo"),
+                    HasSubstr("396 x 397 dpi, which the file does not state"),
+                    HasSubstr("cameras store"), HasSubstr("--photo"), HasSubstr("--dpi 397")));
+}
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kWidth_mm = 120;
+constexpr double kHeight_mm = 130;
+constexpr PageView kPicture{nullptr, 4032, 3024, 3, 0};
+// 48 mm on film over the picture's diagonal of 5040 px.
+constexpr double kFilm_mm = 48;
+constexpr double kFocal_px = kFilm_mm / 43.27 * 5040;
+/// Rounding of the arithmetic, in mm and px.
+constexpr double kExact = 1e-6;
+
+/// A pinhole over the sheet's middle, turned in its plane and tilted.
+struct Pinhole {
+  double tilt_rad = 12 * kDegree;
+  double tilt_to_rad = 0.7;
+  double distance_mm = 350;
+
+  [[nodiscard]] PagePoint Seen(double u_mm, double v_mm, double height_mm = 0) const {
+    // Along the way that the sheet falls, and across; picture axes, y down.
+    const double c = std::cos(tilt_to_rad);
+    const double s = std::sin(tilt_to_rad);
+    const double along = u_mm * c + v_mm * s;
+    const double across = v_mm * c - u_mm * s;
+    const double x = along * std::cos(tilt_rad) + height_mm * std::sin(tilt_rad);
+    const double depth = distance_mm + along * std::sin(tilt_rad) - height_mm * std::cos(tilt_rad);
+    const double right = x * c - across * s;
+    const double up = x * s + across * c;
+    return {(kPicture.width - 1) / 2.0 + kFocal_px * right / depth,
+            (kPicture.height - 1) / 2.0 - kFocal_px * up / depth};
+  }
+  [[nodiscard]] PageMap Map() const {
+    const double u = kWidth_mm / 2;
+    const double v = kHeight_mm / 2;
+    return *MapOfCorners({Seen(-u, -v), Seen(u, -v), Seen(u, v), Seen(-u, v)}, kWidth_mm,
+                         kHeight_mm);
+  }
+};
+
+TEST(PhotoPose, FindsFootHeightAndTiltOfAPinhole) {
+  const Pinhole pinhole;
+  const PhotoPose pose = FindPose(kPicture, pinhole.Map(), {kFilm_mm, {}});
+  EXPECT_TRUE(pose.focal_stated);
+  EXPECT_NEAR(pose.focal_px, kFocal_px, kExact);
+  EXPECT_NEAR(pose.tilt_rad, pinhole.tilt_rad, kExact);
+  EXPECT_NEAR(pose.height_mm, pinhole.distance_mm * std::cos(pinhole.tilt_rad), kExact);
+  // The lens is above the sheet's middle along its own axis: its foot lies where the sheet rises.
+  const double foot_mm = -pinhole.distance_mm * std::sin(pinhole.tilt_rad);
+  EXPECT_NEAR(pose.foot.u_mm, foot_mm * std::cos(pinhole.tilt_to_rad), kExact);
+  EXPECT_NEAR(pose.foot.v_mm, foot_mm * std::sin(pinhole.tilt_to_rad), kExact);
+  EXPECT_NEAR(pose.aim.u_mm, 0, kExact);
+  EXPECT_NEAR(pose.aim.v_mm, 0, kExact);
+}
+
+TEST(PhotoPose, LeversAreWhatHeightAndColourDo) {
+  constexpr double kHigher_mm = 0.05;
+  constexpr double kFurther_px = 0.5;
+  /// Of second order: the height over the distance, the shift over the picture.
+  constexpr double kSecondOrder_mm = 3e-5;
+  const Pinhole pinhole;
+  const PageMap map = pinhole.Map();
+  const PhotoPose pose = FindPose(kPicture, map, {kFilm_mm, {}});
+  const SheetPoint at{35, -20};
+  const RadialLever u = LeverAt(pose, map, Axis::kX, at);
+  const RadialLever v = LeverAt(pose, map, Axis::kY, at);
+  const PagePoint high = pinhole.Seen(at.u_mm, at.v_mm, kHigher_mm);
+  const PagePoint by_lever =
+      pinhole.Seen(at.u_mm + kHigher_mm * u.height, at.v_mm + kHigher_mm * v.height);
+  EXPECT_LT(Length(high - by_lever) / Length(map.u_px_mm), kSecondOrder_mm);
+  const PagePoint place = pinhole.Seen(at.u_mm, at.v_mm);
+  const PagePoint out = place + (kFurther_px / pose.corner_px) * (place - pose.centre);
+  const PagePoint by_colour =
+      pinhole.Seen(at.u_mm + kFurther_px * u.colour_mm_px, at.v_mm + kFurther_px * v.colour_mm_px);
+  EXPECT_LT(Length(out - by_colour) / Length(map.u_px_mm), kSecondOrder_mm);
+  const RadialLever further = LeverAt(pose, map, Axis::kX, {at.u_mm + 10, at.v_mm});
+  EXPECT_NEAR(further.height - u.height, 10 * u.height_per_mm, kExact);
+}
+
+TEST(PhotoPose, KnowsTheSizesThatCamerasStore) {
+  for (const auto& [width_px, height_px] : {std::pair{4032, 3024},
+                                            {3024, 4032},
+                                            {4000, 2252},
+                                            {6000, 4000},
+                                            {3024, 3024},
+                                            {9248, 6936}}) {
+    EXPECT_TRUE(IsStoredSize(width_px, height_px)) << width_px;
+  }
+  for (const auto& [width_px, height_px] :
+       {std::pair{4031, 3024}, {3600, 3024}, {2873, 2155}, {1, 1}, {4032, 4}}) {
+    EXPECT_FALSE(IsStoredSize(width_px, height_px)) << width_px;
+  }
+}
+
+TEST(PhotoPose, ACroppedPictureHasItsAxisAnywhereAboutTheMiddle) {
+  constexpr double kAnywhere = 0.2;  // of the way to the corner
+  const Pinhole pinhole;
+  const PhotoPose stored = FindPose(kPicture, pinhole.Map(), {kFilm_mm, {}});
+  PageView cut = kPicture;
+  --cut.width;
+  const PhotoPose cropped = FindPose(cut, pinhole.Map(), {kFilm_mm, {}});
+  EXPECT_TRUE(stored.as_stored);
+  EXPECT_LT(stored.centre_uncertainty_px, 20);
+  EXPECT_FALSE(cropped.as_stored);
+  EXPECT_GT(cropped.centre_uncertainty_px, kAnywhere * cropped.corner_px);
+  EXPECT_GT(cropped.focal_uncertainty, stored.focal_uncertainty);
+}
+
+TEST(PhotoPose, SteepTiltsTellAFocalLengthThatIsNotStated) {
+  Pinhole pinhole;
+  pinhole.tilt_rad = 30 * kDegree;
+  const PhotoPose steep = FindPose(kPicture, pinhole.Map(), {});
+  EXPECT_FALSE(steep.focal_stated);
+  EXPECT_NEAR(steep.focal_px / kFocal_px, 1, 0.05);
+  pinhole.tilt_rad = 0;
+  const PhotoPose level = FindPose(kPicture, pinhole.Map(), {});
+  EXPECT_GT(level.focal_uncertainty, 0.3);  // nothing but what phones usually have
+  EXPECT_LT(steep.focal_uncertainty, 0.1);
+}
+
+}  // namespace
+
+}  // namespace trammel::tool_offset
