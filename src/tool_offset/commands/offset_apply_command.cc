@@ -79,15 +79,22 @@ Result<std::vector<files::MeasuredOffset>> Chosen(const files::OffsetFile& file,
   return chosen;
 }
 
-Result<KeptOffset> NowOf(int tool, OffsetFirmware firmware, const Known& known,
-                         const procedure::Session* session) {
-  const auto found = known.find(tool);
-  if (found != known.end()) return found->second;
-  if (session != nullptr) return procedure::ReadToolOffset(*session, tool);
+/// Each tool's offset as the firmware has it now. Errors name every tool of which nobody states it.
+Result<Known> NowOf(const std::vector<files::MeasuredOffset>& chosen, OffsetFirmware firmware,
+                    Known known, const procedure::Session* session) {
+  std::string missing;
+  for (const files::MeasuredOffset& measured : chosen) {
+    if (known.contains(measured.tool)) continue;
+    if (session == nullptr) {
+      missing += fmt::format(" --now {}:X,Y", measured.tool);
+      continue;
+    }
+    known[measured.tool] = TRY(procedure::ReadToolOffset(*session, measured.tool));
+  }
+  if (missing.empty()) return known;
   return Fail(fmt::format(
-      "the offset that the firmware keeps now for tool {0} is not known, and the new one follows "
-      "from it: give --now {0}:X,Y{1}",
-      tool, firmware == OffsetFirmware::kKlipperTool ? ", or --printer ADDRESS" : ""));
+      "each new offset follows from the one that the firmware has now: give{}{}", missing,
+      firmware == OffsetFirmware::kKlipperTool ? ", or --printer ADDRESS" : ""));
 }
 
 // Tells the file wherever it is looked for from.
@@ -197,6 +204,19 @@ int RunUndo(OffsetApplyArguments arguments) {
   return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
 
+/// Without the offsets as they are now: where each tool lands, and by how much its offset changes.
+int ShowSteps(const std::vector<files::MeasuredOffset>& chosen, OffsetFirmware firmware) {
+  std::string now;
+  for (const files::MeasuredOffset& measured : chosen) {
+    fmt::print("{}", StepText(measured, firmware));
+    now += fmt::format(" --now {}:X,Y", measured.tool);
+  }
+  fmt::print("nothing was changed; the commands that set it: with{}{}\n", now,
+             firmware == OffsetFirmware::kKlipperTool ? " as it is now, or --printer ADDRESS"
+                                                      : " as it is now");
+  return kExitGood;
+}
+
 int RunApply(OffsetApplyArguments arguments) {
   const Interrupt interrupt;
   const OffsetFirmware firmware = *tool_offset::ParseOffsetFirmware(arguments.firmware);
@@ -244,19 +264,21 @@ int RunApply(OffsetApplyArguments arguments) {
   }
   const auto printed_with = PrintedWith(arguments.file);
   if (!printed_with) return PrintError(printed_with.error());
+  if (chosen->empty()) return kExitNotTrusted;
+  if (!session && known->empty() && !arguments.brief) return ShowSteps(*chosen, firmware);
+  const auto now = NowOf(*chosen, firmware, *known, session ? &*session : nullptr);
+  if (!now) return PrintError(now.error());
   std::vector<Change> changes;
   for (const files::MeasuredOffset& measured : *chosen) {
-    const auto now = NowOf(measured.tool, firmware, *known, session ? &*session : nullptr);
-    if (!now) return PrintError(now.error());
-    changes.push_back(
-        {measured.tool, measured, *now, Corrected(firmware, *now, measured.dx_mm, measured.dy_mm)});
+    const KeptOffset& kept_now = now->at(measured.tool);
+    changes.push_back({measured.tool, measured, kept_now,
+                       Corrected(firmware, kept_now, measured.dx_mm, measured.dy_mm)});
     if (const auto kept = printed_with->find(measured.tool); kept != printed_with->end()) {
       changes.back().when_printed = kept->second;
     }
     fmt::print("{}", arguments.brief ? BriefCorrection(changes.back())
                                      : CorrectionText(changes.back(), firmware));
   }
-  if (changes.empty()) return kExitNotTrusted;
   if (arguments.apply && !arguments.force) {
     auto same = CheckReference(*printed_with, file->result, *session);
     if (!same) return PrintError(same.error());

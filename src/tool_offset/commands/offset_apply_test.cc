@@ -208,6 +208,25 @@ TEST_F(OffsetApply, NothingIsSetWhereTheOldValueCannotBeKept) {
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->"));
 }
 
+TEST_F(OffsetApply, WithoutTheOffsetOfNowItShowsByHowMuchItChanges) {
+  for (const auto& [firmware, change] :
+       {std::pair{"klipper-tool", "X -0.123, Y +0.046 mm"}, {"marlin", "X +0.123, Y -0.046 mm"}}) {
+    const CommandResult shown =
+        RunTrammel(fmt::format("offset apply result.json --for {}", firmware), folder_.path());
+    EXPECT_EQ(shown.exit_code, 0) << shown.output;
+    EXPECT_THAT(shown.standard_output, AllOf(HasSubstr(change), HasSubstr("nothing was changed"),
+                                             HasSubstr("--now 1:X,Y")));
+  }
+}
+
+TEST_F(OffsetApply, AToolWithoutItsOffsetOfNowIsNamedBeforeAnythingIsShown) {
+  const CommandResult some =
+      RunTrammel("offset apply result.json --for marlin --now 7:0,0", folder_.path());
+  EXPECT_EQ(some.exit_code, 1);
+  EXPECT_EQ(some.standard_output, "");
+  EXPECT_THAT(some.standard_error, HasSubstr("give --now 1:X,Y"));
+}
+
 TEST_F(OffsetApply, OtherFirmwaresAreNotAsked) {
   const CommandResult marlin =
       RunTrammel("offset apply result.json --for marlin --apply", folder_.path());

@@ -27,18 +27,23 @@ std::string OldToNew(const procedure::OffsetCorrection& change) {
       Micrometres(change.next.y_mm));
 }
 
+std::string LandsText(const files::MeasuredOffset& measured) {
+  std::string text =
+      fmt::format("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", measured.tool,
+                  Micrometres(measured.dx_mm), Micrometres(measured.dy_mm));
+  for (const auto& [axis, interval95_mm] :
+       {std::pair{"dx", measured.dx95_mm}, std::pair{"dy", measured.dy95_mm}}) {
+    text += fmt::format("          {} {}\n", axis,
+                        report::IntervalText(interval95_mm, report::kOffsetMillimetres));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string CorrectionText(const procedure::OffsetCorrection& change,
                            tool_offset::OffsetFirmware firmware) {
-  std::string text =
-      fmt::format("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
-                  Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
-  for (const auto& [axis, interval95_mm] :
-       {std::pair{"dx", change.measured.dx95_mm}, std::pair{"dy", change.measured.dy95_mm}}) {
-    text += fmt::format("          {} {}\n", axis,
-                        report::IntervalText(interval95_mm, report::kOffsetMillimetres));
-  }
+  std::string text = LandsText(change.measured);
   text += OldToNew(change);
   for (const std::string& line : SetCommands(firmware, change.tool, change.next)) {
     text += fmt::format("              {}\n", line);
@@ -49,6 +54,13 @@ std::string CorrectionText(const procedure::OffsetCorrection& change,
   const std::string advice = SaveAdvice(firmware, change.tool, change.next);
   if (!advice.empty()) text += fmt::format("          {}\n", advice);
   return text;
+}
+
+std::string StepText(const files::MeasuredOffset& measured, tool_offset::OffsetFirmware firmware) {
+  const tool_offset::KeptOffset step = Corrected(firmware, {}, measured.dx_mm, measured.dy_mm);
+  return LandsText(measured) +
+         fmt::format("          its offset changes by X {:+.3f}, Y {:+.3f} mm\n",
+                     Micrometres(step.x_mm), Micrometres(step.y_mm));
 }
 
 std::string BriefCorrection(const procedure::OffsetCorrection& change) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "tool_offset/files/offset_files.h"
 #include "tool_offset/offset/correction.h"
 #include "tool_offset/procedure/set_offsets.h"
 
@@ -12,6 +13,10 @@ namespace trammel::app {
 /// Where the tool lands, its offset as it is and as it is to be, and the lines that set it.
 [[nodiscard]] std::string CorrectionText(const procedure::OffsetCorrection& change,
                                          tool_offset::OffsetFirmware firmware);
+
+/// Where the tool lands, and by how much its offset is to change.
+[[nodiscard]] std::string StepText(const files::MeasuredOffset& measured,
+                                   tool_offset::OffsetFirmware firmware);
 
 /// The tool's offset as it is and as it is to be, in one line.
 [[nodiscard]] std::string BriefCorrection(const procedure::OffsetCorrection& change);
