@@ -98,25 +98,14 @@ Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& argume
       files::LocateProblem(*problem, config->config, config->text.text, config->text.file));
 }
 
-Offer OfferOf(const Arguments& arguments, std::string question) {
-  Offer offer{std::move(question)};
-  for (const char* name : {kTools, service::kTemperatureArgument}) {
-    if (const auto given = arguments.find(name); given != arguments.end()) {
-      offer.start[name] = given->second;
-    }
-  }
-  return offer;
-}
-
 /// With a printer: where the paper is to lie, by the tools that it has.
 Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments,
                             machine::Printer* printer) {
   const auto asked = TRY(AskedFor(place, arguments));
   auto config = TRY(SettingsFor(asked, arguments));
   if (printer == nullptr) {
-    return OfferOf(arguments,
-                   "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats "
-                   "and prints");
+    return Offer{
+        "Is paper taped flat on the COLD bed, and are the tools ready? It homes, heats and prints"};
   }
   const procedure::Session session{*printer, {}, {}};
   const auto found = TRY(ReadTools(session));
@@ -131,15 +120,13 @@ Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& argument
   for (const int tool : plan.settings.tools) {
     tools += fmt::format("{}T{}", tools.empty() ? "" : ", ", tool);
   }
-  return OfferOf(
-      arguments,
-      fmt::format("Is {} paper ({:.0f} mm along X, {:.0f} along Y) taped flat on the COLD bed, its "
-                  "middle at X {:.0f}, Y {:.0f}, hands out, and are {} ready? It homes, heats ({}) "
-                  "and prints.",
-                  paper ? paper->name : "a", bounds.max_x_mm - bounds.min_x_mm,
-                  bounds.max_y_mm - bounds.min_y_mm, (bounds.min_x_mm + bounds.max_x_mm) / 2,
-                  (bounds.min_y_mm + bounds.max_y_mm) / 2, tools,
-                  DescribeTemperatures(plan.settings)));
+  return Offer{fmt::format(
+      "Is {} paper ({:.0f} mm along X, {:.0f} along Y) taped flat on the COLD bed, its "
+      "middle at X {:.0f}, Y {:.0f}, hands out, and are {} ready? It homes, heats ({}) "
+      "and prints.",
+      paper ? paper->name : "a", bounds.max_x_mm - bounds.min_x_mm,
+      bounds.max_y_mm - bounds.min_y_mm, (bounds.min_x_mm + bounds.max_x_mm) / 2,
+      (bounds.min_y_mm + bounds.max_y_mm) / 2, tools, DescribeTemperatures(plan.settings))};
 }
 
 // A scan moves and heats nothing.
