@@ -98,7 +98,9 @@ void PrintHead() {
   for (const char* what : {"offsets", "coarse", "backlash"}) {
     fmt::print(" {} | mean error | 95 % within | worst | interval, half | covered |", what);
   }
-  fmt::print(" refused | wrong by > 0.5 mm |\n|---|{}---|---|\n", std::string(18 * 4, '-'));
+  fmt::print(" refused | wrong by > 0.5 mm |\n|");
+  for (int column = 0; column < 1 + 3 * 6 + 2; ++column) fmt::print("---|");
+  fmt::print("\n");
 }
 
 /// A kind of world, and how often it is looked at.
