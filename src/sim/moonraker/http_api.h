@@ -4,7 +4,10 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "base/result.h"
 #include "sim/moonraker/hub.h"
 
 namespace trammel::sim {
@@ -36,5 +39,19 @@ struct Target {
   std::map<std::string, std::string> query;
 };
 [[nodiscard]] Target ParseTarget(const std::string& target);
+
+struct FormPart {
+  std::string name;
+  std::string filename;  ///< empty where the part is no file
+  std::string body;
+};
+
+/// Takes a multipart/form-data body apart. Errors (kInput): another content type, no boundary, a
+/// body that is not closed, more than 100 parts.
+[[nodiscard]] Result<std::vector<FormPart>> ParseMultipart(std::string_view content_type,
+                                                           std::string_view body);
+
+/// In lower-case hexadecimal.
+[[nodiscard]] std::string Sha256(std::string_view data);
 
 }  // namespace trammel::sim

@@ -12,7 +12,6 @@
 #include "base/check.h"
 #include "sim/camera/camera_http.h"
 #include "sim/moonraker/http_api.h"
-#include "sim/moonraker/multipart.h"
 #include "sim/moonraker/test_client.h"
 
 namespace trammel::sim {
