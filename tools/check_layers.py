@@ -83,7 +83,10 @@ INNER = {
         "page": {"net", "module"},
         "cad": {"net", "module"},
         "scanner": {"net", "module", "page"},
-        "moonraker": {"net"},
+        "moonraker/link": {"net"},
+        "moonraker": {"net", "moonraker/link"},
+        "moonraker/client": {"net", "moonraker/link", "moonraker"},
+        "moonraker/taps": {"net", "moonraker/link", "moonraker", "moonraker/client"},
         "linuxcnc": {"net"},
     },
     "sim": {

@@ -15,7 +15,7 @@
 #include "app/next_step.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
-#include "machine/moonraker/moonraker_printer.h"
+#include "machine/moonraker/client/moonraker_printer.h"
 #include "session/name_stop.h"
 #include "session/progress_line.h"
 #include "settings/material.h"

@@ -9,7 +9,6 @@
 #include "base/measured.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
-#include "machine/moonraker/printer_state.h"
 #include "session/screen.h"
 
 namespace trammel::service {

@@ -11,7 +11,7 @@
 
 #include "base/url_secrets.h"
 #include "files/file_lock.h"
-#include "machine/moonraker/moonraker_address.h"
+#include "machine/moonraker/link/address.h"
 #include "session/printer_settings.h"
 #include "session/run_journal.h"
 

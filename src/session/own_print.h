@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/printer.h"
 #include "session/session.h"
 
 namespace trammel::procedure {

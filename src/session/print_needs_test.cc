@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "machine/moonraker/moonraker_status.h"
+#include "machine/moonraker/client/status.h"
 #include "session/fake_printer.h"
 
 namespace trammel::procedure {

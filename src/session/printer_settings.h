@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/printer.h"
 #include "session/run_journal.h"
 
 namespace trammel::procedure {

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "fuzz.h"
+#include "machine/moonraker/link/connection.h"
+#include "machine/moonraker/link/rpc.h"
 #include "machine/moonraker/message_log.h"
 #include "machine/moonraker/moonraker_connection.h"
 #include "machine/net/byte_stream.h"

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "support/ready_moonraker.h"
 #include "support/sanitized.h"
 #include "support/scripted_moonraker.h"
 #include "support/temporary_folder.h"

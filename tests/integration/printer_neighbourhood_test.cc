@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "app/stated_settings.h"
-#include "machine/moonraker/moonraker_status.h"
+#include "machine/moonraker/client/status.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "printer_draws.h"

@@ -1,25 +1,50 @@
 #include "support/scripted_moonraker.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
+#include <functional>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
-#include "support/scripted_session.h"
-#include "support/tls_relay.h"
+#include "support/test_tls.h"
 
 namespace trammel::test {
 
-using asio::ip::tcp;
-using Json = nlohmann::json;
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
 
 namespace {
+
+/// An accepted connection; everything on the server's thread.
+class Session {
+ public:
+  virtual ~Session() = default;
+  virtual void Send(std::string bytes) = 0;
+  virtual void Break() = 0;
+};
+
+using asio::ip::tcp;
+using Json = nlohmann::json;
 
 constexpr std::chrono::seconds kPatience{10};
 
@@ -103,28 +128,195 @@ struct ScriptedMoonraker::State {
 
 namespace {
 
-template <class ServerState>
-void AcceptTcp(ServerState& server) {
+/// HTTP and, after an upgrade, WebSocket.
+class WebSession : public Session, public std::enable_shared_from_this<WebSession> {
+ public:
+  WebSession(ScriptedMoonraker::State& server, asio::ip::tcp::socket socket)
+      : server_(server), socket_(std::move(socket)) {}
+
+  void Start() {
+    if (server_.options.silent) {
+      held_ = shared_from_this();
+      return;
+    }
+    if (!server_.options.banner.empty()) {
+      held_ = shared_from_this();
+      asio::async_write(beast::get_lowest_layer(socket_), asio::buffer(server_.options.banner),
+                        [self = shared_from_this()](error_code, std::size_t) {});
+      return;
+    }
+    ReadHttp();
+  }
+
+  void Send(std::string bytes) override {
+    queue_.push_back(std::move(bytes));
+    if (queue_.size() == 1) {
+      WriteNext();
+    }
+  }
+
+  void Break() override {
+    beast::get_lowest_layer(socket_).close();
+    held_.reset();
+  }
+
+ private:
+  void ReadHttp() {
+    parser_.body_limit(std::uint64_t{64} << 20);
+    http::async_read(socket_.next_layer(), buffer_, parser_,
+                     [self = shared_from_this()](error_code error, std::size_t) {
+                       if (!error) {
+                         self->OnHttp();
+                       }
+                     });
+  }
+
+  void OnHttp() {
+    const auto& request = parser_.get();
+    const auto text = [](auto view) { return std::string(view.data(), view.size()); };
+    const HttpRequest noted{text(request.method_string()), text(request.target()), request.body(),
+                            text(request["X-Api-Key"]), text(request[http::field::content_type])};
+    const int refusal = server_.NoteHttp(noted);
+    if (websocket::is_upgrade(request) && refusal == 0) {
+      socket_.read_message_max(std::size_t{64} << 20);
+      socket_.async_accept(request, [self = shared_from_this()](error_code error) {
+        if (!error) {
+          self->open_ = true;
+          self->WriteNext();
+          self->Read();
+        }
+      });
+      return;
+    }
+    std::function<HttpAnswer(const HttpRequest&)> handler;
+    {
+      const std::lock_guard lock(server_.mutex);
+      handler = server_.http_handler;
+    }
+    HttpAnswer answer{refusal == 0 ? 404 : refusal, "<html>no</html>"};
+    if (handler && refusal == 0) {
+      answer = handler(noted);
+    }
+    http_answer_.result(static_cast<unsigned>(answer.status));
+    http_answer_.set(http::field::server, "scripted");
+    http_answer_.body() = answer.body;
+    http_answer_.prepare_payload();
+    http::async_write(socket_.next_layer(), http_answer_,
+                      [self = shared_from_this()](error_code, std::size_t) {
+                        beast::get_lowest_layer(self->socket_).close();
+                      });
+  }
+
+  void Read() {
+    socket_.async_read(incoming_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) {
+        return;
+      }
+      const std::string text = beast::buffers_to_string(self->incoming_.data());
+      self->incoming_.consume(self->incoming_.size());
+      self->server_.OnText(*self, text);
+      self->Read();
+    });
+  }
+
+  void WriteNext() {
+    if (!open_ || queue_.empty()) {
+      return;
+    }
+    socket_.async_write(asio::buffer(queue_.front()),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          if (!error) {
+                            self->queue_.pop_front();
+                            self->WriteNext();
+                          }
+                        });
+  }
+
+  ScriptedMoonraker::State& server_;
+  std::shared_ptr<Session> held_;  ///< itself, where nothing else keeps the connection open
+  websocket::stream<beast::tcp_stream> socket_;
+  beast::flat_buffer buffer_;
+  beast::flat_buffer incoming_;
+  http::request_parser<http::string_body> parser_;
+  http::response<http::string_body> http_answer_;
+  std::deque<std::string> queue_;
+  bool open_ = false;
+};
+
+/// JSON texts that end in byte 0x03.
+class UnixSession : public Session, public std::enable_shared_from_this<UnixSession> {
+ public:
+  UnixSession(ScriptedMoonraker::State& server, asio::local::stream_protocol::socket socket)
+      : server_(server), socket_(std::move(socket)) {}
+
+  void Start() { Read(); }
+
+  void Send(std::string bytes) override {
+    queue_.push_back(std::move(bytes) + '\x03');
+    if (queue_.size() == 1) {
+      WriteNext();
+    }
+  }
+
+  void Break() override { socket_.close(); }
+
+ private:
+  void Read() {
+    socket_.async_read_some(asio::buffer(chunk_),
+                            [self = shared_from_this()](error_code error, std::size_t bytes) {
+                              if (error) {
+                                return;
+                              }
+                              self->text_.append(self->chunk_.data(), bytes);
+                              for (std::size_t end = self->text_.find('\x03');
+                                   end != std::string::npos; end = self->text_.find('\x03')) {
+                                const std::string text = self->text_.substr(0, end);
+                                self->text_.erase(0, end + 1);
+                                self->server_.OnText(*self, text);
+                              }
+                              self->Read();
+                            });
+  }
+
+  void WriteNext() {
+    asio::async_write(socket_, asio::buffer(queue_.front()),
+                      [self = shared_from_this()](error_code error, std::size_t) {
+                        if (!error) {
+                          self->queue_.pop_front();
+                          if (!self->queue_.empty()) {
+                            self->WriteNext();
+                          }
+                        }
+                      });
+  }
+
+  ScriptedMoonraker::State& server_;
+  asio::local::stream_protocol::socket socket_;
+  std::array<char, 4096> chunk_{};
+  std::string text_;
+  std::deque<std::string> queue_;
+};
+
+void AcceptTcp(ScriptedMoonraker::State& server) {
   server.tcp_acceptor->async_accept([&server](error_code error, tcp::socket socket) {
     if (error) {
       return;
     }
     socket.set_option(tcp::no_delay(true));
-    const auto session = std::make_shared<WebSession<ServerState>>(server, std::move(socket));
+    const auto session = std::make_shared<WebSession>(server, std::move(socket));
     server.Accepted(session);
     session->Start();
     AcceptTcp(server);
   });
 }
 
-template <class ServerState>
-void AcceptUnix(ServerState& server) {
+void AcceptUnix(ScriptedMoonraker::State& server) {
   server.unix_acceptor->async_accept(
       [&server](error_code error, asio::local::stream_protocol::socket socket) {
         if (error) {
           return;
         }
-        const auto session = std::make_shared<UnixSession<ServerState>>(server, std::move(socket));
+        const auto session = std::make_shared<UnixSession>(server, std::move(socket));
         server.Accepted(session);
         session->Start();
         AcceptUnix(server);
@@ -273,6 +465,71 @@ Json ErrorFor(const Json& request, int code, const std::string& message) {
 
 Json GcodeResponse(const std::string& line) {
   return {{"jsonrpc", "2.0"}, {"method", "notify_gcode_response"}, {"params", {line}}};
+}
+
+Json SmallPrinterStatus(const std::string& klippy_state) {
+  return {{"webhooks", {{"state", klippy_state}, {"state_message", "Printer is " + klippy_state}}},
+          {"toolhead",
+           {{"homed_axes", "xyz"},
+            {"position", {10.0, 20.0, 5.0, 0.0}},
+            {"axis_minimum", {-2.0, -2.0, -5.0, 0.0}},
+            {"axis_maximum", {235.0, 235.0, 250.0, 0.0}},
+            {"max_velocity", 300.0},
+            {"max_accel", 10000.0},
+            {"minimum_cruise_ratio", 0.5},
+            {"square_corner_velocity", 5.0},
+            {"estimated_print_time", 87.5},
+            {"extruder", "extruder"}}},
+          {"motion_report", {{"live_position", {10.0, 20.0, 5.0, 0.0}}, {"live_velocity", 0.0}}},
+          {"extruder",
+           {{"temperature", 25.0},
+            {"target", 0.0},
+            {"can_extrude", false},
+            {"pressure_advance", 0.04},
+            {"smooth_time", 0.03}}},
+          {"heater_bed", {{"temperature", 24.0}, {"target", 60.0}}},
+          {"output_pin LASER", {{"value", 0.0}}},
+          {"gcode_move",
+           {{"absolute_coordinates", true},
+            {"absolute_extrude", false},
+            {"speed", 1500.0},
+            {"speed_factor", 1.0},
+            {"extrude_factor", 0.95},
+            {"homing_origin", {0.0, 0.0, -0.05, 0.0}},
+            {"gcode_position", {10.0, 20.0, 5.05, 0.0}}}},
+          {"print_stats", {{"state", "standby"}, {"filename", ""}, {"message", ""}}},
+          {"virtual_sdcard", {{"progress", 0.0}, {"is_active", false}}},
+          {"idle_timeout", {{"state", "Ready"}}},
+          {"pause_resume", {{"is_paused", false}}}};
+}
+
+Json StatusUpdate(const Json& objects, double eventtime_s) {
+  return {{"jsonrpc", "2.0"},
+          {"method", "notify_status_update"},
+          {"params", Json::array({objects, eventtime_s})}};
+}
+
+Json Notification(const std::string& method) { return {{"jsonrpc", "2.0"}, {"method", method}}; }
+
+void AnswerLikeMoonraker(ScriptedMoonraker& server, const std::string& klippy_state) {
+  server.Answer("server.connection.identify", {{"connection_id", 1730367696}});
+  server.Answer("server.info", {{"klippy_connected", klippy_state != "disconnected"},
+                                {"klippy_state", klippy_state},
+                                {"api_version", {1, 5, 0}}});
+  server.Answer("printer.info",
+                {{"state", klippy_state}, {"state_message", "Printer is " + klippy_state}});
+  Json objects = Json::array({"gcode_macro LASER_ON"});
+  const Json status = SmallPrinterStatus(klippy_state);
+  for (const auto& [name, fields] : status.items()) {
+    objects.push_back(name);
+  }
+  server.Answer("printer.objects.list", {{"objects", objects}});
+  for (const char* method : {"printer.objects.subscribe", "printer.objects.query"}) {
+    server.Answer(method, {{"eventtime", 3045.4}, {"status", status}});
+  }
+  server.Answer("printer.gcode.script", "ok");
+  server.Answer("connection.register_remote_method", "ok");
+  server.Answer("printer.motion_report.dump_trapq", {{"header", {"time", "duration"}}});
 }
 
 }  // namespace trammel::test

@@ -37,6 +37,7 @@ struct HttpAnswer {
 class ScriptedMoonraker {
  public:
   using Json = nlohmann::json;
+  struct State;
   /// Gets a request; what it returns is sent in order. Runs on the server's thread.
   using Handler = std::function<std::vector<Json>(const Json& request)>;
 
@@ -71,7 +72,6 @@ class ScriptedMoonraker {
   [[nodiscard]] HttpRequest HttpRequestNumber(int n) const;
 
  private:
-  struct State;
   std::unique_ptr<State> state_;
 };
 
@@ -79,5 +79,17 @@ class ScriptedMoonraker {
 [[nodiscard]] nlohmann::json ErrorFor(const nlohmann::json& request, int code,
                                       const std::string& message);
 [[nodiscard]] nlohmann::json GcodeResponse(const std::string& line);
+
+/// Lets the server answer identify, server.info, printer.info, objects.list, subscribe, query and
+/// scripts ("ok") like a Moonraker whose Klipper is in the given state. The objects are a small
+/// printer: homed, an extruder, a bed, a pin "output_pin LASER", a macro LASER_ON.
+void AnswerLikeMoonraker(ScriptedMoonraker& server, const std::string& klippy_state = "ready");
+
+/// The status of that small printer.
+[[nodiscard]] nlohmann::json SmallPrinterStatus(const std::string& klippy_state = "ready");
+
+/// notify_status_update with these objects.
+[[nodiscard]] nlohmann::json StatusUpdate(const nlohmann::json& objects, double eventtime_s);
+[[nodiscard]] nlohmann::json Notification(const std::string& method);
 
 }  // namespace trammel::test

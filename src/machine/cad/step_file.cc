@@ -14,7 +14,6 @@
 
 #include "files/whole_file.h"
 #include "machine/cad/step_module.h"
-#include "machine/net/child_limits.h"
 #include "machine/net/child_process.h"
 
 namespace trammel::machine {

@@ -1,4 +1,5 @@
-// All of trammel-aravis.so but its finding and opening of a device.
+// trammel-aravis.so: GigE Vision and USB3 Vision cameras, through Aravis.
+#include <arv.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,20 +7,134 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <stop_token>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "machine/camera/aravis_device.h"
-#include "machine/camera/aravis_module.h"
-#include "machine/camera/frame_check.h"
+#include "base/result.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/camera/raw_picture.h"
-#include "machine/camera/wall_stamps.h"
 #include "machine/module/module.h"
 #include "machine/net/host_clock.h"
 
 namespace trammel::machine {
 namespace {
+
+struct Unref {
+  void operator()(void* object) const { g_object_unref(object); }
+};
+/// Owns one reference to a GObject.
+template <class T>
+using Held = std::unique_ptr<T, Unref>;
+
+/// The error of one call into Aravis.
+class Trouble {
+ public:
+  Trouble() = default;
+  ~Trouble() { g_clear_error(&error_); }
+  Trouble(const Trouble&) = delete;
+  Trouble& operator=(const Trouble&) = delete;
+
+  /// To hand to a call; forgets the error before.
+  [[nodiscard]] GError** out() {
+    g_clear_error(&error_);
+    return &error_;
+  }
+  [[nodiscard]] bool occurred() const { return error_ != nullptr; }
+  [[nodiscard]] bool IsNotFound() const {
+    return g_error_matches(error_, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_NOT_FOUND) != FALSE;
+  }
+  [[nodiscard]] std::string text() const {
+    return error_ != nullptr && error_->message != nullptr ? error_->message : "no reason given";
+  }
+
+ private:
+  GError* error_ = nullptr;
+};
+
+struct OpenedArvCamera {
+  Held<ArvCamera> camera;
+  std::string id;  ///< as asked for, or that of the only camera
+};
+
+std::string TextOf(const char* text) { return text != nullptr ? text : ""; }
+
+struct FoundCamera {
+  std::string id;
+  std::string line;  ///< for a list: the id, and how it is connected
+};
+
+std::vector<FoundCamera> LookForCameras() {
+  std::vector<FoundCamera> found;
+  arv_update_device_list();
+  constexpr unsigned kMost = 32;
+  const unsigned count = std::min(arv_get_n_devices(), kMost);
+  for (unsigned i = 0; i < count; ++i) {
+    FoundCamera camera;
+    camera.id = TextOf(arv_get_device_id(i));
+    camera.line = fmt::format("aravis:{} ({}, {})", camera.id, TextOf(arv_get_device_protocol(i)),
+                              TextOf(arv_get_device_address(i)));
+    found.push_back(std::move(camera));
+  }
+  return found;
+}
+
+std::string ListOf(const std::vector<FoundCamera>& cameras) {
+  std::string list;
+  for (const FoundCamera& camera : cameras) list += (list.empty() ? "" : ", ") + camera.line;
+  return list;
+}
+
+constexpr const char* kWhereToLook =
+    "check power and cable; a GigE camera must have an address in the network of this machine's "
+    "interface, and no firewall before it; a USB camera needs a udev rule that lets the user open "
+    "it";
+
+tl::unexpected<Error> NotThere(const std::string& id) {
+  const std::vector<FoundCamera> cameras = LookForCameras();
+  return Fail(fmt::format("camera aravis:{}: there is no such camera; {}", id,
+                          cameras.empty() ? fmt::format("none was found: {}", kWhereToLook)
+                                          : fmt::format("there are: {}", ListOf(cameras))),
+              ErrorKind::kMachine);
+}
+
+Result<std::string> TheOnlyCamera() {
+  const std::vector<FoundCamera> cameras = LookForCameras();
+  if (cameras.size() == 1) return cameras.front().id;
+  if (cameras.empty()) {
+    return Fail(fmt::format("camera aravis: no camera was found; {}", kWhereToLook),
+                ErrorKind::kMachine);
+  }
+  return Fail(
+      fmt::format("camera aravis: several cameras are there, name one of: {}", ListOf(cameras)),
+      ErrorKind::kMachine);
+}
+
+/// Looks on all network interfaces and the USB; that takes one to a few seconds, which `stop` does
+/// not shorten.
+/// @param id  as arv-tool lists it, a serial number, or an IP address; empty: the only camera.
+/// @returns errors: kMachine with those that are there, where there is none of that id, or several
+///          and no id; kMachine where it does not open; kInterrupted.
+Result<OpenedArvCamera> OpenArvCamera(const std::string& id, const std::stop_token& stop) {
+  std::string chosen = TRY(id.empty() ? TheOnlyCamera() : Result<std::string>(id));
+  const auto stopped = [&] {
+    return Fail(fmt::format("camera aravis:{}: stopped", chosen), ErrorKind::kInterrupted);
+  };
+  if (stop.stop_requested()) return stopped();
+  Trouble trouble;
+  Held<ArvCamera> camera(arv_camera_new(chosen.c_str(), trouble.out()));
+  if (stop.stop_requested()) return stopped();
+  if (camera && !trouble.occurred()) return OpenedArvCamera{std::move(camera), chosen};
+  if (!camera && (trouble.IsNotFound() || !trouble.occurred())) return NotThere(chosen);
+  return Fail(fmt::format("camera aravis:{}: does not open ({}); is it in use by another program, "
+                          "or may the user not open it?",
+                          chosen, trouble.text()),
+              ErrorKind::kMachine);
+}
 
 constexpr std::string_view kScheme = "aravis:";
 constexpr const char* kBestFormat = "Mono8";

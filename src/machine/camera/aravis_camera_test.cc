@@ -1,7 +1,5 @@
 // The Aravis source against Aravis' own cameras that are none: one within the process, and one that
 // speaks GigE Vision over loopback.
-#include "machine/camera/aravis_camera.h"
-
 #include <arv.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,6 +15,7 @@
 #include <vector>
 
 #include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/net/host_clock.h"
 
 namespace trammel::machine {

@@ -1,55 +1,87 @@
 #include "machine/camera/camera.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
-#include <system_error>
+#include <string>
+#include <utility>
 
-#include "base/url_secrets.h"
-#include "machine/camera/aravis_camera.h"
-#include "machine/camera/camera_url.h"
-#include "machine/camera/frame_files.h"
 #include "machine/camera/image_file.h"
-#include "machine/camera/mjpeg_stream.h"
-#include "machine/camera/v4l2_camera.h"
 
 namespace trammel::machine {
 
-Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
-                                                const CameraOptions& options,
-                                                std::stop_token stop) {
-  if (IsHttpUrl(address)) return OpenMjpegStream(address, options, stop);
-  if (const auto id = AravisId(address)) return OpenAravisCamera(*id, options, stop);
-  if (address.find("://") != std::string::npos) {
-    return Fail(
-        fmt::format("camera '{}': only http and https streams can be read; serve the camera "
-                    "as MJPEG over HTTP",
-                    WithoutSecrets(address)));
+std::string_view ToString(CameraClock clock) {
+  switch (clock) {
+    case CameraClock::kOurs:
+      return "our monotonic clock";
+    case CameraClock::kCameraMonotonic:
+      return "the camera host's monotonic clock";
+    case CameraClock::kCameraWall:
+      return "the camera host's wall clock";
+    case CameraClock::kRecording:
+      return "the recording's clock";
   }
-  if (address.rfind("/dev/", 0) == 0) return OpenV4l2Camera(address, options);
-  std::error_code error;
-  const auto status = std::filesystem::status(address, error);
-  if (std::filesystem::is_directory(status)) return OpenImageFolder(address, options);
-  if (std::filesystem::is_regular_file(status)) return OpenVideoFrames(address, options);
-  if (std::filesystem::exists(status)) {
-    return Fail(fmt::format("camera '{}': neither a file nor a folder", address));
-  }
-  return Fail(
-      fmt::format("camera '{}': there is nothing of that name; write http://…, /dev/videoN, "
-                  "aravis:ID, a video or a folder of pictures",
-                  address));
+  return "an unknown clock";
 }
 
-Result<Frame> DecodeFrame(const CapturedFrame& frame) {
-  ImageReadOptions options;
-  options.most_pixels = 50'000'000;
-  options.reduce_above_px = options.most_pixels;
-  auto decoded = DecodeImage(frame.image, options);
-  if (!decoded) {
-    return Fail(fmt::format("frame of {} bytes: {}", frame.image.size(), decoded.error().message),
-                ErrorKind::kMeasurement);
+std::string_view ToString(FrameFault fault) {
+  switch (fault) {
+    case FrameFault::kNone:
+      return "none";
+    case FrameFault::kNotAnImage:
+      return "not_an_image";
+    case FrameFault::kCutOff:
+      return "cut_off";
+    case FrameFault::kOtherSize:
+      return "other_size";
+    case FrameFault::kNoSignal:
+      return "no_signal";
+    case FrameFault::kTimeJumped:
+      return "time_jumped";
   }
-  return decoded;
+  return "unknown";
+}
+
+namespace {
+
+void Mark(CapturedFrame& frame, FrameFault fault, std::string text) {
+  if (frame.fault != FrameFault::kNone) return;
+  frame.fault = fault;
+  frame.fault_text = std::move(text);
+}
+
+}  // namespace
+
+void FrameChecker::Check(CapturedFrame& frame) {
+  const auto header = ReadImageHeader(frame.image);
+  if (!header) {
+    Mark(frame, FrameFault::kNotAnImage,
+         fmt::format("{} bytes that are no picture: {}", frame.image.size(),
+                     header.error().message));
+  } else {
+    frame.width_px = header->width_px;
+    frame.height_px = header->height_px;
+    if (EndsEarly(frame.image, header->format)) {
+      Mark(frame, FrameFault::kCutOff,
+           fmt::format("a picture without its end, cut off after {} bytes", frame.image.size()));
+    }
+  }
+  if (frame.fault == FrameFault::kNone && width_px_ == 0) {
+    width_px_ = frame.width_px;
+    height_px_ = frame.height_px;
+  }
+  if (frame.fault == FrameFault::kNone &&
+      (frame.width_px != width_px_ || frame.height_px != height_px_)) {
+    Mark(frame, FrameFault::kOtherSize,
+         fmt::format("{}x{} px after frames of {}x{}", frame.width_px, frame.height_px, width_px_,
+                     height_px_));
+  }
+  if (frame.captured && last_ && last_->clock == frame.captured->clock &&
+      !(frame.captured->time_s > last_->time_s)) {
+    Mark(frame, FrameFault::kTimeJumped,
+         fmt::format("its capture time is {:.6f} s after {:.6f} s", frame.captured->time_s,
+                     last_->time_s));
+  }
+  if (frame.captured) last_ = frame.captured;
 }
 
 }  // namespace trammel::machine

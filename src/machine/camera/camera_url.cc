@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <string_view>
 #include <utility>
 
 #include "base/url_secrets.h"
 #include "base/utf8.h"
-#include "machine/camera/camera.h"
 
 namespace trammel::machine {
 namespace {
@@ -51,45 +49,12 @@ std::string PercentDecoded(std::string_view text) {
   return decoded;
 }
 
-/// "host", "host:port", "[v6]:port" into the url.
-Result<void> ParseHost(const std::string& text, std::string_view host, CameraUrl& url) {
-  std::string_view port;
-  if (!host.empty() && host.front() == '[') {
-    const std::size_t end = host.find(']');
-    if (end == std::string_view::npos) {
-      return Fail(fmt::format("camera address '{}': '[' without ']' in the host", Shown(text)));
-    }
-    port = host.substr(end + 1);
-    url.host = host.substr(1, end - 1);
-  } else {
-    const std::size_t colon = std::min(host.find(':'), host.size());
-    port = host.substr(colon);
-    url.host = host.substr(0, colon);
-  }
-  if (url.host.empty()) return Fail(fmt::format("camera address '{}': names no host", Shown(text)));
-  if (url.host.find_first_of("[]") != std::string::npos) {
-    return Fail(fmt::format("camera address '{}': a bracket stands within its host", Shown(text)));
-  }
-  if (port.empty()) return {};
-  const std::string_view digits = port.substr(1);
-  int value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (port.front() != ':' || error != std::errc{} || end != digits.data() + digits.size() ||
-      value < 1 || value > 65535) {
-    return Fail(
-        fmt::format("camera address '{}': its port is not a number from 1 to 65535", Shown(text)));
-  }
-  url.port = static_cast<std::uint16_t>(value);
-  return {};
-}
-
 }  // namespace
 
 std::string CameraUrl::Address() const {
-  const bool v6 = host.find(':') != std::string::npos;
-  const bool standard = port == (tls ? 443 : 80);
-  return fmt::format("{}://{}{}{}{}{}", tls ? "https" : "http", v6 ? "[" : "", host, v6 ? "]" : "",
-                     standard ? "" : fmt::format(":{}", port), target);
+  std::string where = Authority();
+  if (port == (tls ? 443 : 80)) where.resize(where.rfind(':'));
+  return fmt::format("{}://{}{}", tls ? "https" : "http", where, target);
 }
 
 std::string CameraUrl::ToString() const { return Shown(Address()); }
@@ -130,7 +95,12 @@ Result<CameraUrl> ParseCameraUrl(const std::string& text) {
     if (colon < login.size()) url.password = PercentDecoded(login.substr(colon + 1));
     authority.remove_prefix(at + 1);
   }
-  TRY(ParseHost(text, authority, url));
+  if (!ParseHostAndPort(authority, url)) {
+    return Fail(
+        fmt::format("camera address '{}': its host cannot be read; write a name, an address in "
+                    "numbers or [an IPv6 address], and behind it a port from 1 to 65535 or none",
+                    Shown(text)));
+  }
   url.target = rest.empty() || rest.front() == '?' ? "/" + std::string(rest) : std::string(rest);
   return url;
 }

@@ -1,17 +1,15 @@
 // The parts of a camera's address.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "base/result.h"
+#include "machine/net/endpoint.h"
 
 namespace trammel::machine {
 
-struct CameraUrl {
+struct CameraUrl : HostAndPort {
   bool tls = false;
-  std::string host;  ///< a name or an address; an IPv6 address without its brackets
-  std::uint16_t port = 80;
   std::string target = "/";  ///< path and query, without a fragment
   std::string user;          ///< decoded; empty where none is stated
   std::string password;

@@ -13,10 +13,9 @@
 #include <string_view>
 #include <utility>
 
+#include "machine/camera/image_file.h"
 #include "machine/camera/phone_picture.h"
-#include "machine/camera/picture_shape.h"
 #include "machine/module/module.h"
-#include "machine/net/child_limits.h"
 #include "machine/net/child_process.h"
 
 namespace trammel::machine {

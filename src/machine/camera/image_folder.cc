@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "machine/camera/frame_check.h"
-#include "machine/camera/frame_files.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/net/file_bytes.h"
 #include "machine/net/host_clock.h"
 

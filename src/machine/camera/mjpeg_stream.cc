@@ -1,8 +1,5 @@
-#include "machine/camera/mjpeg_stream.h"
-
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <mutex>
@@ -11,17 +8,16 @@
 
 #include "base/url_secrets.h"
 #include "base/utf8.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/camera/camera_url.h"
 #include "machine/camera/digest_auth.h"
-#include "machine/camera/frame_check.h"
-#include "machine/net/byte_stream.h"
 #include "machine/net/host_clock.h"
-#include "machine/net/http_head.h"
+#include "machine/net/http_client.h"
 
 namespace trammel::machine {
 namespace {
 
-constexpr std::size_t kLongestHead = 64 * 1024;
 constexpr std::size_t kLongestShown = 300;  // of what a server says
 constexpr std::size_t kReadBytes = 64 * 1024;
 /// Seconds since 1970 exceed it since 2001; a monotonic clock would take 31 years.
@@ -76,11 +72,10 @@ std::string Base64(const std::string& text) {
 /// @param authorization  the value of that field; empty: Basic, where the address has a user
 std::string Request(const CameraUrl& url, const std::string& target,
                     const std::string& authorization) {
-  const bool v6 = url.host.find(':') != std::string::npos;
   std::string text = fmt::format(
-      "GET {} HTTP/1.0\r\nHost: {}{}{}:{}\r\nUser-Agent: trammel\r\nAccept: "
+      "GET {} HTTP/1.0\r\nHost: {}\r\nUser-Agent: trammel\r\nAccept: "
       "multipart/x-mixed-replace, */*\r\nConnection: close\r\n",
-      target, v6 ? "[" : "", url.host, v6 ? "]" : "", url.port);
+      target, url.Authority());
   if (!authorization.empty()) {
     text += "Authorization: " + authorization + "\r\n";
   } else if (!url.user.empty()) {
@@ -142,77 +137,31 @@ Result<std::string> BoundaryOf(const HttpHead& head) {
               ErrorKind::kMachine);
 }
 
-struct Opened {
-  ByteStream stream;
-  HttpHead head;
-  std::vector<std::uint8_t> rest;  ///< of the body, already read
-};
-
-/// Sends the request and reads the answer's head.
-Result<Opened> Ask(const CameraUrl& url, const std::string& target, const CameraOptions& options,
-                   const std::string& authorization, double deadline_s,
-                   const std::stop_token& stop) {
-  const auto late = [&] {
-    return Fail(fmt::format("no answer to the request within {:g} s; is this the camera's server?",
-                            options.connect_time_limit_s),
-                ErrorKind::kMachine);
-  };
-  const double left_s = deadline_s - HostNow();
-  if (left_s <= 0) return late();
-  auto stream = TRY(ByteStream::Connect(
-      {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop));
-  TRY(stream.Write(Request(url, target, authorization), deadline_s, stop));
-  std::vector<std::uint8_t> bytes;
-  std::array<std::uint8_t, 4096> buffer{};
-  for (;;) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    std::size_t end = text.find("\r\n\r\n");
-    std::size_t blank = 4;
-    if (const std::size_t bare = text.find("\n\n"); bare < end) {
-      end = bare;
-      blank = 2;
-    }
-    if (end != std::string_view::npos) {
-      auto head = TRY(ParseHttpHead(text.substr(0, end)));
-      std::vector<std::uint8_t> rest(bytes.begin() + static_cast<std::ptrdiff_t>(end + blank),
-                                     bytes.end());
-      return Opened{std::move(stream), std::move(head), std::move(rest)};
-    }
-    if (text.size() > kLongestHead) {
-      return Fail(fmt::format("the head of its answer has more than {} bytes", kLongestHead),
-                  ErrorKind::kMachine);
-    }
-    if (text.size() >= 5 && text.substr(0, 5) != "HTTP/") {
-      return tl::unexpected(ParseHttpHead(text).error());
-    }
-    auto read = TRY(stream.Read(buffer, deadline_s, stop));
-    if (read.timed_out) return late();
-    if (read.count == 0) {
-      return Fail(fmt::format("closed the connection after {} bytes of an answer", bytes.size()),
-                  ErrorKind::kMachine);
-    }
-    bytes.insert(bytes.end(), buffer.begin(),
-                 buffer.begin() + static_cast<std::ptrdiff_t>(read.count));
-  }
-}
-
 /// Asks, and once more where the server wants user and password by Digest.
-Result<Opened> AskWithPassword(const CameraUrl& url, const std::string& target,
-                               const CameraOptions& options, double deadline_s,
-                               const std::stop_token& stop) {
-  auto opened = Ask(url, target, options, "", deadline_s, stop);
+Result<HttpAnswer> AskWithPassword(const CameraUrl& url, const std::string& target,
+                                   const CameraOptions& options, double deadline_s,
+                                   const std::stop_token& stop) {
+  Endpoint endpoint;
+  endpoint.host = url.host;
+  endpoint.port = url.port;
+  endpoint.tls = url.tls;
+  endpoint.verify_certificate = options.verify_certificate;
+  endpoint.ca_file = options.ca_file;
+  endpoint.time_limit_s = options.connect_time_limit_s;
+  endpoint.server = "the camera's server";
+  auto opened = SendHttp(endpoint, Request(url, target, ""), deadline_s, stop);
   if (!opened || opened->head.status != 401 || url.user.empty()) return opened;
   const auto challenge = ParseDigest(Challenge(opened->head));
   if (!challenge) return opened;
   std::random_device chance;  // of the system: a nonce stands in no result
   const std::string nonce = fmt::format("{:08x}{:08x}", chance(), chance());
-  return Ask(url, target, options, DigestAnswer(*challenge, url.user, url.password, target, nonce),
-             deadline_s, stop);
+  const std::string answer = DigestAnswer(*challenge, url.user, url.password, target, nonce);
+  return SendHttp(endpoint, Request(url, target, answer), deadline_s, stop);
 }
 
 class MjpegStream final : public FrameSource {
  public:
-  MjpegStream(std::string address, Opened opened, std::string boundary,
+  MjpegStream(std::string address, HttpAnswer opened, std::string boundary,
               const MultipartLimits& limits)
       : address_(std::move(address)),
         stream_(std::move(opened.stream)),

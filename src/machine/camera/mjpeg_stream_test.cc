@@ -1,6 +1,5 @@
-// Cameras over HTTP, against a server on a real socket that says what each test wrote down.
-#include "machine/camera/mjpeg_stream.h"
-
+// Cameras over HTTP, against a server on a real socket that says what each test wrote down, and
+// recordings in their place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,9 +10,12 @@
 
 #include "base/random.h"
 #include "base/utf8.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/camera/camera_url.h"
+#include "machine/camera/digest_auth.h"
 #include "machine/net/host_clock.h"
 #include "support/scripted_http.h"
+#include "support/temporary_folder.h"
 #include "support/test_pictures.h"
 
 namespace trammel::machine {
@@ -225,7 +227,7 @@ TEST(MjpegStream, NamesWhatIsNotAStream) {
 TEST(MjpegStream, NamesACameraThatIsNotThere) {
   const std::string port = std::to_string(test::UnusedPort());
   EXPECT_THAT(ReadUntilError("http://127.0.0.1:" + port + "/").error.message,
-              AllOf(HasSubstr("refused"), HasSubstr(port)));
+              AllOf(HasSubstr("refuses connections"), HasSubstr(port)));
   const auto unknown = OpenCamera("http://no-such-host.invalid/stream");
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().kind, ErrorKind::kMachine);
@@ -331,6 +333,122 @@ TEST(CameraUrl, IsTakenApart) {
                           "http://h/\r\nX: y", "http://[::1]x/", "http://[[[]/", "http://a]b/"}) {
     EXPECT_FALSE(ParseCameraUrl(bad)) << bad;
   }
+}
+
+using ::testing::Not;
+
+// RFC 7616, 3.9.1: a server that offers both.
+constexpr const char* kRealm =
+    "realm=\"http-auth@example.org\", qop=\"auth, auth-int\", "
+    "nonce=\"7ypf/xlj9XXwfDPEoM4URrv/xwf94BcCAzFZH4GiTo0v\", "
+    "opaque=\"FQhe/qaU925kfnzjCev0ciny7QMkPqMAFRtzCUYo5tdS\"";
+constexpr const char* kNonce = "f2/wE4q74E6zIJEtWaHKaf5wv/H5QzzpXusqGemxURZJ";
+
+std::string AnswerTo(const std::string& field) {
+  const auto challenge = ParseDigest(field);
+  return challenge ? DigestAnswer(*challenge, "Mufasa", "Circle of Life", "/dir/index.html", kNonce)
+                   : "none";
+}
+
+TEST(DigestAuth, AnswersAsTheStandardsExamplesDo) {
+  EXPECT_THAT(AnswerTo(std::string("Digest algorithm=MD5, ") + kRealm),
+              AllOf(HasSubstr("response=\"8ca523f5e9506fed4657c9700eebdbec\""),
+                    HasSubstr("username=\"Mufasa\""), HasSubstr("uri=\"/dir/index.html\""),
+                    HasSubstr("qop=auth, nc=00000001"), HasSubstr("algorithm=MD5")));
+  EXPECT_THAT(
+      AnswerTo(std::string("Digest ") + kRealm + ", algorithm=SHA-256"),
+      HasSubstr("response=\"753927fa0e85d155564e2e272a28d1802ca10daf4496794697cf8db5856cb6c1"
+                "\""));
+  // RFC 2617, 3.5, whose server names no algorithm.
+  const auto old = ParseDigest(
+      "Digest realm=\"testrealm@host.com\", qop=\"auth,auth-int\", "
+      "nonce=\"dcd98b7102dd2f0e8b11d0f600bfb0c093\", opaque=\"5ccc069c403ebaf9f0171e9517f40e41\"");
+  ASSERT_TRUE(old);
+  EXPECT_THAT(DigestAnswer(*old, "Mufasa", "Circle Of Life", "/dir/index.html", "0a4f113b"),
+              AllOf(HasSubstr("response=\"6629fae49393a05397450978507c4ef1\""),
+                    Not(HasSubstr("algorithm"))));
+}
+
+TEST(DigestAuth, TakesTheStrongestOfSeveralChallenges) {
+  const std::string both = std::string("Basic realm=\"x, Digest\", Digest algorithm=MD5, ") +
+                           kRealm + ", Digest algorithm=SHA-256, " + kRealm;
+  EXPECT_TRUE(ParseDigest(both)->sha256);
+  EXPECT_TRUE(AsksFor("Basic", both));
+  EXPECT_TRUE(AsksFor("digest", both));
+  EXPECT_FALSE(AsksFor("Bearer", both));
+}
+
+TEST(DigestAuth, WhatCannotBeAnsweredIsNone) {
+  for (const char* field :
+       {"", "Basic realm=\"a\"", "Digest", "Digest realm=\"a\"", "Digest nonce=\"\"",
+        "Digest nonce=\"n\", algorithm=SHA-512-256", "Digest nonce=\"n\", qop=\"auth-int\"",
+        "nonce=\"n\"", "=,=,\"", "Digest nonce=\"", "Bearer nonce=\"n\""}) {
+    EXPECT_EQ(AnswerTo(field), "none") << field;
+  }
+  // Without qop as of RFC 2069, and what a server writes into its words ends no line of ours.
+  EXPECT_THAT(AnswerTo("digest nonce = \"n\\\"\r\nX: 1\""),
+              AllOf(HasSubstr("nonce=\"n\\\"X: 1\""), Not(HasSubstr("cnonce"))));
+}
+
+TEST(DigestAuth, ASessionsSecretHoldsBothNonces) {
+  const std::string plain = AnswerTo(std::string("Digest algorithm=SHA-256, ") + kRealm);
+  const std::string session = AnswerTo(std::string("Digest algorithm=SHA-256-sess, ") + kRealm);
+  EXPECT_THAT(session, HasSubstr("algorithm=SHA-256-sess"));
+  const auto response = [](const std::string& answer) {
+    return answer.substr(answer.find("response="), 74);
+  };
+  EXPECT_NE(response(plain), response(session));
+}
+
+class FrameFilesTest : public testing::Test {
+ protected:
+  void Write(const std::string& name, const std::string& bytes) const {
+    test::WriteWhole(folder_.path() / name, bytes);
+  }
+  [[nodiscard]] std::string Message(const std::string& name) const {
+    auto camera = OpenCamera((folder_.path() / name).string());
+    return camera ? (*camera)->Describe() : camera.error().message;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(FrameFilesTest, AFolderComesInTheOrderOfItsNumbers) {
+  for (const int i : {10, 9, 1, 2}) {
+    Write("frame" + std::to_string(i) + ".jpg", test::JpegOf(test::TestPicture(32, 24, i)));
+  }
+  Write("frame11.JPG", test::JpegOf(test::TestPicture(48, 24, 0)));
+  Write("frame12.png", "not a picture");
+  Write("notes.txt", "x");
+  auto camera = OpenCamera(folder_.path().string());
+  ASSERT_TRUE(camera) << camera.error().message;
+  EXPECT_FALSE((*camera)->live());
+  for (const int i : {1, 2, 9, 10}) {
+    const auto frame = (*camera)->Next(1, {});
+    ASSERT_TRUE(frame && *frame);
+    const std::string expected = test::JpegOf(test::TestPicture(32, 24, i));
+    EXPECT_EQ(std::string((*frame)->image.begin(), (*frame)->image.end()), expected) << i;
+    EXPECT_FALSE((*frame)->captured);
+  }
+  EXPECT_EQ((**(*camera)->Next(1, {})).fault, FrameFault::kOtherSize);
+  EXPECT_EQ((**(*camera)->Next(1, {})).fault, FrameFault::kNotAnImage);
+  EXPECT_FALSE(*(*camera)->Next(1, {}));
+}
+
+TEST_F(FrameFilesTest, NamesWhatIsNotThereOrNotAVideo) {
+  EXPECT_THAT(Message("none.avi"), HasSubstr("nothing of that name"));
+  Write("text.avi", std::string(1000, 'x'));
+  EXPECT_THAT(Message("text.avi"), HasSubstr("text.avi"));
+  EXPECT_THAT(Message(""), HasSubstr("holds no .jpg"));
+  const auto rtsp = OpenCamera("rtsp://host/stream");
+  ASSERT_FALSE(rtsp);
+  EXPECT_THAT(rtsp.error().message, HasSubstr("MJPEG over HTTP"));
+  const auto device = OpenCamera("/dev/video-none");
+  ASSERT_FALSE(device);
+  EXPECT_EQ(device.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(device.error().message, HasSubstr("plugged in"));
+  const auto null = OpenCamera("/dev/null");
+  ASSERT_FALSE(null);
+  EXPECT_THAT(null.error().message, HasSubstr("not a video device"));
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "machine/camera/camera.h"
-#include "machine/camera/wall_stamps.h"
 
 namespace trammel::machine {
 namespace {

@@ -1,5 +1,3 @@
-#include "machine/camera/v4l2_camera.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/videodev2.h>
@@ -15,9 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "machine/camera/frame_check.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
 #include "machine/net/host_clock.h"
-#include "machine/net/wait_fd.h"
+#include "machine/net/wait.h"
 
 namespace trammel::machine {
 namespace {

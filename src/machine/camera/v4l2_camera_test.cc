@@ -1,6 +1,4 @@
 // The V4L2 source against a device that exists only here, behind the seam of system calls.
-#include "machine/camera/v4l2_camera.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
@@ -13,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "machine/camera/camera_sources.h"
 #include "support/test_pictures.h"
 
 namespace trammel::machine {

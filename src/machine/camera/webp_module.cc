@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "image/exif.h"
+#include "machine/camera/image_file.h"
 #include "machine/camera/phone_picture.h"
-#include "machine/camera/picture_shape.h"
 #include "machine/module/module.h"
 
 namespace trammel::machine {

@@ -12,7 +12,7 @@
 
 #include "base/check.h"
 #include "machine/net/host_clock.h"
-#include "machine/net/wait_fd.h"
+#include "machine/net/wait.h"
 
 namespace trammel::machine {
 namespace {

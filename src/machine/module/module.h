@@ -18,7 +18,7 @@ struct ModuleName {
 };
 
 /// Those that there are; each has a header of its own that states its table.
-extern const ModuleName kAravisModule;  ///< aravis_module.h
+extern const ModuleName kAravisModule;  ///< camera_sources.h
 extern const ModuleName kPdfModule;     ///< page/pdf_module.h
 extern const ModuleName kWebpModule;    ///< phone_picture.h
 extern const ModuleName kHeifModule;    ///< phone_picture.h

@@ -29,26 +29,36 @@ TEST(Module, NamesWhereItLookedForOneThatIsNotThere) {
                     HasSubstr("install the package trammel-leaves")));
 }
 
+/// The error of a module in a folder.
+std::string ErrorIn(const std::filesystem::path& folder) {
+  const std::array<std::filesystem::path, 1> folders = {folder};
+  const auto module = LoadModule(kNone, folders);
+  EXPECT_FALSE(module);
+  return module ? "" : module.error().message;
+}
+
 TEST(Module, NamesThePackagesWhereItCannotBeLoaded) {
   const test::TemporaryFolder folder;
   test::WriteWhole(folder.path() / "trammel-none.so", "no library");
-  const std::array<std::filesystem::path, 1> folders = {folder.path()};
-  const auto module = LoadModule(kNone, folders);
-  ASSERT_FALSE(module);
-  EXPECT_THAT(module.error().message,
+  EXPECT_THAT(ErrorIn(folder.path()),
               AllOf(HasSubstr("trammel-none.so"), HasSubstr("apt install libtea1 libleaf2")));
 }
 
-TEST(Module, RefusesOneThatAnybodyMayWrite) {
+TEST(Module, RefusesOneOfAnotherVersionOrUserOrThatAnybodyMayWrite) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "trammel-none.so";
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, path);
-  std::filesystem::permissions(path, std::filesystem::perms::all);
-  const std::array<std::filesystem::path, 1> folders = {folder.path()};
-  const auto module = LoadModule(kNone, folders);
-  ASSERT_FALSE(module);
-  EXPECT_THAT(module.error().message,
+  EXPECT_THAT(ErrorIn(folder.path()), HasSubstr("another version"));
+  std::filesystem::remove(path);  // what was loaded once stays known by its path
+  const auto again = folder.path() / "again";
+  std::filesystem::create_directories(again);
+  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, again / "trammel-none.so");
+  std::filesystem::permissions(again / "trammel-none.so", std::filesystem::perms::all);
+  EXPECT_THAT(ErrorIn(again),
               AllOf(HasSubstr("trammel-none.so"), HasSubstr("others may write to it")));
+  std::filesystem::permissions(again / "trammel-none.so", std::filesystem::perms::owner_all);
+  if (chown((again / "trammel-none.so").c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
+  EXPECT_THAT(ErrorIn(again), HasSubstr("not the program's owner's"));
 }
 
 // Whoever can write a folder above can put another file in its place.
@@ -58,42 +68,18 @@ TEST(Module, RefusesOneBelowAFolderThatOthersMayWrite) {
   const auto lib = open / "lib";
   std::filesystem::create_directories(lib);
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, lib / "trammel-none.so");
-  const std::array<std::filesystem::path, 1> folders = {lib};
   using std::filesystem::perms;
   for (const perms others : {perms::others_write, perms::group_write}) {
     std::filesystem::permissions(open, perms::owner_all | others);
     if (others == perms::group_write && chown(open.c_str(), static_cast<uid_t>(-1), 12345) != 0) {
       GTEST_SKIP() << "not root: the folder cannot be given to another group";
     }
-    const auto module = LoadModule(kNone, folders);
-    ASSERT_FALSE(module);
-    EXPECT_THAT(module.error().message,
-                AllOf(HasSubstr(open.string() + " is not the program's owner's"),
-                      HasSubstr("install trammel anew")));
+    EXPECT_THAT(ErrorIn(lib), AllOf(HasSubstr(open.string() + " is not the program's owner's"),
+                                    HasSubstr("install trammel anew")));
   }
   // As /tmp is.
   std::filesystem::permissions(open, perms::all | perms::sticky_bit);
-  EXPECT_THAT(LoadModule(kNone, folders).error().message, HasSubstr("another version"));
-}
-
-TEST(Module, RefusesOneOfAnotherUser) {
-  const test::TemporaryFolder folder;
-  const auto path = folder.path() / "trammel-none.so";
-  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, path);
-  if (chown(path.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
-  const std::array<std::filesystem::path, 1> folders = {folder.path()};
-  const auto module = LoadModule(kNone, folders);
-  ASSERT_FALSE(module);
-  EXPECT_THAT(module.error().message, HasSubstr("not the program's owner's"));
-}
-
-TEST(Module, RefusesOneOfAnotherVersion) {
-  const test::TemporaryFolder folder;
-  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, folder.path() / "trammel-none.so");
-  const std::array<std::filesystem::path, 1> folders = {folder.path()};
-  const auto module = LoadModule(kNone, folders);
-  ASSERT_FALSE(module);
-  EXPECT_THAT(module.error().message, HasSubstr("another version"));
+  EXPECT_THAT(ErrorIn(lib), HasSubstr("another version"));
 }
 
 TEST(Module, LiesInLibBesideTheProgramsFolderOrItsParent) {

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/moonraker/moonraker_printer.h"
-#include "support/ready_moonraker.h"
+#include "machine/moonraker/client/moonraker_printer.h"
 #include "support/scripted_moonraker.h"
 
 namespace trammel::machine {

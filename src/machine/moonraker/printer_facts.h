@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/printer.h"
 
 namespace trammel::machine {
 

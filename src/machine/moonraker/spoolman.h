@@ -8,7 +8,7 @@
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
 #include "machine/net/host_clock.h"
-#include "machine/net/wait_limit.h"
+#include "machine/net/wait.h"
 
 namespace trammel::machine {
 

@@ -115,4 +115,5 @@ TEST_F(SpoolmanTest, WhetherAValueWasWrittenIsKnownOrSaidNotToBe) {
 }
 
 }  // namespace
+
 }  // namespace trammel::machine

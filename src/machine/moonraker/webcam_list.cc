@@ -31,13 +31,13 @@ std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
     return "http://localhost" + path;
   }
   const bool behind_proxy =
-      address.transport == Transport::kTls || address.port == "80" || !address.path_prefix.empty();
+      address.transport == Transport::kTls || address.port == 80 || !address.path_prefix.empty();
   if (behind_proxy) {
     return fmt::format("{}://{}{}", address.transport == Transport::kTls ? "https" : "http",
                        address.Authority(), path);
   }
   MoonrakerAddress web = address;
-  web.port = "80";
+  web.port = 80;
   return web.HttpUrl() + path;
 }
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "machine/moonraker/moonraker_address.h"
+#include "machine/moonraker/link/address.h"
 #include "machine/moonraker/printer.h"
 
 namespace trammel::machine {

@@ -1,32 +1,23 @@
-// A TCP connection, with TLS where asked for, in which every wait has a limit and can be stopped.
+// A connection to a server in which every wait has a limit and can be stopped.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <span>
 #include <stop_token>
-#include <string>
 #include <string_view>
 
 #include "base/result.h"
+#include "machine/net/endpoint.h"
 
 namespace trammel::machine {
 
-struct ConnectOptions {
-  std::string host;  ///< a name or an address
-  std::uint16_t port = 0;
-  bool tls = false;
-  bool verify_certificate = true;
-  std::filesystem::path ca_file;  ///< certificates to trust besides the system's; may be empty
-  double time_limit_s = 5;        ///< > 0; of look-up, connection and TLS handshake together
-};
-
-/// Errors are kMachine (kInterrupted after a stop) and say what failed, without the address.
+/// Errors are kMachine (kInput for a certificate file that cannot be used, kInterrupted after a
+/// stop) and state what failed.
 class ByteStream {
  public:
-  [[nodiscard]] static Result<ByteStream> Connect(const ConnectOptions& options,
+  [[nodiscard]] static Result<ByteStream> Connect(const Endpoint& endpoint,
                                                   const std::stop_token& stop);
 
   ByteStream(ByteStream&&) noexcept;
@@ -42,7 +33,8 @@ class ByteStream {
     bool timed_out = false;
   };
 
-  /// Reads what is there, at least one byte. REQUIRES a non-empty buffer.
+  /// Reads what is there, at least one byte; may be called again after a time-out.
+  /// REQUIRES a non-empty buffer.
   [[nodiscard]] Result<ReadResult> Read(std::span<std::uint8_t> buffer, double deadline_s,
                                         const std::stop_token& stop);
 

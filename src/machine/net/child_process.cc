@@ -4,18 +4,21 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <thread>
 
 #include "machine/net/host_clock.h"
-#include "machine/net/wait_fd.h"
+#include "machine/net/wait.h"
 
 namespace trammel::machine {
 namespace {
@@ -168,6 +171,26 @@ std::string ChildProcess::End() {
     return fmt::format("signal {}, {}", WTERMSIG(status_), strsignal(WTERMSIG(status_)));
   }
   return fmt::format("exit code {}", WEXITSTATUS(status_));
+}
+
+void LimitThisProcess(std::uint64_t bytes, int seconds) {
+  const auto most_s = static_cast<rlim_t>(seconds);
+  const rlimit time{most_s, most_s + 1};
+  setrlimit(RLIMIT_CPU, &time);
+#ifndef TRAMMEL_SANITIZED
+  unsigned long long pages = 0;
+  std::FILE* const own = std::fopen("/proc/self/statm", "r");
+  const bool known = own != nullptr && std::fscanf(own, "%llu", &pages) == 1;
+  if (own != nullptr) std::fclose(own);
+  if (!known) return;
+  const rlim_t most = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + bytes;
+  rlimit addresses{};
+  getrlimit(RLIMIT_AS, &addresses);
+  addresses.rlim_cur = std::min(addresses.rlim_cur, most);
+  setrlimit(RLIMIT_AS, &addresses);
+#else
+  static_cast<void>(bytes);
+#endif
 }
 
 }  // namespace trammel::machine

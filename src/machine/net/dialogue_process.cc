@@ -13,7 +13,7 @@
 #include <cstring>
 
 #include "machine/net/host_clock.h"
-#include "machine/net/wait_fd.h"
+#include "machine/net/wait.h"
 
 namespace trammel::machine {
 namespace {

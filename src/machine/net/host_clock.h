@@ -1,4 +1,4 @@
-// This process's CLOCK_MONOTONIC in seconds: the host time of machine/moonraker/clock_relation.h.
+// This process's CLOCK_MONOTONIC in seconds: the host time of machine/moonraker/printer.h.
 #pragma once
 
 #include <chrono>

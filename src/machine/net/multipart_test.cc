@@ -1,12 +1,10 @@
-#include "machine/net/multipart.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "base/random.h"
-#include "machine/net/http_head.h"
+#include "machine/net/http.h"
 
 namespace trammel::machine {
 namespace {

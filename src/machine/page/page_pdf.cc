@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "machine/net/child_limits.h"
 #include "machine/net/child_process.h"
 #include "machine/page/page_decoders.h"
 #include "machine/page/pdf_module.h"

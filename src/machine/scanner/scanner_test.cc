@@ -11,7 +11,6 @@
 #include <thread>
 
 #include "machine/net/host_clock.h"
-#include "machine/scanner/scanner_options.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {

@@ -12,7 +12,7 @@
 #include "image/avi_writer.h"
 #include "image/jpeg_cutter.h"
 #include "machine/video/avi_reader.h"
-#include "machine/video/video_budget.h"
+#include "machine/video/video_file.h"
 
 namespace trammel::machine {
 namespace {

@@ -8,11 +8,73 @@
 #include <utility>
 
 #include "base/frame.h"
+#include "base/pixel_rects.h"
+#include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/camera_sources.h"
+#include "machine/net/host_clock.h"
 #include "machine/video/avi_reader.h"
-#include "machine/video/video_budget.h"
 
 namespace trammel::machine {
+namespace {
+
+tl::unexpected<Error> Beyond(std::string what) {
+  return Fail(std::move(what), ErrorKind::kMeasurement);
+}
+
+}  // namespace
+
+Result<void> VideoBudget::AddFrame(int width_px, int height_px, double stored_pixels) {
+  if (frames_ == limits_.max_frames) {
+    return Beyond(
+        fmt::format("more than {} frames; record one sweep per file", limits_.max_frames));
+  }
+  pixels_ += stored_pixels;
+  if (pixels_ > limits_.max_pixels_in_all) {
+    return Beyond(
+        fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "
+                    "one sweep per file, or with smaller frames",
+                    frames_ + 1, limits_.max_pixels_in_all / 1e6));
+  }
+  if (width_px < 1 || height_px < 1 || width_px > limits_.max_width_px ||
+      height_px > limits_.max_height_px ||
+      static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) >
+          limits_.max_pixels) {
+    return Beyond(fmt::format("frame {} has {}x{} px; at most {}x{} and {} in all are read",
+                              frames_ + 1, width_px, height_px, limits_.max_width_px,
+                              limits_.max_height_px, limits_.max_pixels));
+  }
+  if (frames_ > 0 && (width_px != width_px_ || height_px != height_px_)) {
+    return Beyond(
+        fmt::format("frame {} has {}x{} px, those before it {}x{}; record the line again "
+                    "with one camera mode",
+                    frames_ + 1, width_px, height_px, width_px_, height_px_));
+  }
+  width_px_ = width_px;
+  height_px_ = height_px;
+  ++frames_;
+  return {};
+}
+
+Result<void> VideoBudget::AddTime(std::chrono::steady_clock::duration time) {
+  decoding_ += time;
+  if (decoding_ <= std::chrono::duration<double>(limits_.max_decoding_s)) return {};
+  return Beyond(
+      fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file",
+                  frames_ + 1, limits_.max_decoding_s));
+}
+
+Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg, std::size_t most_pixels) {
+  const auto outline = TRY(image::OutlineOf(jpeg));
+  if (static_cast<double>(outline.width_px) * outline.height_px >
+      static_cast<double>(most_pixels)) {
+    return Fail(fmt::format("it has {}x{} px; at most {} megapixels are read", outline.width_px,
+                            outline.height_px, most_pixels / 1'000'000));
+  }
+  return CheckCost(outline, jpeg.size());
+}
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -119,6 +181,50 @@ Result<const Frame*> VideoFile::Next() {
   const auto more = TRY(Advance());
   if (!more) return nullptr;
   return Decode({0, 0, width_px(), height_px()});
+}
+
+namespace {
+
+class VideoFrames final : public FrameSource {
+ public:
+  VideoFrames(std::filesystem::path path, AviReader avi)
+      : path_(std::move(path)), avi_(std::move(avi)) {}
+
+  Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
+  [[nodiscard]] std::string Describe() const override {
+    return fmt::format("video {}, {}x{} px", path_.string(), avi_.width_px(), avi_.height_px());
+  }
+  [[nodiscard]] bool live() const override { return false; }
+
+ private:
+  std::filesystem::path path_;
+  AviReader avi_;
+  std::uint64_t frames_ = 0;
+  FrameChecker checker_;
+};
+
+Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
+  if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
+  AviFrame stored;
+  const auto more = TRY(avi_.Next(stored));
+  if (!more) return std::nullopt;
+  CapturedFrame frame;
+  frame.arrival_s = HostNow();
+  frame.image = std::move(stored.bytes);
+  if (const auto time_s = stored.time_s) {
+    frame.captured = CameraTime{*time_s, CameraClock::kRecording};
+  }
+  frame.sequence = frames_++;
+  checker_.Check(frame);
+  return frame;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> OpenVideoFrames(const std::filesystem::path& path,
+                                                     const CameraOptions& options) {
+  auto avi = TRY(AviReader::Open(path, options.max_frame_bytes));
+  return std::make_unique<VideoFrames>(path, std::move(avi));
 }
 
 }  // namespace trammel::machine

@@ -182,35 +182,30 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
   EXPECT_EQ(TimesOf(At("full.avi")).size(), frames);
 }
 
-TEST_F(VideoWriterTest, ALimitOnOpenFilesIsNamedWithItsRemedyAndLeavesNothingBehind) {
+TEST_F(VideoWriterTest, ALimitOfTheUsersIsNamedWithItsRemedyAndLeavesNothingBehind) {
   if (test::kSanitized) GTEST_SKIP() << "the sanitizer opens a pipe to check a call's object";
-  rlimit open_files{};
-  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &open_files), 0);
-  const rlimit none{0, open_files.rlim_max};
-  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
-  const auto crowded = VideoWriter::Create(At("crowded.avi"));
-  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &open_files), 0);
-  ASSERT_FALSE(crowded);
-  EXPECT_THAT(crowded.error().message, HasSubstr("ulimit -n"));
-  for (const char* name : {"crowded.avi", "crowded.avi.times"}) {
-    EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
-  }
-}
-
-TEST_F(VideoWriterTest, ALimitOnTheirSizeIsNamedWithItsRemedyAndLeavesNothingBehind) {
-  rlimit size{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &size), 0);
-  const rlimit small{10, size.rlim_max};
+  struct Case {
+    __rlimit_resource_t resource;
+    rlim_t most;
+    const char* remedy;
+  };
   const auto before = signal(SIGXFSZ, SIG_IGN);
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const auto limited = VideoWriter::Create(At("limited.avi"));
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &size), 0);
-  signal(SIGXFSZ, before);
-  ASSERT_FALSE(limited);
-  EXPECT_THAT(limited.error().message, HasSubstr("ulimit -f"));
-  for (const char* name : {"limited.avi", "limited.avi.times"}) {
-    EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
+  for (const Case& one :
+       {Case{RLIMIT_NOFILE, 0, "ulimit -n"}, Case{RLIMIT_FSIZE, 10, "ulimit -f"}}) {
+    SCOPED_TRACE(one.remedy);
+    rlimit usual{};
+    ASSERT_EQ(getrlimit(one.resource, &usual), 0);
+    const rlimit small{one.most, usual.rlim_max};
+    ASSERT_EQ(setrlimit(one.resource, &small), 0);
+    const auto limited = VideoWriter::Create(At("limited.avi"));
+    ASSERT_EQ(setrlimit(one.resource, &usual), 0);
+    ASSERT_FALSE(limited);
+    EXPECT_THAT(limited.error().message, HasSubstr(one.remedy));
+    for (const char* name : {"limited.avi", "limited.avi.times"}) {
+      EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
+    }
   }
+  signal(SIGXFSZ, before);
 }
 
 TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {

@@ -13,7 +13,7 @@
 #include <variant>
 #include <vector>
 
-#include "machine/moonraker/tap_stream.h"
+#include "machine/moonraker/taps/tap_stream.h"
 #include "tap/commands/tap_run.h"
 
 namespace trammel::app {

@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "support/drawn_tap_json.h"
-#include "support/ready_moonraker.h"
 #include "support/scripted_moonraker.h"
 #include "support/trammel_process.h"
 

@@ -1,0 +1,191 @@
+// A printer behind Moonraker (Klipper's web server).
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/moonraker/client/klippy_streams.h"
+#include "machine/moonraker/client/moonraker.h"
+#include "machine/moonraker/client/move_log.h"
+#include "machine/moonraker/client/print_clock.h"
+#include "machine/moonraker/client/script_watch.h"
+#include "machine/moonraker/link/address.h"
+#include "machine/moonraker/printer.h"
+#include "machine/net/host_clock.h"
+
+namespace trammel::machine {
+
+/// Whether this may be a moment on one of the printer's clocks, which begin at a start of its host
+/// or its firmware.
+[[nodiscard]] inline bool IsTime(double time_s) { return time_s >= -1e3 && time_s <= 1e10; }
+
+class MoonrakerPrinter : public Printer {
+ public:
+  MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions options);
+  MoonrakerPrinter(const MoonrakerPrinter&) = delete;
+  MoonrakerPrinter& operator=(const MoonrakerPrinter&) = delete;
+  ~MoonrakerPrinter() override;
+
+  [[nodiscard]] Result<void> Start(const WaitLimit& limit) { return moonraker_.Start(limit); }
+
+  Result<void> Run(std::string_view script, const WaitLimit& limit) override;
+  Result<void> FinishMoves(const WaitLimit& limit) override;
+  Result<void> EmergencyStop(const WaitLimit& limit) override;
+  Result<void> Restart(const WaitLimit& limit) override;
+  Result<PrinterState> State(const WaitLimit& limit) override;
+  PrinterState LastState() const override;
+  Result<PrinterState> WaitUntil(const std::function<bool(const PrinterState&)>& done,
+                                 std::string_view what, const WaitLimit& limit) override;
+  Result<void> WaitUntilReady(const WaitLimit& limit) override;
+  Result<nlohmann::json> Query(const std::vector<ObjectFields>& objects,
+                               const WaitLimit& limit) override;
+  Result<bool> HasCommand(std::string_view name, const WaitLimit& limit) override;
+  Result<void> Upload(const std::string& name, std::string_view gcode,
+                      const WaitLimit& limit) override;
+  Result<void> UploadConfig(const std::string& name, std::string_view data,
+                            const WaitLimit& limit) override;
+  Result<std::string> DownloadConfig(const std::string& name, std::size_t most_bytes,
+                                     const WaitLimit& limit) override;
+  Result<void> DeleteFile(const std::string& name, const WaitLimit& limit) override;
+  Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
+  Result<void> CancelPrint(const WaitLimit& limit) override;
+  Result<std::vector<Webcam>> Webcams(const WaitLimit& limit) override;
+  Result<nlohmann::json> CallServer(const std::string& method, nlohmann::json params,
+                                    const WaitLimit& limit) override;
+  Result<void> RegisterRemoteMethod(const std::string& name,
+                                    std::function<void(const nlohmann::json&)> callback,
+                                    const WaitLimit& limit) override;
+  void OnMessage(std::function<void(const std::string&)> callback) override;
+  void OnRequest(RequestHandler callback) override;
+  void SendEvent(const std::string& event, nlohmann::json data) override;
+  Result<ClockRelation> Clock(double wanted_uncertainty_s, const WaitLimit& limit) override;
+  Result<void> RecordMoves(const WaitLimit& limit) override;
+  std::vector<TrapezoidMove> MovesTold(double from_print_time_s, double to_print_time_s) override;
+  Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s, double to_print_time_s,
+                                           const WaitLimit& limit) override;
+  std::vector<std::string> RecentMessages() const override;
+
+ private:
+  /// Where the server moves files, and what it is told of us there.
+  struct WebServer {
+    MoonrakerAddress address;
+    MoonrakerOptions options;
+  };
+  /// Errors: the connection is a Unix socket, and no address is set beside it.
+  Result<WebServer> WebPlace(const WaitLimit& limit);
+  /// Uploads into one of the server's folders of files.
+  Result<void> Store(std::string_view root, const std::string& name, std::string_view data,
+                     const WaitLimit& limit);
+  /// A script on its way.
+  struct Script {
+    ScriptWatch watch;
+    std::optional<RpcAnswer> answer;
+    std::optional<double> complained_s;  ///< host time of the first `!!`
+    std::string broke;                   ///< why the printer left "ready" meanwhile
+    bool abandoned = false;
+  };
+
+  // On the connection's thread.
+  void OnUsable(std::function<void()> done);
+  void Subscribe(const std::vector<std::string>& objects, std::function<void()> done);
+  void OnNotification(const std::string& method, const nlohmann::json& params, double received_s);
+  [[nodiscard]] RpcAnswer AnswerRequest(const std::string& method, const nlohmann::json& params);
+  void OnResponse(const std::string& response, double received_s);
+  void OnStatus(const nlohmann::json& params, double received_s);
+  void OnReadiness(PrinterReadiness readiness, const std::string& message);
+  void SampleClockBeforeNextUpdate();
+  void AskForMoves();
+  /// Over a connection to Klipper of our own, where the server has a way to it.
+  [[nodiscard]] Result<void> StreamMoves(const WaitLimit& limit);
+  // With the lock.
+  /// Whether the head moved and no batch told of it: they are to be asked for.
+  [[nodiscard]] bool MovesAreMissing();
+  void TakeMoves(const nlohmann::json& batch);
+  /// Where the link, or Klipper, is a new one.
+  /// @param moves_ended  its print time, too
+  void BeginHearing(bool moves_ended);
+
+  /// Waits until `ready` holds (called with the lock) or the limit; true where it holds.
+  template <class Predicate>
+  bool WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit, Predicate ready) const {
+    return changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                             ready);
+  }
+  /// What is left of a limit after a while.
+  static WaitLimit Rest(const WaitLimit& limit, double since_s) {
+    return {std::max(0.001, limit.time_limit_s - (HostNow() - since_s)), limit.stop};
+  }
+  [[nodiscard]] PrinterState StateLocked() const;
+  /// Why what the printer last told cannot be believed. REQUIRES the lock.
+  [[nodiscard]] std::optional<Error> StatusFault() const;
+  /// Asks for everything that is subscribed, or only for a sign of life where there is nothing.
+  [[nodiscard]] Result<void> Refresh(const WaitLimit& limit);
+  void AddClockSample(std::optional<double> sent_s, double received_s, const nlohmann::json& status,
+                      double eventtime_s);
+  /// Waits for the script's end; the error says whether it still runs.
+  [[nodiscard]] Result<void> AwaitScript(const std::shared_ptr<Script>& script,
+                                         const WaitLimit& limit);
+  /// What the answer and the messages amount to. REQUIRES an answer.
+  [[nodiscard]] Result<void> JudgeScript(const std::shared_ptr<Script>& script);
+  [[nodiscard]] tl::unexpected<Error> ScriptError(const std::string& text) const;
+  [[nodiscard]] Error WaitError(std::string_view what, const WaitLimit& limit) const;
+
+  const MoonrakerOptions options_;
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable_any changed_;
+  nlohmann::json status_ = nlohmann::json::object();
+  nlohmann::json wanted_ = nlohmann::json::object();
+  double eventtime_s_ = 0;
+  std::uint64_t updates_ = 0;  ///< counts everything that LastState depends on
+  int restarts_ = 0;           ///< counts the times that the firmware became usable
+  PrinterReadiness readiness_ = PrinterReadiness::kDisconnected;
+  std::string readiness_message_;
+  std::optional<std::set<std::string>> macros_;
+  std::vector<std::shared_ptr<Script>> scripts_;
+  int abandoned_scripts_ = 0;
+  std::map<std::string, std::function<void(const nlohmann::json&)>> remote_methods_;
+  std::function<void(const std::string&)> on_message_;
+  RequestHandler on_request_;
+  PrintClock clock_;
+  /// Whether moves come by themselves, since the link or Klipper began.
+  struct Hearing {
+    bool asked = false;
+    bool heard = false;
+    std::uint64_t batches = 0;
+    std::optional<double> moving_since_s;  ///< eventtime
+  };
+  MoveLog moves_;
+  Hearing hearing_;
+  bool recording_moves_ = false;
+  std::string moves_method_;  ///< the remote method that brings moves
+  int status_updates_ = 0;
+  std::size_t clock_queries_ = 0;
+  bool clock_query_out_ = false;  ///< one is on its way
+
+  Moonraker moonraker_;  // its thread uses all the rest
+  /// Last, as its thread uses all the rest, too. Absent where moves come through Moonraker, whose
+  /// thread looks at it under the mutex.
+  std::shared_ptr<KlippyStreams> move_stream_;
+};
+
+/// Connects, identifies, subscribes and stays connected: reconnects with growing pauses (0.5 …
+/// 10 s), and subscribes again after each restart of the firmware.
+/// Succeeds when the server lets us in, whether or not the firmware is ready (see LastState and
+/// WaitUntilReady). Fails with kInput for an address or option that makes no sense, and with
+/// kMachine, each with its own remedy, for: name not found, refused, no answer, not a Moonraker,
+/// TLS, not authorised.
+[[nodiscard]] Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& options,
+                                                                  const WaitLimit& limit);
+
+}  // namespace trammel::machine

@@ -1,0 +1,242 @@
+#include "machine/moonraker/client/script_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/text.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr double kSamePlace_mm = 0.0006;  // the firmware quotes positions with three decimals
+constexpr std::size_t kQuoted = 120;
+
+struct Line {
+  int number = 0;  ///< from 1
+  std::string_view text;
+};
+
+/// The lines that hold a command, without comments.
+std::vector<Line> LinesOf(std::string_view script) {
+  std::vector<Line> lines;
+  for (int number = 1; !script.empty(); ++number) {
+    const std::size_t end = std::min(script.find('\n'), script.size());
+    const std::string_view text = script.substr(0, end);
+    if (const std::string_view code = Trimmed(text.substr(0, text.find(';'))); !code.empty()) {
+      lines.push_back({number, code});
+    }
+    script.remove_prefix(std::min(end + 1, script.size()));
+  }
+  return lines;
+}
+
+std::string FirstWord(std::string_view line) {
+  return UpperCase(line.substr(0, line.find_first_of(" \t")));
+}
+
+bool IsMove(std::string_view line) {
+  const std::string word = FirstWord(line);
+  return word == "G0" || word == "G1" || word == "G2" || word == "G3";
+}
+
+/// The number behind a parameter's letter, as in X12.5.
+std::optional<double> Parameter(std::string_view line, char letter) {
+  for (std::size_t at = 1; at + 1 < line.size(); ++at) {
+    if (std::toupper(static_cast<unsigned char>(line[at])) == letter && line[at - 1] == ' ') {
+      const std::string number(line.substr(at + 1, 32));
+      char* end = nullptr;
+      const double value = std::strtod(number.c_str(), &end);
+      return end == number.c_str() ? std::nullopt : std::optional(value);
+    }
+  }
+  return std::nullopt;
+}
+
+/// "Move out of range: 999.000 50.000 0.300 [1.200]": the first move that ends there, as far as the
+/// script itself tells where its moves end.
+const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
+  const std::size_t colon = complaint.find(':');
+  if (colon == std::string_view::npos) {
+    return nullptr;
+  }
+  const std::string numbers(complaint.substr(colon + 1, 100));
+  std::array<double, 3> wanted_mm{};
+  const char* at = numbers.c_str();
+  for (double& coordinate_mm : wanted_mm) {
+    char* end = nullptr;
+    coordinate_mm = std::strtod(at, &end);
+    if (end == at) {
+      return nullptr;
+    }
+    at = end;
+  }
+  std::array<std::optional<double>, 3> place_mm;
+  for (const Line& line : lines) {
+    if (FirstWord(line.text) == "G91") {
+      return nullptr;  // relative: where moves end is not in the script
+    }
+    if (!IsMove(line.text)) {
+      continue;
+    }
+    bool there = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::optional<double> given_mm = Parameter(line.text, "XYZ"[axis]);
+      there = there || given_mm;
+      place_mm[axis] = given_mm ? given_mm : place_mm[axis];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      there =
+          there && (!place_mm[axis] || std::abs(*place_mm[axis] - wanted_mm[axis]) < kSamePlace_mm);
+    }
+    if (there) {
+      return &line;
+    }
+  }
+  return nullptr;
+}
+
+/// "Error on 'G1 X…': …" quotes the line itself.
+const Line* QuotedLine(const std::vector<Line>& lines, std::string_view complaint) {
+  const std::size_t open = complaint.find('\'');
+  const std::size_t close = complaint.find("':", open == std::string_view::npos ? 0 : open + 1);
+  if (open == std::string_view::npos || close == std::string_view::npos) {
+    return nullptr;
+  }
+  const std::string quoted = UpperCase(Trimmed(complaint.substr(open + 1, close - open - 1)));
+  for (const Line& line : lines) {
+    if (UpperCase(line.text) == quoted) {
+      return &line;
+    }
+  }
+  return nullptr;
+}
+
+const Line* FirstLine(const std::vector<Line>& lines, bool (*wanted)(std::string_view)) {
+  const auto found = std::find_if(lines.begin(), lines.end(),
+                                  [wanted](const Line& line) { return wanted(line.text); });
+  return found == lines.end() ? nullptr : &*found;
+}
+
+const Line* Blame(const std::vector<Line>& lines, std::string_view complaint) {
+  if (lines.size() == 1) {
+    return &lines.front();
+  }
+  if (complaint.starts_with("Move out of range")) {
+    return MoveTo(lines, complaint);
+  }
+  if (complaint.starts_with("Must home")) {
+    return FirstLine(lines, IsMove);
+  }
+  if (complaint.starts_with("Extrude below")) {
+    return FirstLine(lines, [](std::string_view line) {
+      return IsMove(line) && Parameter(line, 'E').has_value();
+    });
+  }
+  return QuotedLine(lines, complaint);
+}
+
+std::string Remedy(std::string_view complaint) {
+  const auto says = [&complaint](std::string_view words) {
+    return complaint.find(words) != std::string_view::npos;
+  };
+  if (says("Must home")) {
+    return "home the printer first (G28)";
+  }
+  if (says("out of range")) {
+    return "move the pattern or correct the bed's size in the settings";
+  }
+  if (says("Extrude below")) {
+    return "heat the nozzle first";
+  }
+  if (says("hutdown") || says("not ready")) {
+    return "see what the printer's screen says, remove the cause, then FIRMWARE_RESTART";
+  }
+  return "correct the line, or the macro that it calls, in the settings or in printer.cfg";
+}
+
+}  // namespace
+
+std::vector<std::string> CommandsOf(std::string_view script) {
+  std::vector<std::string> commands;
+  for (const Line& line : LinesOf(script)) {
+    commands.push_back(FirstWord(line.text));
+  }
+  return commands;
+}
+
+std::string BlamedLine(std::string_view script, std::string_view complaint) {
+  const std::vector<Line> lines = LinesOf(script);
+  if (lines.empty()) {
+    return "a script without commands";
+  }
+  if (const Line* line = Blame(lines, complaint)) {
+    return fmt::format("line {}, '{}'", line->number, line->text.substr(0, kQuoted));
+  }
+  return fmt::format("one of its {} lines, from '{}' to '{}'", lines.size(),
+                     lines.front().text.substr(0, kQuoted), lines.back().text.substr(0, kQuoted));
+}
+
+ScriptWatch::ScriptWatch(std::string script, std::optional<std::set<std::string>> macros)
+    : script_(std::move(script)), commands_(CommandsOf(script_)) {
+  if (macros) {
+    calls_macros_ = std::any_of(commands_.begin(), commands_.end(),
+                                [&](const std::string& name) { return macros->contains(name); });
+  }
+}
+
+void ScriptWatch::OnResponse(std::string_view response) {
+  constexpr std::string_view kUnknown = "// Unknown command:";
+  if (response.starts_with("!!")) {
+    if (complaint_.empty()) {
+      complaint_ = Trimmed(response.substr(2));
+      if (complaint_.empty()) {
+        complaint_ = "an error without words";
+      }
+    }
+  } else if (response.starts_with(kUnknown)) {
+    std::string_view name = Trimmed(response.substr(kUnknown.size()));
+    name = name.substr(0, name.find('\n'));
+    if (name.size() >= 2 && name.front() == '"') {
+      name = name.substr(1, name.rfind('"') - 1);
+    }
+    OnUnknownCommand(name);
+  }
+}
+
+void ScriptWatch::OnUnknownCommand(std::string_view name) {
+  if (!unknown_.empty() || name.empty()) {
+    return;
+  }
+  const std::string upper = FirstWord(name);
+  for (const Line& line : LinesOf(script_)) {
+    // A line that the firmware cannot split is quoted from its beginning.
+    if (FirstWord(line.text) == upper || UpperCase(line.text).starts_with(upper)) {
+      unknown_ = fmt::format(
+          "the printer does not know '{}' (line {}, '{}') and went on without it; add the macro to "
+          "printer.cfg or correct the name in the settings",
+          name.substr(0, kQuoted), line.number, line.text.substr(0, kQuoted));
+      return;
+    }
+  }
+  if (calls_macros_) {
+    unknown_ = fmt::format(
+        "the printer does not know '{}', which a macro called by this script uses (or another "
+        "client sent at the same moment), and went on without it; correct the macro in printer.cfg",
+        name.substr(0, kQuoted));
+  }
+}
+
+std::string ScriptWatch::Verdict() const {
+  if (!complaint_.empty()) {
+    return fmt::format("the printer refused {}: {}; {}", BlamedLine(script_, complaint_),
+                       complaint_, Remedy(complaint_));
+  }
+  return unknown_;
+}
+
+}  // namespace trammel::machine

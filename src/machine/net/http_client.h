@@ -1,0 +1,35 @@
+// One request over HTTP to a server that is not believed.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/net/byte_stream.h"
+#include "machine/net/http.h"
+
+namespace trammel::machine {
+
+/// An answer of which the head was read.
+struct HttpAnswer {
+  ByteStream stream;
+  HttpHead head;
+  std::vector<std::uint8_t> rest;  ///< of the body, already read
+};
+
+/// Connects, sends a request and reads the answer's head, all before the deadline on HostNow()'s
+/// clock. A server that answers without reading the whole request counts as one that answered.
+/// Errors: those of ByteStream; kMachine: no answer in time, an answer that is not HTTP, a head of
+/// more than 64 kB.
+[[nodiscard]] Result<HttpAnswer> SendHttp(const Endpoint& endpoint, std::string_view request,
+                                          double deadline_s, const std::stop_token& stop);
+
+/// Reads the body: as long as the head states, in chunks, or until the server closes. Errors: those
+/// of ByteStream; kMachine: cut off, or not whole in time; kInput: more than `most_bytes`.
+[[nodiscard]] Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t most_bytes,
+                                               double deadline_s, const std::stop_token& stop);
+
+}  // namespace trammel::machine
