@@ -23,8 +23,9 @@ Result<HttpAnswer> SendHttp(const Endpoint& endpoint, std::string_view request, 
                             const std::stop_token& stop) {
   constexpr std::size_t kLongestHead = 64 * 1024;
   const auto late = [&] {
-    return Broken(fmt::format("no answer to the request within {:g} s; is this {}?",
-                              endpoint.time_limit_s, endpoint.server));
+    return Broken(fmt::format(
+        "no answer to the request within {:g} s; is this {}, and is its network or disk slow?",
+        endpoint.time_limit_s, endpoint.server));
   };
   Endpoint bounded = endpoint;
   bounded.time_limit_s = std::min(endpoint.time_limit_s, deadline_s - HostNow());

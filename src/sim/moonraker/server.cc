@@ -45,46 +45,72 @@ constexpr long kMostConnections = 100;
 constexpr auto kTick = std::chrono::milliseconds(3);
 constexpr char kEndOfObject = '\x03';
 
-// Messages on their way out, one write at a time. A client that takes nothing is cut off.
-class Outbox {
- public:
-  using Start = std::function<void(const std::string&)>;
-  explicit Outbox(Start start) : start_(std::move(start)) {}
+// Held by each connection as long as it lasts: the holders are counted.
+using Place = std::shared_ptr<void>;
 
-  [[nodiscard]] bool full() const {
-    return waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes;
-  }
-  void Put(std::string message) {
+// A client of the hub: its messages on their way out, one write at a time. One that takes nothing
+// is cut off.
+class Session : public Peer, public std::enable_shared_from_this<Session> {
+ public:
+  Session(Hub& hub, Place place) : hub_(hub), place_(std::move(place)) {}
+  ~Session() override { Leave(); }
+
+  void Send(const std::string& message) override {
+    if (waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes) return Close();
     bytes_ += message.size();
-    waiting_.push_back(std::move(message));
-    if (waiting_.size() == 1) start_(waiting_.front());
+    waiting_.push_back(message);
+    if (waiting_.size() == 1) Write(waiting_.front());
   }
-  void Written() {
-    bytes_ -= waiting_.front().size();
-    waiting_.pop_front();
-    if (!waiting_.empty()) start_(waiting_.front());
+
+ protected:
+  // Begins to write a message, which stays until Done().
+  virtual void Write(const std::string& message) = 0;
+  virtual void Read() = 0;
+
+  // A handler of reads and writes: an error ends the connection.
+  template <class Then>
+  auto Unless(Then then) {
+    return [self = shared_from_this(), this, then](const ErrorCode& error, std::size_t size) {
+      error ? Leave() : then(size);
+    };
   }
+  auto Done() {
+    return Unless([this](std::size_t) {
+      bytes_ -= waiting_.front().size();
+      waiting_.pop_front();
+      if (!waiting_.empty()) Write(waiting_.front());
+    });
+  }
+  void Join(std::optional<std::uint64_t> number) {
+    number_ = number;
+    if (number_) Read();
+  }
+  void Receive(const std::string& text) {
+    if (number_) hub_.Receive(*number_, text);
+    Read();
+  }
+  void Leave() {
+    if (number_) hub_.Close(*number_);
+    number_.reset();
+  }
+
+  Hub& hub_;
 
  private:
-  Start start_;
+  Place place_;
+  std::optional<std::uint64_t> number_;
   std::deque<std::string> waiting_;
   std::size_t bytes_ = 0;
 };
 
-// Held by each connection as long as it lasts: the holders are counted.
-using Place = std::shared_ptr<void>;
-
-class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
+class WebSocketSession : public Session {
  public:
   /// @param through  to Klipper itself
   WebSocketSession(beast::tcp_stream stream, Hub& hub, Place place, bool authorised, bool through)
-      : place_(std::move(place)),
+      : Session(hub, std::move(place)),
         socket_(std::move(stream)),
-        hub_(hub),
         authorised_(authorised),
-        through_(through),
-        outbox_([this](const std::string& message) { Write(message); }) {}
-  ~WebSocketSession() override { Leave(); }
+        through_(through) {}
 
   void Accept(const http::request<http::string_body>& request) {
     beast::get_lowest_layer(socket_).expires_never();
@@ -92,17 +118,10 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
     // A client that answers no ping for some minutes has gone.
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.text(true);
-    socket_.async_accept(request, [self = shared_from_this()](const ErrorCode& error) {
+    socket_.async_accept(request, [self = shared_from_this(), this](const ErrorCode& error) {
       if (error) return;
-      self->number_ = self->through_ ? self->hub_.OpenThrough(*self, self->authorised_)
-                                     : self->hub_.Open(*self, self->authorised_);
-      if (self->number_) self->Read();
+      Join(through_ ? hub_.OpenThrough(*this, authorised_) : hub_.Open(*this, authorised_));
     });
-  }
-
-  void Send(const std::string& message) override {
-    if (outbox_.full()) return Close();
-    outbox_.Put(message);
   }
 
   void Close() override {
@@ -111,57 +130,31 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   }
 
  private:
-  void Read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](const ErrorCode& error, std::size_t) {
-      if (error) return self->Leave();
-      const std::string text = beast::buffers_to_string(self->buffer_.data());
-      self->buffer_.clear();
-      if (self->number_) self->hub_.Receive(*self->number_, text);
-      self->Read();
-    });
+  void Read() override {
+    socket_.async_read(buffer_, Unless([this](std::size_t) {
+                         const std::string text = beast::buffers_to_string(buffer_.data());
+                         buffer_.clear();
+                         Receive(text);
+                       }));
+  }
+  void Write(const std::string& message) override {
+    socket_.async_write(net::buffer(message), Done());
   }
 
-  void Write(const std::string& message) {
-    socket_.async_write(net::buffer(message),
-                        [self = shared_from_this()](const ErrorCode& error, std::size_t) {
-                          if (error) return self->Leave();
-                          self->outbox_.Written();
-                        });
-  }
-
-  void Leave() {
-    if (number_) hub_.Close(*number_);
-    number_.reset();
-  }
-
-  Place place_;
   websocket::stream<beast::tcp_stream> socket_;
-  Hub& hub_;
   bool authorised_;
   bool through_;
-  std::optional<std::uint64_t> number_;
   beast::flat_buffer buffer_;
-  Outbox outbox_;
 };
 
-class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession> {
+class UnixSession : public Session {
  public:
   UnixSession(Local::socket socket, Hub& hub, Place place)
-      : place_(std::move(place)),
-        socket_(std::move(socket)),
-        hub_(hub),
-        outbox_([this](const std::string& message) { Write(message); }) {}
-  ~UnixSession() override { Leave(); }
+      : Session(hub, std::move(place)), socket_(std::move(socket)) {}
 
-  void Start() {
-    number_ = hub_.Open(*this, true);
-    if (number_) Read();
-  }
+  void Start() { Join(hub_.Open(*this, true)); }
 
-  void Send(const std::string& message) override {
-    if (outbox_.full()) return Close();
-    outbox_.Put(message + kEndOfObject);
-  }
+  void Send(const std::string& message) override { Session::Send(message + kEndOfObject); }
 
   void Close() override {
     ErrorCode ignored;
@@ -169,36 +162,20 @@ class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession
   }
 
  private:
-  void Read() {
+  void Read() override {
     net::async_read_until(socket_, net::dynamic_buffer(incoming_, kLongestMessage), kEndOfObject,
-                          [self = shared_from_this()](const ErrorCode& error, std::size_t size) {
-                            if (error) return self->Leave();
-                            const std::string text = self->incoming_.substr(0, size - 1);
-                            self->incoming_.erase(0, size);
-                            if (self->number_) self->hub_.Receive(*self->number_, text);
-                            self->Read();
-                          });
+                          Unless([this](std::size_t size) {
+                            const std::string text = incoming_.substr(0, size - 1);
+                            incoming_.erase(0, size);
+                            Receive(text);
+                          }));
+  }
+  void Write(const std::string& message) override {
+    net::async_write(socket_, net::buffer(message), Done());
   }
 
-  void Write(const std::string& message) {
-    net::async_write(socket_, net::buffer(message),
-                     [self = shared_from_this()](const ErrorCode& error, std::size_t) {
-                       if (error) return self->Leave();
-                       self->outbox_.Written();
-                     });
-  }
-
-  void Leave() {
-    if (number_) hub_.Close(*number_);
-    number_.reset();
-  }
-
-  Place place_;
   Local::socket socket_;
-  Hub& hub_;
-  std::optional<std::uint64_t> number_;
   std::string incoming_;
-  Outbox outbox_;
 };
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {

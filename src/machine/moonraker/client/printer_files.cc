@@ -91,9 +91,7 @@ Result<FileAnswer> Send(const char* verb, const std::string& path, const std::st
       return Fail(fmt::format("stopped during the transfer to or from {}", address.HttpUrl()),
                   error.kind);
     }
-    return Fail(fmt::format("{}: {}; the network or the printer's disk may be slow",
-                            address.HttpUrl(), error.message),
-                error.kind);
+    return Fail(fmt::format("{}: {}", address.HttpUrl(), error.message), error.kind);
   };
   Endpoint endpoint = EndpointOf(address, options);
   endpoint.time_limit_s = limit.time_limit_s;
