@@ -1,11 +1,11 @@
 #include "support/scripted_moonraker.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -36,11 +36,38 @@ using boost::system::error_code;
 namespace {
 
 /// An accepted connection; everything on the server's thread.
-class Session {
+class Session : public std::enable_shared_from_this<Session> {
  public:
   virtual ~Session() = default;
-  virtual void Send(std::string bytes) = 0;
+  virtual void Send(std::string bytes) {
+    queue_.push_back(std::move(bytes));
+    if (queue_.size() == 1) WriteNext();
+  }
   virtual void Break() = 0;
+
+ protected:
+  // Begins to write bytes, which stay until Written(); nothing before the connection is open.
+  virtual void Write(const std::string& bytes) = 0;
+
+  void WriteNext() {
+    if (!queue_.empty()) Write(queue_.front());
+  }
+  // A handler: an error ends the connection.
+  template <class Then>
+  auto Unless(Then then) {
+    return [self = shared_from_this(), then](error_code error, auto... size) {
+      if (!error) then(size...);
+    };
+  }
+  auto Written() {
+    return Unless([this](std::size_t) {
+      queue_.pop_front();
+      WriteNext();
+    });
+  }
+
+ private:
+  std::deque<std::string> queue_;
 };
 
 using asio::ip::tcp;
@@ -60,6 +87,13 @@ struct ScriptedMoonraker::State {
     changed.notify_all();
   }
 
+  template <class Does>
+  void Each(Does does) {
+    for (const auto& weak : sessions) {
+      if (const auto session = weak.lock()) does(*session);
+    }
+  }
+
   int NoteHttp(const HttpRequest& request) {
     const std::lock_guard lock(mutex);
     http_requests.push_back(request);
@@ -69,9 +103,7 @@ struct ScriptedMoonraker::State {
   /// Answers one text of a client.
   void OnText(Session& session, const std::string& text) {
     const Json request = Json::parse(text, nullptr, false);
-    if (!request.is_object()) {
-      return;
-    }
+    if (!request.is_object()) return;
     if (!request.contains("method")) {
       const std::lock_guard lock(mutex);
       answers.push_back(request);
@@ -86,13 +118,9 @@ struct ScriptedMoonraker::State {
       changed.notify_all();
       const auto method = request["method"].get<std::string>();
       const auto known = results.find(method);
-      if (known != results.end()) {
-        result = known->second;
-      }
+      if (known != results.end()) result = known->second;
       const auto found = handlers.find(method);
-      if (found != handlers.end()) {
-        handler = found->second;
-      }
+      if (found != handlers.end()) handler = found->second;
     }
     if (result) {
       const std::string id = request.value("id", Json()).dump();
@@ -101,9 +129,7 @@ struct ScriptedMoonraker::State {
     const std::vector<Json> replies =
         handler ? handler(request)
                 : std::vector<Json>{ErrorFor(request, -32601, "Method not found")};
-    for (const Json& answer : replies) {
-      session.Send(answer.dump());
-    }
+    for (const Json& answer : replies) session.Send(answer.dump());
   }
 
   ServerOptions options;
@@ -129,7 +155,7 @@ struct ScriptedMoonraker::State {
 namespace {
 
 /// HTTP and, after an upgrade, WebSocket.
-class WebSession : public Session, public std::enable_shared_from_this<WebSession> {
+class WebSession : public Session {
  public:
   WebSession(ScriptedMoonraker::State& server, asio::ip::tcp::socket socket)
       : server_(server), socket_(std::move(socket)) {}
@@ -148,13 +174,6 @@ class WebSession : public Session, public std::enable_shared_from_this<WebSessio
     ReadHttp();
   }
 
-  void Send(std::string bytes) override {
-    queue_.push_back(std::move(bytes));
-    if (queue_.size() == 1) {
-      WriteNext();
-    }
-  }
-
   void Break() override {
     beast::get_lowest_layer(socket_).close();
     held_.reset();
@@ -164,11 +183,7 @@ class WebSession : public Session, public std::enable_shared_from_this<WebSessio
   void ReadHttp() {
     parser_.body_limit(std::uint64_t{64} << 20);
     http::async_read(socket_.next_layer(), buffer_, parser_,
-                     [self = shared_from_this()](error_code error, std::size_t) {
-                       if (!error) {
-                         self->OnHttp();
-                       }
-                     });
+                     Unless([this](std::size_t) { OnHttp(); }));
   }
 
   void OnHttp() {
@@ -179,13 +194,11 @@ class WebSession : public Session, public std::enable_shared_from_this<WebSessio
     const int refusal = server_.NoteHttp(noted);
     if (websocket::is_upgrade(request) && refusal == 0) {
       socket_.read_message_max(std::size_t{64} << 20);
-      socket_.async_accept(request, [self = shared_from_this()](error_code error) {
-        if (!error) {
-          self->open_ = true;
-          self->WriteNext();
-          self->Read();
-        }
-      });
+      socket_.async_accept(request, Unless([this] {
+                             open_ = true;
+                             WriteNext();
+                             Read();
+                           }));
       return;
     }
     std::function<HttpAnswer(const HttpRequest&)> handler;
@@ -194,42 +207,28 @@ class WebSession : public Session, public std::enable_shared_from_this<WebSessio
       handler = server_.http_handler;
     }
     HttpAnswer answer{refusal == 0 ? 404 : refusal, "<html>no</html>"};
-    if (handler && refusal == 0) {
-      answer = handler(noted);
-    }
+    if (handler && refusal == 0) answer = handler(noted);
     http_answer_.result(static_cast<unsigned>(answer.status));
     http_answer_.set(http::field::server, "scripted");
     http_answer_.body() = answer.body;
     http_answer_.prepare_payload();
     http::async_write(socket_.next_layer(), http_answer_,
-                      [self = shared_from_this()](error_code, std::size_t) {
-                        beast::get_lowest_layer(self->socket_).close();
+                      [self = shared_from_this(), this](error_code, std::size_t) {
+                        beast::get_lowest_layer(socket_).close();
                       });
   }
 
   void Read() {
-    socket_.async_read(incoming_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) {
-        return;
-      }
-      const std::string text = beast::buffers_to_string(self->incoming_.data());
-      self->incoming_.consume(self->incoming_.size());
-      self->server_.OnText(*self, text);
-      self->Read();
-    });
+    socket_.async_read(incoming_, Unless([this](std::size_t) {
+                         const std::string text = beast::buffers_to_string(incoming_.data());
+                         incoming_.consume(incoming_.size());
+                         server_.OnText(*this, text);
+                         Read();
+                       }));
   }
 
-  void WriteNext() {
-    if (!open_ || queue_.empty()) {
-      return;
-    }
-    socket_.async_write(asio::buffer(queue_.front()),
-                        [self = shared_from_this()](error_code error, std::size_t) {
-                          if (!error) {
-                            self->queue_.pop_front();
-                            self->WriteNext();
-                          }
-                        });
+  void Write(const std::string& bytes) override {
+    if (open_) socket_.async_write(asio::buffer(bytes), Written());
   }
 
   ScriptedMoonraker::State& server_;
@@ -239,69 +238,44 @@ class WebSession : public Session, public std::enable_shared_from_this<WebSessio
   beast::flat_buffer incoming_;
   http::request_parser<http::string_body> parser_;
   http::response<http::string_body> http_answer_;
-  std::deque<std::string> queue_;
   bool open_ = false;
 };
 
 /// JSON texts that end in byte 0x03.
-class UnixSession : public Session, public std::enable_shared_from_this<UnixSession> {
+class UnixSession : public Session {
  public:
   UnixSession(ScriptedMoonraker::State& server, asio::local::stream_protocol::socket socket)
       : server_(server), socket_(std::move(socket)) {}
 
   void Start() { Read(); }
 
-  void Send(std::string bytes) override {
-    queue_.push_back(std::move(bytes) + '\x03');
-    if (queue_.size() == 1) {
-      WriteNext();
-    }
-  }
+  void Send(std::string bytes) override { Session::Send(std::move(bytes) + '\x03'); }
 
   void Break() override { socket_.close(); }
 
  private:
   void Read() {
-    socket_.async_read_some(asio::buffer(chunk_),
-                            [self = shared_from_this()](error_code error, std::size_t bytes) {
-                              if (error) {
-                                return;
-                              }
-                              self->text_.append(self->chunk_.data(), bytes);
-                              for (std::size_t end = self->text_.find('\x03');
-                                   end != std::string::npos; end = self->text_.find('\x03')) {
-                                const std::string text = self->text_.substr(0, end);
-                                self->text_.erase(0, end + 1);
-                                self->server_.OnText(*self, text);
-                              }
-                              self->Read();
-                            });
+    asio::async_read_until(socket_, asio::dynamic_buffer(text_), '\x03',
+                           Unless([this](std::size_t size) {
+                             const std::string text = text_.substr(0, size - 1);
+                             text_.erase(0, size);
+                             server_.OnText(*this, text);
+                             Read();
+                           }));
   }
 
-  void WriteNext() {
-    asio::async_write(socket_, asio::buffer(queue_.front()),
-                      [self = shared_from_this()](error_code error, std::size_t) {
-                        if (!error) {
-                          self->queue_.pop_front();
-                          if (!self->queue_.empty()) {
-                            self->WriteNext();
-                          }
-                        }
-                      });
+  void Write(const std::string& bytes) override {
+    asio::async_write(socket_, asio::buffer(bytes), Written());
   }
 
   ScriptedMoonraker::State& server_;
   asio::local::stream_protocol::socket socket_;
-  std::array<char, 4096> chunk_{};
   std::string text_;
-  std::deque<std::string> queue_;
 };
 
 void AcceptTcp(ScriptedMoonraker::State& server) {
   server.tcp_acceptor->async_accept([&server](error_code error, tcp::socket socket) {
-    if (error) {
-      return;
-    }
+    if (error) return;
     socket.set_option(tcp::no_delay(true));
     const auto session = std::make_shared<WebSession>(server, std::move(socket));
     server.Accepted(session);
@@ -313,9 +287,7 @@ void AcceptTcp(ScriptedMoonraker::State& server) {
 void AcceptUnix(ScriptedMoonraker::State& server) {
   server.unix_acceptor->async_accept(
       [&server](error_code error, asio::local::stream_protocol::socket socket) {
-        if (error) {
-          return;
-        }
+        if (error) return;
         const auto session = std::make_shared<UnixSession>(server, std::move(socket));
         server.Accepted(session);
         session->Start();
@@ -348,11 +320,7 @@ ScriptedMoonraker::ScriptedMoonraker(ServerOptions options)
 ScriptedMoonraker::~ScriptedMoonraker() {
   state_->io.stop();
   state_->thread.join();
-  for (const auto& weak : state_->sessions) {
-    if (const auto session = weak.lock()) {
-      session->Break();
-    }
-  }
+  state_->Each([](Session& session) { session.Break(); });
 }
 
 int ScriptedMoonraker::port() const {
@@ -388,22 +356,13 @@ void ScriptedMoonraker::Push(const Json& message) { PushBytes(message.dump()); }
 
 void ScriptedMoonraker::PushBytes(const std::string& bytes) {
   asio::post(state_->io, [state = state_.get(), bytes] {
-    for (const auto& weak : state->sessions) {
-      if (const auto session = weak.lock()) {
-        session->Send(bytes);
-      }
-    }
+    state->Each([&bytes](Session& session) { session.Send(bytes); });
   });
 }
 
 void ScriptedMoonraker::BreakConnections() {
-  asio::post(state_->io, [state = state_.get()] {
-    for (const auto& weak : state->sessions) {
-      if (const auto session = weak.lock()) {
-        session->Break();
-      }
-    }
-  });
+  asio::post(state_->io,
+             [state = state_.get()] { state->Each([](Session& session) { session.Break(); }); });
 }
 
 Json ScriptedMoonraker::WaitForRequest(const std::string& method, int n) {
@@ -520,9 +479,7 @@ void AnswerLikeMoonraker(ScriptedMoonraker& server, const std::string& klippy_st
                 {{"state", klippy_state}, {"state_message", "Printer is " + klippy_state}});
   Json objects = Json::array({"gcode_macro LASER_ON"});
   const Json status = SmallPrinterStatus(klippy_state);
-  for (const auto& [name, fields] : status.items()) {
-    objects.push_back(name);
-  }
+  for (const auto& [name, fields] : status.items()) objects.push_back(name);
   server.Answer("printer.objects.list", {{"objects", objects}});
   for (const char* method : {"printer.objects.subscribe", "printer.objects.query"}) {
     server.Answer(method, {{"eventtime", 3045.4}, {"status", status}});

@@ -115,9 +115,7 @@ Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction, boo
   auto jpeg = TRY(image::JpegReader::Open(bytes, image::JpegDamage::kFillIn));
   TRY(jpeg.Start(image::JpegPixels::kBgr, reduction));
   Frame frame(jpeg.row_px(), jpeg.rows());
-  for (int y = 0; y < frame.height; ++y) {
-    TRY(jpeg.ReadRow(frame.row(y)));
-  }
+  for (int y = 0; y < frame.height; ++y) TRY(jpeg.ReadRow(frame.row(y)));
   return turn ? TurnedByExif(std::move(frame), jpeg.header().orientation) : frame;
 }
 
@@ -125,9 +123,7 @@ Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction, bool
   auto png = TRY(image::PngReader::Open(bytes, image::PngPixels::kBgr8));
   Frame frame(png.header().width_px, png.header().height_px);
   for (int pass = 0; pass < png.passes(); ++pass) {
-    for (int y = 0; y < frame.height; ++y) {
-      TRY(png.ReadRow(frame.row(y)));
-    }
+    for (int y = 0; y < frame.height; ++y) TRY(png.ReadRow(frame.row(y)));
   }
   TRY(png.Finish());
   if (reduction > 1) {

@@ -221,9 +221,7 @@ TEST(ImageFile, SurvivesEveryTruncationAndManyCorruptions) {
       Bytes changed = whole;
       changed[at] ^= 0xFF;
       const Result<Frame> frame = DecodeImage(changed, {.most_pixels = 10'000'000});
-      if (frame) {
-        EXPECT_EQ(frame->bgr.size(), std::size_t{3} * frame->width * frame->height);
-      }
+      if (frame) EXPECT_EQ(frame->bgr.size(), std::size_t{3} * frame->width * frame->height);
     }
   }
 }

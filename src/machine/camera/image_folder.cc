@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "machine/camera/camera.h"
 #include "machine/camera/camera_sources.h"
 #include "machine/net/file_bytes.h"
@@ -49,8 +49,7 @@ bool Before(const std::string& a, const std::string& b) {
 }
 
 bool IsPicture(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = LowerCase(path.extension().string());
   return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
 }
 

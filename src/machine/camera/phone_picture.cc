@@ -36,9 +36,7 @@ Result<Frame> DecodePhoto(std::span<const std::uint8_t> bytes, const ImageReadOp
     return DecodeImage(bytes, turned);
   }
   const auto module = LoadModule<PictureModule>(*name);
-  if (!module) {
-    return Fail(fmt::format("{}; or convert it to JPEG or PNG", module.error().message));
-  }
+  if (!module) return Fail(fmt::format("{}; or convert it to JPEG or PNG", module.error().message));
   return (*module)->decode(bytes, options);
 }
 

@@ -179,9 +179,7 @@ TEST(PhonePicture, BrokenFilesAreRefusedOrReadWithinTheirSize) {
       Bytes changed = whole;
       changed[at] ^= 0xFF;
       const auto read = DecodePhoto(changed, {.most_pixels = 10'000'000});
-      if (read) {
-        EXPECT_EQ(read->bgr.size(), std::size_t{3} * read->width * read->height);
-      }
+      if (read) EXPECT_EQ(read->bgr.size(), std::size_t{3} * read->width * read->height);
     }
   }
 }

@@ -19,9 +19,7 @@ constexpr std::size_t kMaxWebcams = 100;
 constexpr std::size_t kLongestName = 200;
 
 std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
-  if (url.empty() || url.find("://") != std::string::npos) {
-    return url;
-  }
+  if (url.empty() || url.find("://") != std::string::npos) return url;
   if (url.starts_with("//")) {  // another host, by the scheme of the page that names it
     return (address.transport == Transport::kTls ? "https:" : "http:") + url;
   }
@@ -44,9 +42,7 @@ std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
 int Rotation(const json& webcam) {
   const double rotation_deg = NumberOr(webcam, "rotation", 0);
   for (const int allowed : {90, 180, 270}) {
-    if (rotation_deg == allowed) {
-      return allowed;
-    }
+    if (rotation_deg == allowed) return allowed;
   }
   return 0;
 }
@@ -56,9 +52,7 @@ int Rotation(const json& webcam) {
 std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& address) {
   std::vector<Webcam> webcams;
   const json* list = Member(answer, "webcams");
-  if (list == nullptr || !list->is_array()) {
-    return webcams;
-  }
+  if (list == nullptr || !list->is_array()) return webcams;
   for (const json& entry : *list) {
     Webcam webcam;
     webcam.name = Utf8OrReplaced(TextOr(entry, "name", ""), kLongestName);
@@ -69,9 +63,7 @@ std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& addr
     webcam.flip_horizontal = BoolOr(entry, "flip_horizontal", false);
     webcam.flip_vertical = BoolOr(entry, "flip_vertical", false);
     webcam.rotation_deg = Rotation(entry);
-    if (!webcam.name.empty() && webcams.size() < kMaxWebcams) {
-      webcams.push_back(std::move(webcam));
-    }
+    if (!webcam.name.empty() && webcams.size() < kMaxWebcams) webcams.push_back(std::move(webcam));
   }
   return webcams;
 }

@@ -263,9 +263,7 @@ Result<HttpHead> ParseHttpHead(std::string_view head) {
         std::from_chars(code.data(), code.data() + code.size(), parsed.status);
     good = error == std::errc{} && end == code.data() + code.size() && parsed.status >= 100;
   }
-  if (!good) {
-    return Fail("its answer is not HTTP; check the port", ErrorKind::kMachine);
-  }
+  if (!good) return Fail("its answer is not HTTP; check the port", ErrorKind::kMachine);
   parsed.reason = Utf8OrReplaced(line.substr(std::min(space + 5, line.size())), kLongestReason);
   parsed.fields = ParseHeaderFields(head.substr(line.size()));
   return parsed;

@@ -8,6 +8,7 @@
 #include <tiffio.h>
 
 #include <array>
+#include <boost/crc.hpp>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -70,6 +71,43 @@ void ExpectPicture(const Page& page, int channels) {
   }
 }
 
+// Smooth and grey, so that little is lost.
+std::string JpegBytes(bool progressive = false) {
+  jpeg_compress_struct jpeg{};
+  jpeg_error_mgr errors{};
+  jpeg.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&jpeg);
+  unsigned char* out = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&jpeg, &out, &size);
+  jpeg.image_width = kWidth;
+  jpeg.image_height = kHeight;
+  jpeg.input_components = 1;
+  jpeg.in_color_space = JCS_GRAYSCALE;
+  jpeg_set_defaults(&jpeg);
+  jpeg_set_quality(&jpeg, 100, TRUE);
+  jpeg.density_unit = 1;
+  jpeg.X_density = 600;
+  jpeg.Y_density = 300;
+  if (progressive) jpeg_simple_progression(&jpeg);
+  jpeg_start_compress(&jpeg, TRUE);
+  for (int y = 0; y < kHeight; ++y) {
+    std::array<JSAMPLE, kWidth> row{};
+    for (int x = 0; x < kWidth; ++x) {
+      row[static_cast<std::size_t>(x)] = static_cast<JSAMPLE>(4 * x + 3 * y);
+    }
+    JSAMPROW rows[] = {row.data()};
+    jpeg_write_scanlines(&jpeg, rows, 1);
+  }
+  jpeg_finish_compress(&jpeg);
+  std::string bytes(reinterpret_cast<const char*>(out), size);
+  jpeg_destroy_compress(&jpeg);
+  std::free(out);
+  return bytes;
+}
+
+const std::string kGrey = "/ColorSpace /DeviceGray /BitsPerComponent 8";  // of a picture in a PDF
+
 class PageFile : public testing::Test {
  protected:
   std::string Path(const std::string& name) { return folder_.path() / name; }
@@ -130,45 +168,11 @@ class PageFile : public testing::Test {
     return path;
   }
 
-  // Smooth and grey, so that little is lost.
-  static std::string JpegBytes(bool progressive = false) {
-    jpeg_compress_struct jpeg{};
-    jpeg_error_mgr errors{};
-    jpeg.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&jpeg);
-    unsigned char* out = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&jpeg, &out, &size);
-    jpeg.image_width = kWidth;
-    jpeg.image_height = kHeight;
-    jpeg.input_components = 1;
-    jpeg.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&jpeg);
-    jpeg_set_quality(&jpeg, 100, TRUE);
-    jpeg.density_unit = 1;
-    jpeg.X_density = 600;
-    jpeg.Y_density = 300;
-    if (progressive) jpeg_simple_progression(&jpeg);
-    jpeg_start_compress(&jpeg, TRUE);
-    for (int y = 0; y < kHeight; ++y) {
-      std::array<JSAMPLE, kWidth> row{};
-      for (int x = 0; x < kWidth; ++x) {
-        row[static_cast<std::size_t>(x)] = static_cast<JSAMPLE>(4 * x + 3 * y);
-      }
-      JSAMPROW rows[] = {row.data()};
-      jpeg_write_scanlines(&jpeg, rows, 1);
-    }
-    jpeg_finish_compress(&jpeg);
-    std::string bytes(reinterpret_cast<const char*>(out), size);
-    jpeg_destroy_compress(&jpeg);
-    std::free(out);
-    return bytes;
-  }
-
-  // A page of 37 x 23 pixels at 600 dpi. `beside` is another object, 6 0, which the page names Im1.
-  static std::string Pdf(const std::string& entries, const std::string& stream,
-                         const std::string& draw = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q",
-                         const std::string& beside = "null") {
+  // Writes a page of 37 x 23 pixels at 600 dpi. `beside` is another object, 6 0, which the page
+  // names Im1.
+  std::string Pdf(const std::string& entries, const std::string& stream,
+                  const std::string& draw = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q",
+                  const std::string& beside = "null") {
     std::string pdf = "%PDF-1.4\n";
     std::vector<std::size_t> at;
     const auto add = [&](const std::string& object) {
@@ -188,8 +192,9 @@ class PageFile : public testing::Test {
     const std::size_t table = pdf.size();
     pdf += fmt::format("xref\n0 {}\n0000000000 65535 f \n", at.size() + 1);
     for (const std::size_t offset : at) pdf += fmt::format("{:010} 00000 n \n", offset);
-    return pdf + fmt::format("trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
-                             at.size() + 1, table);
+    pdf += fmt::format("trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n", at.size() + 1,
+                       table);
+    return Written("page.pdf", pdf);
   }
 
   static std::string GreyRows() {
@@ -320,22 +325,18 @@ TEST_F(PageFile, AgreesWithACamerasFramesOnEveryOrientation) {
 }
 
 TEST_F(PageFile, TakesThePictureOfAPdfAsItWasStored) {
-  const Page raw =
-      Only(Written("raw.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8", GreyRows())));
+  const Page raw = Only(Pdf(kGrey, GreyRows()));
   ExpectPicture(raw, 1);
   ExpectDpi(raw, 600, 600);
-  const Page jpeg =
-      Only(Written("jpeg.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8 /Filter /DCTDecode",
-                                   JpegBytes())));
+  const Page jpeg = Only(Pdf(kGrey + " /Filter /DCTDecode", JpegBytes()));
   EXPECT_NEAR(jpeg.view().row(20)[30], 4 * 30 + 3 * 20, 2);
   ExpectDpi(jpeg, 600, 600);
 }
 
 // A viewer shows what the page draws, whichever way the rows are stored.
 TEST_F(PageFile, TakesThePictureOfAPdfTheWayItIsDrawn) {
-  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
   const auto top = [&](const char* draw) {
-    const Page page = Only(Written("page.pdf", Pdf(grey, GreyRows(), draw)));
+    const Page page = Only(Pdf(kGrey, GreyRows(), draw));
     EXPECT_EQ(page.height, kHeight) << draw;
     ExpectDpi(page, 600, 600);
     return int{page.view().row(0)[5]};
@@ -350,8 +351,7 @@ TEST_F(PageFile, TakesThePictureOfAPdfTheWayItIsDrawn) {
   EXPECT_EQ(top("-4.44 0 0 2.76 4.44 0 cm /Im0 Do"), last);       // mirrored left to right
   EXPECT_EQ(top("1 0 0 -1 0 2.76 cm q 4.44 0 0 -2.76 0 2.76 cm /Im0 Do Q"), first);  // twice
   // The resolution is that of the drawing, not of the sheet.
-  const Page half =
-      Only(Written("half.pdf", Pdf(grey, GreyRows(), "2.22 0 0 1.38 1 1 cm /Im0 Do")));
+  const Page half = Only(Pdf(kGrey, GreyRows(), "2.22 0 0 1.38 1 1 cm /Im0 Do"));
   ExpectDpi(half, 1200, 1200);
 }
 
@@ -361,8 +361,7 @@ TEST_F(PageFile, TakesThePictureOfAPdfOutOfAForm) {
       "<< /Type /XObject /Subtype /Form /BBox [0 0 9 9] /Matrix [1 0 0 1 0 0] /Resources << "
       "/XObject << /Im0 4 0 R >> >> /Length {} >>\nstream\n{}\nendstream",
       draw.size(), draw);
-  const Page page = Only(Written("form.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8",
-                                                 GreyRows(), "q /Im1 Do Q", form)));
+  const Page page = Only(Pdf(kGrey, GreyRows(), "q /Im1 Do Q", form));
   EXPECT_EQ(page.view().row(0)[5], Value(5, kHeight - 1, 0));
   ExpectDpi(page, 600, 600);
 }
@@ -370,11 +369,10 @@ TEST_F(PageFile, TakesThePictureOfAPdfOutOfAForm) {
 TEST_F(PageFile, ReadsIndexedPicturesAndMasksOfAPdf) {
   std::string colours;
   for (int i = 0; i < 256; ++i) colours += fmt::format("{:02x}{:02x}{:02x}", i, 255 - i, i / 2);
-  const Page page =
-      Only(Written("indexed.pdf", Pdf(fmt::format("/ColorSpace [/Indexed /DeviceRGB 255 <{}>] "
-                                                  "/BitsPerComponent 8",
-                                                  colours),
-                                      GreyRows())));
+  const Page page = Only(Pdf(fmt::format("/ColorSpace [/Indexed /DeviceRGB 255 <{}>] "
+                                         "/BitsPerComponent 8",
+                                         colours),
+                             GreyRows()));
   ASSERT_EQ(page.channels, 3);
   const auto number = Value(30, 20, 0);
   const std::uint8_t* pixel = page.view().row(20) + 3 * 30;
@@ -384,49 +382,44 @@ TEST_F(PageFile, ReadsIndexedPicturesAndMasksOfAPdf) {
   // Two bits a number, rows in whole bytes: 37 of them take 10.
   std::string two;
   for (int y = 0; y < kHeight; ++y) two += std::string(10, '\x1B');  // 0 1 2 3 ...
-  const Page few = Only(Written(
-      "four.pdf", Pdf("/ColorSpace [/Indexed /DeviceGray 3 <0A64C8FF>] /BitsPerComponent 2", two)));
+  const Page few =
+      Only(Pdf("/ColorSpace [/Indexed /DeviceGray 3 <0A64C8FF>] /BitsPerComponent 2", two));
   ASSERT_EQ(few.channels, 1);
   for (int x = 0; x < kWidth; ++x) {
-    constexpr std::array<int, 4> kGrey = {0x0A, 0x64, 0xC8, 0xFF};
-    EXPECT_EQ(few.view().row(kHeight - 1)[x], kGrey[static_cast<std::size_t>(x % 4)]) << x;
+    constexpr std::array<int, 4> kGreys = {0x0A, 0x64, 0xC8, 0xFF};
+    EXPECT_EQ(few.view().row(kHeight - 1)[x], kGreys[static_cast<std::size_t>(x % 4)]) << x;
   }
   // Black is drawn through a mask where its samples are 0.
   std::string bits;
   for (int y = 0; y < kHeight; ++y) bits += std::string(5, '\x55');
-  const Page mask = Only(Written("mask.pdf", Pdf("/ImageMask true /BitsPerComponent 1", bits)));
+  const Page mask = Only(Pdf("/ImageMask true /BitsPerComponent 1", bits));
   for (int x = 0; x < kWidth; ++x) EXPECT_EQ(mask.view().row(3)[x], x % 2 == 0 ? 0 : 255) << x;
 }
 
 TEST_F(PageFile, NamesAPdfThatIsPutTogether) {
-  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
   const std::string mask =
       "<< /Type /XObject /Subtype /Image /Width 80 /Height 46 /ImageMask true "
       "/BitsPerComponent 1 /Length 460 >>\nstream\n" +
       std::string(460, 'x') + "\nendstream";
   const std::string whole = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q ";
-  EXPECT_THAT(Complaint(Written("layers.pdf", Pdf(grey, GreyRows(),
-                                                  whole + "4.44 0 0 2.76 0 0 cm /Im1 Do", mask))),
+  EXPECT_THAT(Complaint(Pdf(kGrey, GreyRows(), whole + "4.44 0 0 2.76 0 0 cm /Im1 Do", mask)),
               AllOf(HasSubstr("put together from 2 pictures"), HasSubstr("scan to TIFF")));
   // A stamp beside it is none.
-  Only(Written("stamp.pdf", Pdf(grey, GreyRows(), whole + "0.4 0 0 0.3 1 1 cm /Im1 Do", mask)));
-  EXPECT_THAT(Complaint(Written("soft.pdf", Pdf(grey + " /SMask 6 0 R", GreyRows(), whole, mask))),
+  Only(Pdf(kGrey, GreyRows(), whole + "0.4 0 0 0.3 1 1 cm /Im1 Do", mask));
+  EXPECT_THAT(Complaint(Pdf(kGrey + " /SMask 6 0 R", GreyRows(), whole, mask)),
               HasSubstr("layers"));
-  EXPECT_THAT(Complaint(Written("askew.pdf", Pdf(grey, GreyRows(), "4 0 2 2 0 0 cm /Im0 Do"))),
-              HasSubstr("askew"));
-  EXPECT_THAT(Complaint(Written("nothing.pdf", Pdf(grey, GreyRows(), "q Q"))),
-              HasSubstr("no picture"));
+  EXPECT_THAT(Complaint(Pdf(kGrey, GreyRows(), "4 0 2 2 0 0 cm /Im0 Do")), HasSubstr("askew"));
+  EXPECT_THAT(Complaint(Pdf(kGrey, GreyRows(), "q Q")), HasSubstr("no picture"));
 }
 
 TEST_F(PageFile, SaysWhatIsWrongWithAPdf) {
-  EXPECT_THAT(Complaint(Written("fax.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 1 "
-                                               "/Filter /CCITTFaxDecode",
-                                               "x"))),
+  EXPECT_THAT(Complaint(Pdf("/ColorSpace /DeviceGray /BitsPerComponent 1 "
+                            "/Filter /CCITTFaxDecode",
+                            "x")),
               HasSubstr("/CCITTFaxDecode; scan to TIFF"));
-  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
-  EXPECT_THAT(Complaint(Written("short.pdf", Pdf(grey, std::string(kWidth * kHeight - 1, 'x')))),
+  EXPECT_THAT(Complaint(Pdf(kGrey, std::string(kWidth * kHeight - 1, 'x'))),
               HasSubstr("ends early"));
-  EXPECT_THAT(Complaint(Written("shorter.pdf", Pdf(grey, "too short"))),
+  EXPECT_THAT(Complaint(Pdf(kGrey, "too short")),
               AllOf(HasSubstr("37 x 23 px"), HasSubstr("bytes can hold")));
   EXPECT_THAT(Complaint(Written("none.pdf", "%PDF-1.4\nnothing")), HasSubstr("none.pdf"));
 }
@@ -476,12 +469,9 @@ std::string LittleEndian(std::uint32_t value, int bytes) {
 
 // Of a chunk of a PNG.
 std::uint32_t CheckSum(const std::string& text) {
-  std::uint32_t sum = 0xFFFFFFFF;
-  for (const char c : text) {
-    sum ^= static_cast<std::uint8_t>(c);
-    for (int bit = 0; bit < 8; ++bit) sum = (sum >> 1U) ^ ((sum & 1U) != 0 ? 0xEDB88320U : 0U);
-  }
-  return ~sum;
+  boost::crc_32_type sum;
+  sum.process_bytes(text.data(), text.size());
+  return sum.checksum();
 }
 
 class PageBombs : public testing::Test {
@@ -547,27 +537,7 @@ TEST_F(PageBombs, ATiffHeaderAloneTakesNoMemory) {
 
 // A grey progressive JPEG whose last scan comes so many times.
 std::string ManyScans(int times) {
-  jpeg_compress_struct jpeg{};
-  jpeg_error_mgr errors{};
-  jpeg.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&jpeg);
-  unsigned char* out = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&jpeg, &out, &size);
-  jpeg.image_width = 64;
-  jpeg.image_height = 64;
-  jpeg.input_components = 1;
-  jpeg.in_color_space = JCS_GRAYSCALE;
-  jpeg_set_defaults(&jpeg);
-  jpeg_simple_progression(&jpeg);
-  jpeg_start_compress(&jpeg, TRUE);
-  std::array<JSAMPLE, 64> row{};
-  JSAMPROW rows[] = {row.data()};
-  for (int y = 0; y < 64; ++y) jpeg_write_scanlines(&jpeg, rows, 1);
-  jpeg_finish_compress(&jpeg);
-  std::string bytes(reinterpret_cast<const char*>(out), size);
-  jpeg_destroy_compress(&jpeg);
-  std::free(out);
+  const std::string bytes = JpegBytes(true);
   const std::size_t last = bytes.rfind("\xFF\xDA");
   const std::string scan = bytes.substr(last, bytes.size() - 2 - last);
   std::string many = bytes.substr(0, last);

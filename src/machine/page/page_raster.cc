@@ -80,9 +80,7 @@ Result<Page> Fill(image::PngReader& png, const PageLayout& layout, Page page) {
 }  // namespace
 
 Result<Page> DecodePng(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
-  if (const auto outline = image::OutlineOfPng(bytes)) {
-    TRY(CheckCost(*outline, bytes.size()));
-  }
+  if (const auto outline = image::OutlineOfPng(bytes)) TRY(CheckCost(*outline, bytes.size()));
   auto png = image::PngReader::Open(bytes, image::PngPixels::kAsStored);
   if (!png) return Damaged(png.error());
   const image::PngHeader& header = png->header();

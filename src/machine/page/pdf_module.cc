@@ -372,9 +372,7 @@ Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
   }
   ToParent to_parent(sender, wanted);
   std::optional<Expand> expand;
-  if (palette.bits > 0 && MayBePage(told.layout)) {
-    expand.emplace(told.layout, palette, to_parent);
-  }
+  if (palette.bits > 0 && MayBePage(told.layout)) expand.emplace(told.layout, palette, to_parent);
   try {
     picture.pipeStreamData(expand ? static_cast<Pipeline*>(&*expand) : &to_parent, 0,
                            told.jpeg ? qpdf_dl_none : qpdf_dl_specialized, true);
@@ -402,9 +400,7 @@ Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_byt
       return Fail(
           fmt::format("it has {} pages; 1 to {} are read", helpers.size(), options.most_pages));
     }
-    for (QPDFPageObjectHelper& helper : helpers) {
-      TRY(SendPage(helper, file_bytes, sender));
-    }
+    for (QPDFPageObjectHelper& helper : helpers) TRY(SendPage(helper, file_bytes, sender));
     return {};
   } catch (const std::exception& failure) {
     if (ran_out) {

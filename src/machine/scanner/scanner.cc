@@ -370,9 +370,7 @@ Result<void> WriteAsPng(const Page& page, const files::NewFile& file) {
     return file.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   });
   if (!png) return tl::unexpected(png.error());
-  for (int y = 0; y < page.height; ++y) {
-    TRY(png->WriteRow(page.view().row(y)));
-  }
+  for (int y = 0; y < page.height; ++y) TRY(png->WriteRow(page.view().row(y)));
   return png->Finish();
 }
 

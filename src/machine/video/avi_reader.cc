@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <span>
 #include <string_view>
 #include <utility>
 
+#include "base/text.h"
 #include "machine/camera/image_file.h"
 
 namespace trammel::machine {
@@ -32,8 +32,7 @@ std::string_view Tag(Bytes bytes, std::size_t at) {
 }
 
 bool IsJpegCodec(std::string_view tag) {
-  std::string upper;
-  for (const char c : tag) upper += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::string upper = UpperCase(tag);
   return upper == "MJPG" || upper == "JPEG";
 }
 

@@ -17,54 +17,6 @@
 #include "machine/video/avi_reader.h"
 
 namespace trammel::machine {
-namespace {
-
-tl::unexpected<Error> Beyond(std::string what) {
-  return Fail(std::move(what), ErrorKind::kMeasurement);
-}
-
-}  // namespace
-
-Result<void> VideoBudget::AddFrame(int width_px, int height_px, double stored_pixels) {
-  if (frames_ == limits_.max_frames) {
-    return Beyond(
-        fmt::format("more than {} frames; record one sweep per file", limits_.max_frames));
-  }
-  pixels_ += stored_pixels;
-  if (pixels_ > limits_.max_pixels_in_all) {
-    return Beyond(
-        fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "
-                    "one sweep per file, or with smaller frames",
-                    frames_ + 1, limits_.max_pixels_in_all / 1e6));
-  }
-  if (width_px < 1 || height_px < 1 || width_px > limits_.max_width_px ||
-      height_px > limits_.max_height_px ||
-      static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) >
-          limits_.max_pixels) {
-    return Beyond(fmt::format("frame {} has {}x{} px; at most {}x{} and {} in all are read",
-                              frames_ + 1, width_px, height_px, limits_.max_width_px,
-                              limits_.max_height_px, limits_.max_pixels));
-  }
-  if (frames_ > 0 && (width_px != width_px_ || height_px != height_px_)) {
-    return Beyond(
-        fmt::format("frame {} has {}x{} px, those before it {}x{}; record the line again "
-                    "with one camera mode",
-                    frames_ + 1, width_px, height_px, width_px_, height_px_));
-  }
-  width_px_ = width_px;
-  height_px_ = height_px;
-  ++frames_;
-  return {};
-}
-
-Result<void> VideoBudget::AddTime(std::chrono::steady_clock::duration time) {
-  decoding_ += time;
-  if (decoding_ <= std::chrono::duration<double>(limits_.max_decoding_s)) return {};
-  return Beyond(
-      fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file",
-                  frames_ + 1, limits_.max_decoding_s));
-}
-
 Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg, std::size_t most_pixels) {
   const auto outline = TRY(image::OutlineOf(jpeg));
   if (static_cast<double>(outline.width_px) * outline.height_px >
@@ -87,8 +39,8 @@ tl::unexpected<Error> Damaged(std::size_t number, const Error& error) {
 }  // namespace
 
 struct VideoFile::State {
-  State(std::filesystem::path of, AviReader frames, const VideoLimits& limits)
-      : path(std::move(of)), avi(std::move(frames)), budget(limits) {}
+  State(std::filesystem::path of, AviReader reader, const VideoLimits& bounds)
+      : path(std::move(of)), avi(std::move(reader)), limits(bounds) {}
 
   [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const {
     return Fail(fmt::format("video '{}': {}", path.string(), what), ErrorKind::kMeasurement);
@@ -96,22 +48,69 @@ struct VideoFile::State {
   [[nodiscard]] PixelRect readable() const {
     return image::ExactPart(place, jpeg->header().grid());
   }
+  // Messages of these do not name the file.
+  Result<void> AddFrame(int width_px, int height_px, double stored_pixels);
+  Result<void> AddTime(Clock::time_point begin);
   Result<void> OpenFrame();
   Result<void> DecodeFrame(const PixelRect& part);
 
   std::filesystem::path path;
   AviReader avi;
-  VideoBudget budget;
+  VideoLimits limits;
+  std::size_t frames = 0;  // accepted so far
+  int first_width_px = 0;
+  int first_height_px = 0;
+  double pixels = 0;  // that the file has of all frames so far
+  Clock::duration decoding{};
   AviFrame stored;
   std::optional<image::JpegReader> jpeg;  // of `stored`
   image::JpegPlace place;                 // of what is stored in the frame
   Frame frame;
 };
 
-/// Opens `stored`. Messages of this and the next do not name the file.
+Result<void> VideoFile::State::AddFrame(int width_px, int height_px, double stored_pixels) {
+  if (frames == limits.max_frames) {
+    return Fail(fmt::format("more than {} frames; record one sweep per file", limits.max_frames));
+  }
+  pixels += stored_pixels;
+  if (pixels > limits.max_pixels_in_all) {
+    return Fail(
+        fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "
+                    "one sweep per file, or with smaller frames",
+                    frames + 1, limits.max_pixels_in_all / 1e6));
+  }
+  if (width_px < 1 || height_px < 1 || width_px > limits.max_width_px ||
+      height_px > limits.max_height_px ||
+      static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) >
+          limits.max_pixels) {
+    return Fail(fmt::format("frame {} has {}x{} px; at most {}x{} and {} in all are read",
+                            frames + 1, width_px, height_px, limits.max_width_px,
+                            limits.max_height_px, limits.max_pixels));
+  }
+  if (frames > 0 && (width_px != first_width_px || height_px != first_height_px)) {
+    return Fail(
+        fmt::format("frame {} has {}x{} px, those before it {}x{}; record the line again "
+                    "with one camera mode",
+                    frames + 1, width_px, height_px, first_width_px, first_height_px));
+  }
+  first_width_px = width_px;
+  first_height_px = height_px;
+  ++frames;
+  return {};
+}
+
+Result<void> VideoFile::State::AddTime(Clock::time_point begin) {
+  decoding += Clock::now() - begin;
+  if (decoding <= std::chrono::duration<double>(limits.max_decoding_s)) return {};
+  return Fail(
+      fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file",
+                  frames + 1, limits.max_decoding_s));
+}
+
+/// Opens `stored`.
 Result<void> VideoFile::State::OpenFrame() {
-  const std::size_t number = budget.frames() + 1;
-  if (auto cost = CheckMjpegFrame(stored.bytes, budget.limits().max_pixels); !cost) {
+  const std::size_t number = frames + 1;
+  if (auto cost = CheckMjpegFrame(stored.bytes, limits.max_pixels); !cost) {
     return Fail(fmt::format("frame {}: {}", number, cost.error().message));
   }
   auto reader = image::JpegReader::Open(stored.bytes, image::JpegDamage::kRefuse);
@@ -119,13 +118,13 @@ Result<void> VideoFile::State::OpenFrame() {
   jpeg = std::move(*reader);
   const image::JpegHeader& header = jpeg->header();
   place = header.place.value_or(image::JpegPlace{0, 0, header.width_px, header.height_px});
-  return budget.AddFrame(place.whole_width, place.whole_height,
-                         static_cast<double>(header.width_px) * header.height_px);
+  return AddFrame(place.whole_width, place.whole_height,
+                  static_cast<double>(header.width_px) * header.height_px);
 }
 
 /// Fills `frame`.
 Result<void> VideoFile::State::DecodeFrame(const PixelRect& part) {
-  const std::size_t number = budget.frames();
+  const std::size_t number = frames;
   const PixelRect held = readable();
   if (!Contains(held, part)) {
     return Fail(fmt::format(
@@ -164,7 +163,7 @@ Result<bool> VideoFile::Advance() {
   if (!more || !*more) return more;
   const Clock::time_point begin = Clock::now();
   auto opened = state_->OpenFrame();
-  if (opened) opened = state_->budget.AddTime(Clock::now() - begin);
+  if (opened) opened = state_->AddTime(begin);
   if (!opened) return state_->Broken(opened.error().message);
   return true;
 }
@@ -172,7 +171,7 @@ Result<bool> VideoFile::Advance() {
 Result<const Frame*> VideoFile::Decode(const PixelRect& part) {
   const Clock::time_point begin = Clock::now();
   auto decoded = state_->DecodeFrame(part);
-  if (decoded) decoded = state_->budget.AddTime(Clock::now() - begin);
+  if (decoded) decoded = state_->AddTime(begin);
   if (!decoded) return state_->Broken(decoded.error().message);
   return &state_->frame;
 }

@@ -1,7 +1,6 @@
 // A recorded video, frame by frame.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -65,31 +64,6 @@ class VideoFile {
   struct State;
   explicit VideoFile(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
-};
-
-/// Counts frames, pixels and time. Messages do not name the file.
-class VideoBudget {
- public:
-  explicit VideoBudget(const VideoLimits& limits) : limits_(limits) {}
-
-  /// Accepts the next frame's size, or says what is wrong: too many frames, too large a one, one of
-  /// another size than the first, too many pixels in all.
-  /// @param stored_pixels  that the file has of the frame: all of them, but of a cut one.
-  [[nodiscard]] Result<void> AddFrame(int width_px, int height_px, double stored_pixels);
-
-  /// Adds to the time that decoding took.
-  [[nodiscard]] Result<void> AddTime(std::chrono::steady_clock::duration time);
-
-  [[nodiscard]] std::size_t frames() const { return frames_; }  ///< accepted so far
-  [[nodiscard]] const VideoLimits& limits() const { return limits_; }
-
- private:
-  VideoLimits limits_;
-  std::size_t frames_ = 0;
-  int width_px_ = 0;
-  int height_px_ = 0;
-  double pixels_ = 0;
-  std::chrono::steady_clock::duration decoding_{};
 };
 
 /// Whether a frame of an MJPEG video may be decoded: its size, and the work that it asks for.

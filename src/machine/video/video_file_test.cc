@@ -50,9 +50,7 @@ class VideoFileTest : public testing::Test {
         EXPECT_EQ(next.error().kind, ErrorKind::kMeasurement);
         return {frames, next.error().message};
       }
-      if (*next == nullptr) {
-        return {frames, ""};
-      }
+      if (*next == nullptr) return {frames, ""};
     }
   }
   test::TemporaryFolder folder_;

@@ -9,6 +9,7 @@
 #include <chrono>
 
 #include "base/bounded_json.h"
+#include "base/text.h"
 
 namespace trammel::sim {
 namespace {
@@ -198,10 +199,7 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
   if (!fields["path"].empty()) name = fields["path"] + "/" + name;
   if (!GoodName(name)) return refuse("Invalid file name");
   const std::string sum = Sha256(file->body);
-  std::string wanted = fields["checksum"];
-  std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
+  const std::string wanted = LowerCase(fields["checksum"]);
   if (!wanted.empty() && wanted != sum) {
     return reply(
         Failure(422, "Unprocessable Entity",
@@ -239,26 +237,14 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
               [done](const Answer& answer) { done(!answer.error); });
 }
 
-void ServeFile(Hub& hub, const std::string& method, const std::string& name,
-               const HttpReply& reply) {
+void ServeFile(Hub& hub, const std::string& name, const HttpReply& reply) {
   std::optional<std::string> text;
   hub.machine().With([&](VirtualKlipper& klipper) {
     const auto found = klipper.files().find(name);
     if (found == klipper.files().end()) return;
     text = found->second;
-    if (method == "DELETE") klipper.files().erase(found);
   });
   if (!text) return reply(Failure(404, "Not Found"));
-  if (method == "DELETE") {
-    return reply(Success(200, {{"result",
-                                {{"item",
-                                  {{"path", name},
-                                   {"root", "gcodes"},
-                                   {"modified", 0},
-                                   {"size", 0},
-                                   {"permissions", ""}}},
-                                 {"action", "delete_file"}}}}));
-  }
   reply({200, "text/plain", *text});
 }
 
@@ -313,12 +299,11 @@ void AnswerHttp(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     if (request.method != "POST") return reply(Failure(405, "Method Not Allowed"));
     return Upload(hub, request, reply);
   }
-  if (target.path.rfind(kFilePath, 0) == 0) {
-    return ServeFile(hub, request.method, target.path.substr(kFilePath.size()), reply);
-  }
-  if (target.path.rfind(kConfigPath, 0) == 0) {
+  const bool config = target.path.starts_with(kConfigPath);
+  if (config || target.path.starts_with(kFilePath)) {
     if (request.method != "GET") return reply(Failure(405, "Method Not Allowed"));
-    return ServeConfigFile(hub, target.path.substr(kConfigPath.size()), reply);
+    return config ? ServeConfigFile(hub, target.path.substr(kConfigPath.size()), reply)
+                  : ServeFile(hub, target.path.substr(kFilePath.size()), reply);
   }
   const std::string method = MethodOf(target.path);
   if (method.empty()) return reply(Failure(404, "Not Found"));

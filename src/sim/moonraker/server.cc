@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/text.h"
 #include "base/thread_priority.h"
 #include "sim/camera/camera_http.h"
 #include "sim/camera/own_host.h"
@@ -202,9 +203,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request.target = std::string(message.target());
     request.body = message.body();
     for (const auto& field : message) {
-      std::string name(field.name_string());
-      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      request.headers[name] = std::string(field.value());
+      request.headers[LowerCase(field.name_string())] = std::string(field.value());
     }
     const auto header = [&request](const char* name) {
       const auto field = request.headers.find(name);

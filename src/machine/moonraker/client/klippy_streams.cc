@@ -99,9 +99,7 @@ void KlippyStreams::OnMessage(std::string_view text) {
     on_batch_(method, ObjectOr(*parsed, "params"), received_s);
     return;
   }
-  if (Member(*parsed, "id") == nullptr) {
-    return;
-  }
+  if (Member(*parsed, "id") == nullptr) return;
   if (Member(*parsed, "result") == nullptr) {
     // Not there yet, after a restart; or never there.
     connection_.Drop(
@@ -109,9 +107,7 @@ void KlippyStreams::OnMessage(std::string_view text) {
                                   TextOr(ObjectOr(*parsed, "error"), "message", "no result")});
     return;
   }
-  if (++answered_ == streams_.size()) {
-    Settle(std::nullopt);
-  }
+  if (++answered_ == streams_.size()) Settle(std::nullopt);
 }
 
 void KlippyStreams::Failed(const Error& error) {

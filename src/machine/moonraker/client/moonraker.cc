@@ -8,6 +8,7 @@
 
 #include "base/bounded_json.h"
 #include "base/check.h"
+#include "machine/moonraker/client/status.h"
 #include "machine/net/host_clock.h"
 #include "machine/net/json_field.h"
 
@@ -24,16 +25,6 @@ constexpr double kRegisterAgain_s = 2;
 constexpr int kMaxAgents = 9;
 constexpr std::string_view kTaken = "already registered";
 constexpr std::size_t kNone = std::string::npos;
-
-PrinterReadiness ReadinessOf(std::string_view state) {
-  for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
-                                           PrinterReadiness::kShutdown, PrinterReadiness::kError}) {
-    if (state == ToString(readiness)) {
-      return readiness;
-    }
-  }
-  return PrinterReadiness::kDisconnected;
-}
 
 }  // namespace
 
@@ -61,9 +52,7 @@ Result<void> Moonraker::Start(const WaitLimit& limit) {
                             limit.time_limit_s, LastMessages()),
                 ErrorKind::kMachine);
   }
-  if (start_error_) {
-    return tl::unexpected(*start_error_);
-  }
+  if (start_error_) return tl::unexpected(*start_error_);
   return {};
 }
 
@@ -95,17 +84,13 @@ void Moonraker::OnOpen() {
                  {"version", options_.client_version},
                  {"type", "agent"},
                  {"url", "http://localhost"}};
-  if (!options_.api_key.empty()) {
-    params["api_key"] = options_.api_key;
-  }
+  if (!options_.api_key.empty()) params["api_key"] = options_.api_key;
   CallLater("server.connection.identify", std::move(params),
             [this](const RpcAnswer& answer) { OnIdentified(answer); });
 }
 
 void Moonraker::OnIdentified(const RpcAnswer& answer) {
-  if (answer.kind == RpcAnswer::Kind::kLost || answer.kind == RpcAnswer::Kind::kNotSent) {
-    return;
-  }
+  if (answer.kind == RpcAnswer::Kind::kLost || answer.kind == RpcAnswer::Kind::kNotSent) return;
   if (answer.kind == RpcAnswer::Kind::kError) {
     // One agent per name: another trammel, or our own lost link that the server still holds. The
     // refused connection counts as identified, so the next name needs a new one.
@@ -124,9 +109,7 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
     const std::lock_guard lock(mutex_);
     methods = remote_methods_;
   }
-  for (const std::string& method : methods) {
-    RegisterAgain(method);
-  }
+  for (const std::string& method : methods) RegisterAgain(method);
   AskServerInfo([this](const RpcAnswer& info) {
     if (info.kind == RpcAnswer::Kind::kError) {
       connection_.Drop(ToError("server.info", info));
@@ -190,9 +173,7 @@ void Moonraker::BecomeUsable(std::function<void()> done) {
 }
 
 void Moonraker::PollUntilReady() {
-  if (polling_ || readiness_ == PrinterReadiness::kReady) {
-    return;
-  }
+  if (polling_ || readiness_ == PrinterReadiness::kReady) return;
   polling_ = true;
   RunAfter(kReadyPoll_s, [this] {
     polling_ = false;
@@ -234,9 +215,7 @@ void Moonraker::OnDown(const Error& error) {
   }
   pause_s_ = std::clamp(2 * pause_s_, kFirstPause_s, kLongestPause_s);
   RunAfter(pause_s_, [this, link = link_number_] {
-    if (link == link_number_) {
-      connection_.Connect();
-    }
+    if (link == link_number_) connection_.Connect();
   });
 }
 
@@ -330,9 +309,7 @@ void Moonraker::OnNotification(const std::string& method, const json& message, d
   if (method == "notify_klippy_ready") {
     SetReadiness(PrinterReadiness::kReady, "");
     // Where asking found it first, everything is subscribed to in this session of Klipper already.
-    if (!std::exchange(found_ready_, false)) {
-      BecomeUsable([this] { FinishStart(std::nullopt); });
-    }
+    if (!std::exchange(found_ready_, false)) BecomeUsable([this] { FinishStart(std::nullopt); });
   } else if (method == "notify_klippy_shutdown") {
     SetReadiness(PrinterReadiness::kShutdown,
                  readiness_ == PrinterReadiness::kShutdown ? readiness_message_ : "");
@@ -357,9 +334,7 @@ void Moonraker::CallLater(const std::string& method, json params,
                           std::function<void(RpcAnswer)> done) {
   RpcCalls::Message message = calls_.Begin(method, std::move(params), std::move(done));
   const Result<void> sent = connection_.Send(std::move(message.text));
-  if (!sent) {
-    calls_.NotSent(message.id, sent.error().message);
-  }
+  if (!sent) calls_.NotSent(message.id, sent.error().message);
 }
 
 Result<json> Moonraker::Call(const std::string& method, json params, const WaitLimit& limit,
@@ -372,9 +347,7 @@ Result<json> Moonraker::Call(const std::string& method, json params, const WaitL
   };
   const auto slot = std::make_shared<Slot>();
   CallLater(method, std::move(params), [slot, on_answer = std::move(on_answer)](RpcAnswer answer) {
-    if (on_answer) {
-      on_answer(answer);
-    }
+    if (on_answer) on_answer(answer);
     const std::lock_guard lock(slot->mutex);
     slot->answer = std::move(answer);
     slot->changed.notify_all();

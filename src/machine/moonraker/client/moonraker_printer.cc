@@ -27,9 +27,7 @@ std::vector<std::string> ObjectNames(const json& answer) {
   const json* list = Member(answer, "objects");
   if (list != nullptr && list->is_array()) {
     for (const json& name : *list) {
-      if (name.is_string()) {
-        names.push_back(name.get<std::string>());
-      }
+      if (name.is_string()) names.push_back(name.get<std::string>());
     }
   }
   return names;
@@ -55,9 +53,7 @@ Result<void> CheckOptions(const MoonrakerOptions& options) {
         {"client name", options.client_name}}) {
     TRY(CheckPrintable(what, text));
   }
-  if (options.client_name.empty()) {
-    return Fail("the client name is empty; Moonraker wants one");
-  }
+  if (options.client_name.empty()) return Fail("the client name is empty; Moonraker wants one");
   if (!(options.connect_time_limit_s >= 0.1 && options.connect_time_limit_s <= 600)) {
     return Fail(
         fmt::format("connect_time_limit_s = {} is not in 0.1 … 600", options.connect_time_limit_s));
@@ -142,9 +138,7 @@ void MoonrakerPrinter::Subscribe(const std::vector<std::string>& objects,
                            // Klipper may have been restarted while the link was down.
                            const auto print_s =
                                Number(ObjectOr(status_, "toolhead"), "estimated_print_time");
-                           if (print_s && moves_.Reaches(*print_s + kFarAhead_s)) {
-                             moves_.Clear();
-                           }
+                           if (print_s && moves_.Reaches(*print_s + kFarAhead_s)) moves_.Clear();
                            ++restarts_;
                            ++updates_;
                            changed_.notify_all();
@@ -196,9 +190,7 @@ void MoonrakerPrinter::OnNotification(const std::string& method, const json& par
         callback = found->second;
       }
     }
-    if (callback) {
-      callback(params);
-    }
+    if (callback) callback(params);
   }
 }
 
@@ -208,42 +200,30 @@ void MoonrakerPrinter::OnResponse(const std::string& response, double received_s
     const std::lock_guard lock(mutex_);
     for (const std::shared_ptr<Script>& script : scripts_) {
       script->watch.OnResponse(response);
-      if (script->watch.complained() && !script->complained_s) {
-        script->complained_s = received_s;
-      }
+      if (script->watch.complained() && !script->complained_s) script->complained_s = received_s;
     }
     callback = on_message_;
     changed_.notify_all();
   }
-  if (callback) {
-    callback(response);
-  }
+  if (callback) callback(response);
 }
 
 void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
-  if (!params.is_array() || params.size() < 2 || !params[1].is_number()) {
-    return;
-  }
+  if (!params.is_array() || params.size() < 2 || !params[1].is_number()) return;
   bool query = false;
   bool missing = false;
   {
     const std::lock_guard lock(mutex_);
     MergeStatus(status_, params[0], wanted_);
-    if (IsTime(params[1].get<double>())) {
-      eventtime_s_ = params[1].get<double>();
-    }
+    if (IsTime(params[1].get<double>())) eventtime_s_ = params[1].get<double>();
     AddClockSample(std::nullopt, received_s, params[0], eventtime_s_);
     query = ++status_updates_ % kUpdatesPerQuery == 0;
     missing = MovesAreMissing();
     ++updates_;
     changed_.notify_all();
   }
-  if (query) {
-    SampleClockBeforeNextUpdate();
-  }
-  if (missing) {
-    AskForMoves();
-  }
+  if (query) SampleClockBeforeNextUpdate();
+  if (missing) AskForMoves();
 }
 
 PrinterState MoonrakerPrinter::StateLocked() const {
@@ -284,9 +264,7 @@ Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
   const auto take = [this, sent_s](const RpcAnswer& answer) {
     // Put in on this thread, in the order of arrival: later, it would undo the updates that came
     // after it, and the printer tells no change twice.
-    if (answer.kind != RpcAnswer::Kind::kResult) {
-      return;
-    }
+    if (answer.kind != RpcAnswer::Kind::kResult) return;
     const json& status = ObjectOr(answer.result, "status");
     const std::lock_guard lock(mutex_);
     eventtime_s_ = EventtimeOr(answer.result, eventtime_s_);
@@ -302,18 +280,14 @@ Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
 Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
   TRY(Refresh(limit));
   const std::lock_guard lock(mutex_);
-  if (auto fault = StatusFault()) {
-    return tl::unexpected(*std::move(fault));
-  }
+  if (auto fault = StatusFault()) return tl::unexpected(*std::move(fault));
   return StateLocked();
 }
 
 std::optional<Error> MoonrakerPrinter::StatusFault() const {
   std::string fault;
   (void)ReadStatus(status_, eventtime_s_, &fault);
-  if (fault.empty()) {
-    return std::nullopt;
-  }
+  if (fault.empty()) return std::nullopt;
   return Error{ErrorKind::kMachine, NoPrinters(fault)};
 }
 
@@ -332,14 +306,10 @@ Result<bool> MoonrakerPrinter::HasCommand(std::string_view name, const WaitLimit
   const std::string wanted = UpperCase(name);
   const json status = TRY(Query({{"gcode", {"commands"}}}, limit));
   const json& commands = ObjectOr(ObjectOr(status, "gcode"), "commands");
-  if (!commands.empty()) {
-    return commands.contains(wanted);
-  }
+  if (!commands.empty()) return commands.contains(wanted);
   {
     const std::lock_guard lock(mutex_);
-    if (macros_ && macros_->contains(wanted)) {
-      return true;
-    }
+    if (macros_ && macros_->contains(wanted)) return true;
   }
   // Older firmware lists only the commands that have a help text.
   const json help = TRY(moonraker_.Call("printer.gcode.help", nullptr, limit));
@@ -386,9 +356,7 @@ void MoonrakerPrinter::SampleClockBeforeNextUpdate() {
     clock_queries_ += next_s ? 1 : 0;
     clock_query_out_ = clock_query_out_ || next_s;
   }
-  if (!next_s) {
-    return;
-  }
+  if (!next_s) return;
   moonraker_.RunAfter(std::clamp(*next_s - lead_s - HostNow(), 0.0, kLongestLead_s), [this] {
     const double sent_s = HostNow();
     moonraker_.CallLater("printer.objects.query",

@@ -181,9 +181,7 @@ TEST_F(MoonrakerPrinterTest, WrongTypesInKnownPlacesChangeNothing) {
   }
   const json status = test::SmallPrinterStatus();
   for (const auto& [object, fields] : status.items()) {
-    for (const json& value : odd) {
-      server_.Push(StatusUpdate({{object, value}}, 3050));
-    }
+    for (const json& value : odd) server_.Push(StatusUpdate({{object, value}}, 3050));
   }
   for (const json& id : odd) {
     server_.Push({{"id", id}, {"result", "ok"}});

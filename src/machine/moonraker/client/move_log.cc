@@ -18,26 +18,18 @@ constexpr double kLargest = 1e10;    // of them: time, duration, velocity, accel
 constexpr double kFarthest_mm = 1e6;
 
 bool ReadVector(const json& list, std::array<double, 3>& into) {
-  if (!list.is_array() || list.size() != into.size()) {
-    return false;
-  }
+  if (!list.is_array() || list.size() != into.size()) return false;
   for (std::size_t i = 0; i < into.size(); ++i) {
-    if (!list[i].is_number() || !(std::abs(list[i].get<double>()) <= kFarthest_mm)) {
-      return false;
-    }
+    if (!list[i].is_number() || !(std::abs(list[i].get<double>()) <= kFarthest_mm)) return false;
     into[i] = list[i].get<double>();
   }
   return true;
 }
 
 std::optional<TrapezoidMove> ReadMove(const json& row) {
-  if (!row.is_array() || row.size() < kNumbers + 2) {
-    return std::nullopt;
-  }
+  if (!row.is_array() || row.size() < kNumbers + 2) return std::nullopt;
   for (std::size_t i = 0; i < kNumbers; ++i) {
-    if (!row[i].is_number() || !(std::abs(row[i].get<double>()) <= kLargest)) {
-      return std::nullopt;
-    }
+    if (!row[i].is_number() || !(std::abs(row[i].get<double>()) <= kLargest)) return std::nullopt;
   }
   TrapezoidMove move;
   move.print_time_s = row[0].get<double>();
@@ -55,13 +47,9 @@ std::optional<TrapezoidMove> ReadMove(const json& row) {
 
 void MoveLog::Add(const json& batch) {
   const json* data = Member(batch, "data");
-  if (data == nullptr || !data->is_array()) {
-    return;
-  }
+  if (data == nullptr || !data->is_array()) return;
   for (const json& row : *data) {
-    if (const std::optional<TrapezoidMove> move = ReadMove(row)) {
-      Put(*move);
-    }
+    if (const std::optional<TrapezoidMove> move = ReadMove(row)) Put(*move);
   }
 }
 
@@ -75,9 +63,7 @@ void MoveLog::Put(const TrapezoidMove& move) {
     return;
   }
   moves_.insert(place, move);
-  if (moves_.size() > capacity_) {
-    moves_.pop_front();
-  }
+  if (moves_.size() > capacity_) moves_.pop_front();
 }
 
 std::vector<TrapezoidMove> MoveLog::Overlapping(double from_s, double to_s) const {

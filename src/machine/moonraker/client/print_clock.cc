@@ -45,9 +45,7 @@ Polygon Clip(const Polygon& polygon, double a_s, double b_s, double sign) {
     const Line& next = polygon[(i + 1) % polygon.size()];
     const double excess_here = excess(here);
     const double excess_next = excess(next);
-    if (excess_here <= 0) {
-      kept.push_back(here);
-    }
+    if (excess_here <= 0) kept.push_back(here);
     if ((excess_here < 0 && excess_next > 0) || (excess_here > 0 && excess_next < 0)) {
       const double part = excess_here / (excess_here - excess_next);
       kept.push_back({here.offset_s + part * (next.offset_s - here.offset_s),
@@ -68,9 +66,7 @@ Polygon Agreeing(const std::vector<Reading>& readings, double slowest, double fa
        ++reading) {
     const double b_s = reading->b_s - b0_s;
     polygon = Clip(polygon, reading->a_to_s - a0_s, b_s - slack_s, -1);
-    if (reading->a_from_s) {
-      polygon = Clip(polygon, *reading->a_from_s - a0_s, b_s + slack_s, 1);
-    }
+    if (reading->a_from_s) polygon = Clip(polygon, *reading->a_from_s - a0_s, b_s + slack_s, 1);
   }
   return polygon;
 }
@@ -90,17 +86,13 @@ struct Extent {
 /// Where the lines of the set are at a.
 Extent At(const Polygon& polygon, double a_s) {
   Extent extent;
-  for (const Line& line : polygon) {
-    extent.Add(line.offset_s + line.rate * a_s);
-  }
+  for (const Line& line : polygon) extent.Add(line.offset_s + line.rate * a_s);
   return extent;
 }
 
 ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
   Extent rates;
-  for (const Line& line : polygon) {
-    rates.Add(line.rate);
-  }
+  for (const Line& line : polygon) rates.Add(line.rate);
   // The width over a is convex: search for its narrowest place among the readings.
   double lo_s = readings.front().a_to_s - readings.back().a_to_s;
   double hi_s = 0;
@@ -149,14 +141,10 @@ ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
   for (;;) {
     for (const double off : {drift, 10 * drift}) {
       const Polygon polygon = AgreeingRoughly(readings, 1 - off, 1 + off, slack_s);
-      if (!polygon.empty()) {
-        return Middle(polygon, readings);
-      }
+      if (!polygon.empty()) return Middle(polygon, readings);
     }
     const Polygon polygon = Agreeing(readings, kSlowest, kFastest, slack_s);
-    if (!polygon.empty()) {
-      return Middle(polygon, readings);
-    }
+    if (!polygon.empty()) return Middle(polygon, readings);
     readings.erase(readings.begin(),
                    readings.begin() + static_cast<std::ptrdiff_t>((readings.size() + 3) / 4));
   }
@@ -188,13 +176,9 @@ void PrintClock::Add(const ClockSample& sample) {
 std::optional<double> PrintClock::NextUpdate() const {
   std::vector<const ClockSample*> updates;  // the newest first
   for (auto it = samples_.rbegin(); it != samples_.rend() && updates.size() < kUpdates; ++it) {
-    if (!it->sent_s) {
-      updates.push_back(&*it);
-    }
+    if (!it->sent_s) updates.push_back(&*it);
   }
-  if (updates.size() < kUpdatesForPeriod) {
-    return std::nullopt;
-  }
+  if (updates.size() < kUpdatesForPeriod) return std::nullopt;
   std::vector<double> periods_s;
   for (std::size_t i = 1; i < kUpdatesForPeriod; ++i) {
     periods_s.push_back(updates[i - 1]->eventtime_s - updates[i]->eventtime_s);
@@ -226,9 +210,7 @@ std::optional<ClockRelation> PrintClock::Relation() const {
       print.push_back({sample.sent_s, sample.received_s, *sample.estimated_print_time_s});
     }
   }
-  if (print.empty()) {
-    return std::nullopt;
-  }
+  if (print.empty()) return std::nullopt;
   ClockRelation relation;
   relation.samples = static_cast<int>(print.size());
   relation.event_from_host = Fit(EventReadings(samples_), options_);

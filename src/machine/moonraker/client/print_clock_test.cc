@@ -48,14 +48,10 @@ class Listener {
       for (ClockSample sample : heard) {
         now_s_ = sample.received_s;
         sample.received_s += shift_s;
-        if (sample.sent_s) {
-          *sample.sent_s += shift_s;
-        }
+        if (sample.sent_s) *sample.sent_s += shift_s;
         clock_.Add(sample);
       }
-      if (++ticks_ % 2 == 0 && !pending_sent_s_) {
-        Ask(shift_s);
-      }
+      if (++ticks_ % 2 == 0 && !pending_sent_s_) Ask(shift_s);
       tick_s_ = next_s;
     }
   }

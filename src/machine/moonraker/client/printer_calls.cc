@@ -100,9 +100,7 @@ Result<void> MoonrakerPrinter::AwaitScript(const std::shared_ptr<Script>& script
   }
   constexpr std::string_view kStillRuns =
       "it is still running on the printer: wait for it, or stop it with an emergency stop";
-  if (!verdict.empty()) {
-    return ScriptError(fmt::format("{}, and {}", verdict, kStillRuns));
-  }
+  if (!verdict.empty()) return ScriptError(fmt::format("{}, and {}", verdict, kStillRuns));
   if (limit.stop.stop_requested()) {
     // Whoever brings the printer back waits behind it: no case for an emergency stop.
     return Fail(fmt::format("stopped while the printer ran {}, which it runs to its end", name),
@@ -129,9 +127,7 @@ Result<void> MoonrakerPrinter::JudgeScript(const std::shared_ptr<Script>& script
                               why),
                   ErrorKind::kMachine);
     }
-    if (refused) {
-      script->watch.OnResponse("!! " + answer.message);
-    }
+    if (refused) script->watch.OnResponse("!! " + answer.message);
     verdict = script->watch.Verdict();
     if (verdict.empty() && !script->broke.empty()) {
       verdict = fmt::format("the script {} was cut off: {}", Quoted(script->watch.script()),
@@ -197,14 +193,10 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
   for (;;) {
     // Counted together with the state, so that no update falls between looking and waiting.
     const std::uint64_t seen = updates_;
-    if (auto fault = StatusFault()) {
-      return tl::unexpected(*std::move(fault));
-    }
+    if (auto fault = StatusFault()) return tl::unexpected(*std::move(fault));
     PrinterState state = StateLocked();
     lock.unlock();
-    if (done(state)) {
-      return state;
-    }
+    if (done(state)) return state;
     if (state.readiness != PrinterReadiness::kReady) {
       const bool away = state.readiness == PrinterReadiness::kDisconnected;
       return Fail(fmt::format("the printer is '{}' ({}) while waiting for {}; {}{}",
@@ -217,9 +209,7 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
     const WaitLimit rest = Rest(limit, began_s);
     lock.lock();
     const bool changed = WaitFor(lock, rest, [this, seen] { return updates_ != seen; });
-    if (!changed || rest.time_limit_s <= 0.001) {
-      return tl::unexpected(WaitError(what, limit));
-    }
+    if (!changed || rest.time_limit_s <= 0.001) return tl::unexpected(WaitError(what, limit));
   }
 }
 

@@ -39,9 +39,7 @@ std::string Sha256(std::string_view data) {
       EVP_Digest(data.data(), data.size(), digest.data(), &length, EVP_sha256(), nullptr);
   TRAMMEL_CHECK(done == 1, "SHA-256 of {} bytes failed", data.size());
   std::string text;
-  for (unsigned i = 0; i < length; ++i) {
-    text += fmt::format("{:02x}", digest[i]);
-  }
+  for (unsigned i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
   return text;
 }
 
@@ -58,9 +56,7 @@ std::string MultipartBody(const std::string& boundary, std::string_view root,
                         boundary, key, value);
   };
   field("root", root);
-  if (!folder.empty()) {
-    field("path", folder);
-  }
+  if (!folder.empty()) field("path", folder);
   field("checksum", checksum);
   body += fmt::format(
       "--{}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{}\"\r\n"
@@ -211,9 +207,7 @@ Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& n
                   boundary, form.size());
   constexpr std::size_t kMostAnswer = std::size_t{1} << 20U;
   const auto answer = TRY(Send("POST", "upload", head, form, address, options, kMostAnswer, limit));
-  if (answer.status == 201 || answer.status == 200) {
-    return {};
-  }
+  if (answer.status == 201 || answer.status == 200) return {};
   const json body = ParseBoundedJson(answer.body, "the answer").value_or(json());
   const std::string words = TextOr(ObjectOr(body, "error"), "message", "");
   const std::string tried = fmt::format("cannot upload {} ({} bytes): ", name, data.size());

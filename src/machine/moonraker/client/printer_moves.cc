@@ -36,18 +36,14 @@ double PrintNow(const json& status) {
 Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
   {
     const std::lock_guard lock(mutex_);
-    if (recording_moves_) {
-      return {};
-    }
+    if (recording_moves_) return {};
     if (!wanted_.empty() && !wanted_.contains("motion_report")) {
       return Fail(
           "the printer does not tell its moves: its Klipper has no motion_report; update it",
           ErrorKind::kMachine);
     }
   }
-  if (const Result<void> streamed = StreamMoves(limit); streamed || Stopped(limit)) {
-    return streamed;
-  }
+  if (const Result<void> streamed = StreamMoves(limit); streamed || Stopped(limit)) return streamed;
   const std::string name = options_.client_name + "_moves";
   for (int number = 1;; ++number) {
     // Another trammel on the same printer has the name; its subscription would be ended for it.
@@ -109,9 +105,7 @@ void MoonrakerPrinter::AskForMoves() {
 }
 
 bool MoonrakerPrinter::MovesAreMissing() {
-  if (!recording_moves_ || move_stream_ || hearing_.heard || hearing_.asked) {
-    return false;
-  }
+  if (!recording_moves_ || move_stream_ || hearing_.heard || hearing_.asked) return false;
   if (!hearing_.moving_since_s &&
       NumberOr(ObjectOr(status_, "motion_report"), "live_velocity", 0) > 0) {
     hearing_.moving_since_s = eventtime_s_;
@@ -129,9 +123,7 @@ void MoonrakerPrinter::TakeMoves(const json& batch) {
 
 void MoonrakerPrinter::BeginHearing(bool moves_ended) {
   hearing_ = {};
-  if (moves_ended) {
-    moves_.Clear();
-  }
+  if (moves_ended) moves_.Clear();
 }
 
 std::vector<TrapezoidMove> MoonrakerPrinter::MovesTold(double from_print_time_s,
@@ -158,9 +150,7 @@ Result<std::vector<TrapezoidMove>> MoonrakerPrinter::Moves(double from_print_tim
         WaitError(fmt::format("the moves until print time {:.3f} s", to_print_time_s), limit));
   }
   std::vector<TrapezoidMove> found = moves_.Overlapping(from_print_time_s, to_print_time_s);
-  if (!found.empty()) {
-    return found;
-  }
+  if (!found.empty()) return found;
   // A batch got lost, or nobody subscribed: asked once more, Klipper tells the last half minute.
   const std::uint64_t batches = hearing_.batches;
   const double asked_print_s = PrintNow(status_);

@@ -374,15 +374,11 @@ TEST(MoonrakerStatus, AbsurdFiguresAreTheServersFaultByFieldAndValue) {
 TEST(MoonrakerStatus, NoPrinterHasHundredsOfHeatersNorNamesOfSeveralLines) {
   std::vector<std::string> available = {"heater_generic a\nM104 S300", std::string(5000, 'x')};
   json status = json::object();
-  for (int i = 0; i < 100'000; ++i) {
-    available.push_back("heater_generic " + std::to_string(i));
-  }
+  for (int i = 0; i < 100'000; ++i) available.push_back("heater_generic " + std::to_string(i));
   const json wanted = WantedObjects(available);
   EXPECT_LT(wanted.size(), 2000);
   EXPECT_FALSE(wanted.contains(available.front()));
-  for (const auto& [name, fields] : wanted.items()) {
-    status[name] = {{"temperature", 20.0}};
-  }
+  for (const auto& [name, fields] : wanted.items()) status[name] = {{"temperature", 20.0}};
   std::string fault;
   const PrinterState state = ReadStatus(status, 0, &fault);
   EXPECT_LE(state.heaters.size(), 100);

@@ -55,9 +55,7 @@ class MoonrakerRecordings : public ::testing::Test {
     for (const Recorded& recorded : conversation) {
       if (!recorded.out) {
         json message = recorded.message;
-        if (message.contains("id")) {
-          message["id"] = message["id"].get<int>() + 1'000'000;
-        }
+        if (message.contains("id")) message["id"] = message["id"].get<int>() + 1'000'000;
         server_.Push(message);
       }
     }
@@ -172,9 +170,7 @@ TEST_F(MoonrakerRecordings, AllRecordedMovesAreKept) {
 
 /// The names of an object's members, or what else it is.
 json Form(const json& value) {
-  if (!value.is_object()) {
-    return value.type_name();
-  }
+  if (!value.is_object()) return value.type_name();
   json form = json::object();
   for (const auto& [name, member] : value.items()) {
     form[name] = name == "objects" ? json("objects") : Form(member);

@@ -61,18 +61,14 @@ std::optional<double> Parameter(std::string_view line, char letter) {
 /// script itself tells where its moves end.
 const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
   const std::size_t colon = complaint.find(':');
-  if (colon == std::string_view::npos) {
-    return nullptr;
-  }
+  if (colon == std::string_view::npos) return nullptr;
   const std::string numbers(complaint.substr(colon + 1, 100));
   std::array<double, 3> wanted_mm{};
   const char* at = numbers.c_str();
   for (double& coordinate_mm : wanted_mm) {
     char* end = nullptr;
     coordinate_mm = std::strtod(at, &end);
-    if (end == at) {
-      return nullptr;
-    }
+    if (end == at) return nullptr;
     at = end;
   }
   std::array<std::optional<double>, 3> place_mm;
@@ -80,9 +76,7 @@ const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
     if (FirstWord(line.text) == "G91") {
       return nullptr;  // relative: where moves end is not in the script
     }
-    if (!IsMove(line.text)) {
-      continue;
-    }
+    if (!IsMove(line.text)) continue;
     bool there = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::optional<double> given_mm = Parameter(line.text, "XYZ"[axis]);
@@ -93,9 +87,7 @@ const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
       there =
           there && (!place_mm[axis] || std::abs(*place_mm[axis] - wanted_mm[axis]) < kSamePlace_mm);
     }
-    if (there) {
-      return &line;
-    }
+    if (there) return &line;
   }
   return nullptr;
 }
@@ -104,14 +96,10 @@ const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
 const Line* QuotedLine(const std::vector<Line>& lines, std::string_view complaint) {
   const std::size_t open = complaint.find('\'');
   const std::size_t close = complaint.find("':", open == std::string_view::npos ? 0 : open + 1);
-  if (open == std::string_view::npos || close == std::string_view::npos) {
-    return nullptr;
-  }
+  if (open == std::string_view::npos || close == std::string_view::npos) return nullptr;
   const std::string quoted = UpperCase(Trimmed(complaint.substr(open + 1, close - open - 1)));
   for (const Line& line : lines) {
-    if (UpperCase(line.text) == quoted) {
-      return &line;
-    }
+    if (UpperCase(line.text) == quoted) return &line;
   }
   return nullptr;
 }
@@ -123,15 +111,9 @@ const Line* FirstLine(const std::vector<Line>& lines, bool (*wanted)(std::string
 }
 
 const Line* Blame(const std::vector<Line>& lines, std::string_view complaint) {
-  if (lines.size() == 1) {
-    return &lines.front();
-  }
-  if (complaint.starts_with("Move out of range")) {
-    return MoveTo(lines, complaint);
-  }
-  if (complaint.starts_with("Must home")) {
-    return FirstLine(lines, IsMove);
-  }
+  if (lines.size() == 1) return &lines.front();
+  if (complaint.starts_with("Move out of range")) return MoveTo(lines, complaint);
+  if (complaint.starts_with("Must home")) return FirstLine(lines, IsMove);
   if (complaint.starts_with("Extrude below")) {
     return FirstLine(lines, [](std::string_view line) {
       return IsMove(line) && Parameter(line, 'E').has_value();
@@ -144,15 +126,9 @@ std::string Remedy(std::string_view complaint) {
   const auto says = [&complaint](std::string_view words) {
     return complaint.find(words) != std::string_view::npos;
   };
-  if (says("Must home")) {
-    return "home the printer first (G28)";
-  }
-  if (says("out of range")) {
-    return "move the pattern or correct the bed's size in the settings";
-  }
-  if (says("Extrude below")) {
-    return "heat the nozzle first";
-  }
+  if (says("Must home")) return "home the printer first (G28)";
+  if (says("out of range")) return "move the pattern or correct the bed's size in the settings";
+  if (says("Extrude below")) return "heat the nozzle first";
   if (says("hutdown") || says("not ready")) {
     return "see what the printer's screen says, remove the cause, then FIRMWARE_RESTART";
   }
@@ -163,17 +139,13 @@ std::string Remedy(std::string_view complaint) {
 
 std::vector<std::string> CommandsOf(std::string_view script) {
   std::vector<std::string> commands;
-  for (const Line& line : LinesOf(script)) {
-    commands.push_back(FirstWord(line.text));
-  }
+  for (const Line& line : LinesOf(script)) commands.push_back(FirstWord(line.text));
   return commands;
 }
 
 std::string BlamedLine(std::string_view script, std::string_view complaint) {
   const std::vector<Line> lines = LinesOf(script);
-  if (lines.empty()) {
-    return "a script without commands";
-  }
+  if (lines.empty()) return "a script without commands";
   if (const Line* line = Blame(lines, complaint)) {
     return fmt::format("line {}, '{}'", line->number, line->text.substr(0, kQuoted));
   }
@@ -194,24 +166,18 @@ void ScriptWatch::OnResponse(std::string_view response) {
   if (response.starts_with("!!")) {
     if (complaint_.empty()) {
       complaint_ = Trimmed(response.substr(2));
-      if (complaint_.empty()) {
-        complaint_ = "an error without words";
-      }
+      if (complaint_.empty()) complaint_ = "an error without words";
     }
   } else if (response.starts_with(kUnknown)) {
     std::string_view name = Trimmed(response.substr(kUnknown.size()));
     name = name.substr(0, name.find('\n'));
-    if (name.size() >= 2 && name.front() == '"') {
-      name = name.substr(1, name.rfind('"') - 1);
-    }
+    if (name.size() >= 2 && name.front() == '"') name = name.substr(1, name.rfind('"') - 1);
     OnUnknownCommand(name);
   }
 }
 
 void ScriptWatch::OnUnknownCommand(std::string_view name) {
-  if (!unknown_.empty() || name.empty()) {
-    return;
-  }
+  if (!unknown_.empty() || name.empty()) return;
   const std::string upper = FirstWord(name);
   for (const Line& line : LinesOf(script_)) {
     // A line that the firmware cannot split is quoted from its beginning.

@@ -34,9 +34,7 @@ bool IsPin(std::string_view object) {
 
 bool IsLight(std::string_view object) {
   for (const std::string_view kind : {"led ", "neopixel ", "dotstar ", "pca9533 ", "pca9632 "}) {
-    if (object.starts_with(kind)) {
-      return true;
-    }
+    if (object.starts_with(kind)) return true;
   }
   return false;
 }
@@ -76,13 +74,9 @@ bool IsPlainName(std::string_view name) {
 
 /// Cut between characters where it is too long.
 std::string Cut(std::string text) {
-  if (text.size() <= kLongestText) {
-    return text;
-  }
+  if (text.size() <= kLongestText) return text;
   std::size_t end = kLongestText;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
-    --end;
-  }
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   text.resize(end);
   return text + "…";
 }
@@ -111,9 +105,7 @@ class Reader {
   /// A text that may stand in G-code.
   std::string Name(const std::string& object, const char* field) {
     std::string name = TextOr(Object(object), field, "");
-    if (IsPlainName(name)) {
-      return name;
-    }
+    if (IsPlainName(name)) return name;
     Fault(fmt::format("{}.{} is no name ({} bytes, or a control character in it)", object, field,
                       name.size()));
     return "";
@@ -132,18 +124,12 @@ class Reader {
   template <std::size_t N>
   bool Numbers(const std::string& name, const json& list, const std::array<Range, 4>& ranges,
                std::array<double, N>& into) {
-    if (!list.is_array() || list.size() < std::min<std::size_t>(N, 3)) {
-      return false;
-    }
+    if (!list.is_array() || list.size() < std::min<std::size_t>(N, 3)) return false;
     std::array<double, N> numbers = into;
     for (std::size_t i = 0; i < std::min(N, list.size()); ++i) {
-      if (!list[i].is_number()) {
-        return false;
-      }
+      if (!list[i].is_number()) return false;
       numbers[i] = list[i].get<double>();
-      if (!Check(name, "", numbers[i], ranges[i])) {
-        return false;
-      }
+      if (!Check(name, "", numbers[i], ranges[i])) return false;
     }
     into = numbers;
     return true;
@@ -151,43 +137,26 @@ class Reader {
 
   /// Whether there is room for one more of a kind.
   bool Room(const char* kind, std::size_t count, std::size_t most) {
-    if (count < most) {
-      return true;
-    }
+    if (count < most) return true;
     Fault(fmt::format("it tells of more than {} {}", most, kind));
     return false;
   }
 
  private:
   bool Check(const std::string& object, std::string_view field, double number, Range range) {
-    if (number >= range.lo && number <= range.hi) {
-      return true;
-    }
+    if (number >= range.lo && number <= range.hi) return true;
     Fault(fmt::format("{}{}{} is {:g}, which lies outside {:g} … {:g}", object,
                       field.empty() ? "" : ".", field, number, range.lo, range.hi));
     return false;
   }
 
   void Fault(std::string words) {
-    if (fault_.empty()) {
-      fault_ = std::move(words);
-    }
+    if (fault_.empty()) fault_ = std::move(words);
   }
 
   const json& known_;
   std::string fault_;
 };
-
-PrinterReadiness ReadReadiness(const json& webhooks) {
-  const std::string state = TextOr(webhooks, "state", "");
-  for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
-                                           PrinterReadiness::kShutdown, PrinterReadiness::kError}) {
-    if (state == ToString(readiness)) {
-      return readiness;
-    }
-  }
-  return PrinterReadiness::kDisconnected;
-}
 
 void ReadMotion(Reader& reader, PrinterState& state) {
   state.homed_axes = reader.Name("toolhead", "homed_axes");
@@ -225,16 +194,12 @@ void ReadGcode(Reader& reader, GcodeModes& modes) {
 void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   const auto temperature_c = reader.Within(name, "temperature", kTemperature_c);
   const double target_c = reader.Within(name, "target", kTarget_c, 0);
-  if (!temperature_c || !reader.Room("heaters", state.heaters.size(), kMostHeaters)) {
-    return;
-  }
+  if (!temperature_c || !reader.Room("heaters", state.heaters.size(), kMostHeaters)) return;
   Heater& heater = state.heaters[name];
   heater.temperature_c = *temperature_c;
   heater.target_c = target_c;
   const json* can = Member(reader.Object(name), "can_extrude");
-  if (can != nullptr && can->is_boolean()) {
-    heater.can_extrude = can->get<bool>();
-  }
+  if (can != nullptr && can->is_boolean()) heater.can_extrude = can->get<bool>();
 }
 
 // Klipper reports no queue (null) for an extruder's own motor until that was synchronised with
@@ -263,9 +228,7 @@ void ReadLight(Reader& reader, const std::string& name, PrinterState& state) {
   }
   std::vector<std::array<double, 4>>& light = state.lights[name];
   for (const json& color : *colors) {
-    if (!reader.Room("colours of a light", light.size(), kLongestList)) {
-      return;
-    }
+    if (!reader.Room("colours of a light", light.size(), kLongestList)) return;
     std::array<double, 4> rgbw{};
     (void)reader.Numbers(name + ".color_data", color, {kOutput, kOutput, kOutput, kOutput}, rgbw);
     light.push_back(rgbw);
@@ -282,9 +245,7 @@ void ReadDevices(const json& known, Reader& reader, PrinterState& state) {
       ReadHeater(reader, name, state);
     } else if (IsPin(name)) {
       const auto value = reader.Within(name, "value", kOutput);
-      if (value && reader.Room("pins", state.pins.size(), kMostOutputs)) {
-        state.pins[name] = *value;
-      }
+      if (value && reader.Room("pins", state.pins.size(), kMostOutputs)) state.pins[name] = *value;
     } else if (IsLight(name)) {
       ReadLight(reader, name, state);
     }
@@ -313,14 +274,10 @@ json WantedObjects(const std::vector<std::string>& available) {
   };
   std::size_t devices = 0;
   for (const std::string& object : available) {
-    if (!IsPlainName(object) || wanted.contains(object)) {
-      continue;
-    }
+    if (!IsPlainName(object) || wanted.contains(object)) continue;
     const bool device =
         IsHeater(object) || IsExtruderStepper(object) || IsPin(object) || IsLight(object);
-    if (device && ++devices > kMostDevices) {
-      continue;
-    }
+    if (device && ++devices > kMostDevices) continue;
     if (object == "toolhead") {
       want(object, {"homed_axes", "position", "print_time", "estimated_print_time", "axis_minimum",
                     "axis_maximum", "max_velocity", "max_accel", "max_accel_to_decel",
@@ -353,21 +310,13 @@ json WantedObjects(const std::vector<std::string>& available) {
 }
 
 void MergeStatus(json& known, const json& update, const json& wanted) {
-  if (!known.is_object()) {
-    known = json::object();
-  }
-  if (!update.is_object()) {
-    return;
-  }
+  if (!known.is_object()) known = json::object();
+  if (!update.is_object()) return;
   for (const auto& [name, fields] : wanted.items()) {
     const json* told = Member(update, name);
-    if (told == nullptr || !told->is_object()) {
-      continue;
-    }
+    if (told == nullptr || !told->is_object()) continue;
     json& object = known[name];
-    if (!object.is_object()) {
-      object = json::object();
-    }
+    if (!object.is_object()) object = json::object();
     for (const json& field : fields) {
       const auto& key = field.get_ref<const std::string&>();
       if (const json* value = Member(*told, key)) {
@@ -378,11 +327,19 @@ void MergeStatus(json& known, const json& update, const json& wanted) {
   }
 }
 
+PrinterReadiness ReadinessOf(std::string_view state) {
+  for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
+                                           PrinterReadiness::kShutdown, PrinterReadiness::kError}) {
+    if (state == ToString(readiness)) return readiness;
+  }
+  return PrinterReadiness::kDisconnected;
+}
+
 PrinterState ReadStatus(const json& known, double eventtime_s, std::string* fault) {
   PrinterState state;
   state.eventtime_s = eventtime_s;
   Reader reader(known);
-  state.readiness = ReadReadiness(reader.Object("webhooks"));
+  state.readiness = ReadinessOf(TextOr(reader.Object("webhooks"), "state", ""));
   state.message = reader.Text("webhooks", "state_message");
   ReadMotion(reader, state);
   ReadGcode(reader, state.gcode);
@@ -396,9 +353,7 @@ PrinterState ReadStatus(const json& known, double eventtime_s, std::string* faul
   state.print_filament_mm = NumberOr(reader.Object("print_stats"), "filament_used", 0);
   state.idle_state = reader.Text("idle_timeout", "state");
   state.paused = BoolOr(reader.Object("pause_resume"), "is_paused", false);
-  if (fault != nullptr) {
-    *fault = reader.fault();
-  }
+  if (fault != nullptr) *fault = reader.fault();
   return state;
 }
 

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "machine/moonraker/printer.h"
@@ -19,6 +20,9 @@ namespace trammel::machine {
 /// else the server sends. A value far larger than any printer's counts as null.
 /// @param wanted  of WantedObjects
 void MergeStatus(nlohmann::json& known, const nlohmann::json& update, const nlohmann::json& wanted);
+
+/// Of Klipper's word for its state; kDisconnected for any other.
+[[nodiscard]] PrinterReadiness ReadinessOf(std::string_view state);
 
 /// Reads what is known; fields that are missing, of a wrong type or out of bounds stay at their
 /// defaults. readiness and message come from `webhooks` and are kDisconnected without it.

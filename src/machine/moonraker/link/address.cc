@@ -23,9 +23,7 @@ tl::unexpected<Error> BadAddress(std::string_view text, std::string_view why) {
 bool IsPlain(char c) { return c > ' ' && c < 0x7F && c != '"' && c != '\\' && c != '@'; }
 
 Result<MoonrakerAddress> ParseUnix(std::string_view text, std::string_view path) {
-  while (path.starts_with("//")) {
-    path.remove_prefix(1);
-  }
+  while (path.starts_with("//")) path.remove_prefix(1);
   if (path.size() < 2 || path.front() != '/') {
     return BadAddress(text, "a Unix socket needs an absolute path");
   }
@@ -42,9 +40,7 @@ Result<MoonrakerAddress> ParseUnix(std::string_view text, std::string_view path)
 }  // namespace
 
 std::string MoonrakerAddress::WebSocketUrl() const {
-  if (transport == Transport::kUnix) {
-    return "unix:" + unix_path;
-  }
+  if (transport == Transport::kUnix) return "unix:" + unix_path;
   return fmt::format("{}://{}{}{}", transport == Transport::kTls ? "wss" : "ws", Authority(),
                      path_prefix, endpoint);
 }
@@ -59,9 +55,7 @@ Result<MoonrakerAddress> ParseMoonrakerAddress(std::string_view text) {
   if (text.empty() || text.size() > kMaxAddress) {
     return BadAddress(text, text.empty() ? "it is empty" : "it is too long");
   }
-  if (text.starts_with("unix:")) {
-    return ParseUnix(text, text.substr(5));
-  }
+  if (text.starts_with("unix:")) return ParseUnix(text, text.substr(5));
   if (!std::all_of(text.begin(), text.end(), IsPlain)) {
     return BadAddress(text, "it has a blank, a quote, an @ or a character that is not ASCII");
   }
@@ -86,12 +80,8 @@ Result<MoonrakerAddress> ParseMoonrakerAddress(std::string_view text) {
   if (path.find_first_of("?#") != std::string_view::npos) {
     return BadAddress(text, "it has a ? or #; a key or token belongs in its own setting");
   }
-  while (path.ends_with('/')) {
-    path.remove_suffix(1);
-  }
-  if (path.ends_with("/websocket")) {
-    path.remove_suffix(std::string_view("/websocket").size());
-  }
+  while (path.ends_with('/')) path.remove_suffix(1);
+  if (path.ends_with("/websocket")) path.remove_suffix(std::string_view("/websocket").size());
   address.path_prefix = path;
   return address;
 }

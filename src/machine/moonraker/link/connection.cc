@@ -188,9 +188,7 @@ void MoonrakerConnection::RunAfter(double delay_s, std::function<void()> functio
       std::chrono::duration<double>(delay_s)));
   timer->async_wait(
       [timer, function = std::move(function)](const boost::system::error_code& error) {
-        if (!error) {
-          function();
-        }
+        if (!error) function();
       });
 }
 

@@ -33,9 +33,7 @@ RpcAnswer RpcAnswer::UnknownMethod(const std::string& method) {
 
 RpcCalls::Message RpcCalls::Begin(const std::string& method, json params, Done done) {
   json message = {{"jsonrpc", "2.0"}, {"method", method}};
-  if (!params.is_null()) {
-    message["params"] = std::move(params);
-  }
+  if (!params.is_null()) message["params"] = std::move(params);
   std::int64_t id = 0;
   {
     const std::lock_guard lock(mutex_);
@@ -55,13 +53,9 @@ RpcCalls::Done RpcCalls::Take(std::int64_t id) {
 
 void RpcCalls::TakeAnswer(json message, double received_s) {
   const auto id = message.find("id");
-  if (id == message.end() || !id->is_number_integer()) {
-    return;
-  }
+  if (id == message.end() || !id->is_number_integer()) return;
   const Done done = Take(id->get<std::int64_t>());
-  if (!done) {
-    return;
-  }
+  if (!done) return;
   RpcAnswer answer;
   answer.received_s = received_s;
   if (const auto result = message.find("result"); result != message.end()) {
@@ -119,9 +113,7 @@ std::string Readable(std::string_view message) {
     while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0) == 0x80) {
       text.pop_back();
     }
-    if (!text.empty() && static_cast<unsigned char>(text.back()) >= 0xC0) {
-      text.pop_back();
-    }
+    if (!text.empty() && static_cast<unsigned char>(text.back()) >= 0xC0) text.pop_back();
     text += " …";
   }
   std::replace_if(
@@ -144,9 +136,7 @@ void MessageLog::Add(MessageDirection direction, std::string_view message) {
   text = (direction == MessageDirection::kOut ? "> " : "< ") + Readable(text);
   const std::lock_guard lock(mutex_);
   messages_.push_back(std::move(text));
-  if (messages_.size() > capacity_) {
-    messages_.pop_front();
-  }
+  if (messages_.size() > capacity_) messages_.pop_front();
 }
 
 std::vector<std::string> MessageLog::All() const {
@@ -164,9 +154,7 @@ std::string MessageLog::Excerpt(std::size_t count) const {
     }
   }
   std::string text;
-  for (auto it = chosen.rbegin(); it != chosen.rend(); ++it) {
-    text += "\n    " + **it;
-  }
+  for (auto it = chosen.rbegin(); it != chosen.rend(); ++it) text += "\n    " + **it;
   return text;
 }
 

@@ -143,9 +143,7 @@ class MoonrakerTaps : public TapStream {
           }
           const json* objects = Member(answer.result, "objects");
           const auto cell = FirstLoadCell(objects == nullptr ? json() : *objects);
-          if (!cell) {
-            return intake_.Tell("the printer has no [load_cell_probe] and no [load_cell]");
-          }
+          if (!cell) return intake_.Tell("the printer has no [load_cell_probe] and no [load_cell]");
           AskSettings(1);
           SubscribeTo(*cell, 1);
         });
