@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "pressure_advance/pattern/pattern_presets.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/response/response.h"
 
 namespace trammel::pressure_advance {

@@ -10,7 +10,7 @@
 #include "app/provenance.h"
 #include "base/url_secrets.h"
 #include "measurement/applied.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <iterator>
 
-#include "app/plain_help.h"
+#include "app/help_commands.h"
 
 namespace trammel::app {
 namespace {

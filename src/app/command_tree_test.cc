@@ -4,6 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <limits>
+#include <string>
+
+#include "app/option_values.h"
+#include "app/provenance.h"
+#include "app/slow_work.h"
 
 namespace trammel::app {
 namespace {
@@ -64,6 +70,59 @@ TEST_F(CommandTree, TheManualHasEveryCommandWithItsOptionsAndNoRequestFromOutsid
   EXPECT_THAT(page, HasSubstr("response or .deviation\nof 2"));
   EXPECT_THAT(page, Not(HasSubstr("\n.deviation")));
   EXPECT_THAT(page, HasSubstr(".SH EXIT STATUS\n"));
+}
+
+using ::testing::ElementsAre;
+
+TEST(WholePair, ReadsTwoNumbersAndNothingElse) {
+  ASSERT_TRUE(ParseWholePair("1280x720"));
+  EXPECT_EQ(ParseWholePair("1280x720")->first, 1280);
+  EXPECT_EQ(ParseWholePair("1280x720")->second, 720);
+  for (const char* text : {"", "x", "9", "9x", "x3", "9x3x2", "9X3", "9.5x3", " 9x3", "9x3 ",
+                           "99999999999x3", "axb"}) {
+    EXPECT_FALSE(ParseWholePair(text)) << text;
+  }
+}
+
+using ::testing::MatchesRegex;
+
+TEST(Provenance, TimesAreUtcToTheSecond) {
+  EXPECT_EQ(UtcOf(0), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(UtcOf(1767323045.9), "2026-01-02T03:04:05Z");
+  EXPECT_EQ(UtcOf(253402300799), "9999-12-31T23:59:59Z");
+}
+
+TEST(Provenance, ATimeThatNoCalendarHasIsItsNumber) {
+  EXPECT_EQ(UtcOf(-1), "-1");
+  EXPECT_EQ(UtcOf(253402300800), "253402300800");
+  EXPECT_EQ(UtcOf(std::numeric_limits<double>::infinity()), "inf");
+  EXPECT_EQ(UtcOf(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
+TEST(Provenance, ARecordingIsNamedByInstrumentAndTime) {
+  EXPECT_THAT(RecordingName(measurement::Instrument::kPartAlignment),
+              MatchesRegex("part_alignment-[0-9]{8}T[0-9]{6}Z"));
+}
+
+using namespace std::chrono_literals;
+using ::testing::internal::CaptureStderr;
+using ::testing::internal::GetCapturedStderr;
+
+TEST(SlowWork, SaysWhatTakesLongAndSaysItAgain) {
+  CaptureStderr();
+  {
+    const SlowWork work("reading the photo", 1ms, 1ms);
+    std::this_thread::sleep_for(500ms);
+  }
+  const std::string said = GetCapturedStderr();
+  EXPECT_THAT(said, StartsWith("  reading the photo\n"));
+  EXPECT_THAT(said, HasSubstr("  reading the photo, 0 s so far\n"));
+}
+
+TEST(SlowWork, SaysNothingOfWhatIsDoneSooner) {
+  CaptureStderr();
+  { const SlowWork work("reading the photo", 1h, 1h); }
+  EXPECT_EQ(GetCapturedStderr(), "");
 }
 
 }  // namespace

@@ -21,6 +21,10 @@ enum ExitCode {
 /// Prints the message to standard error and gives the exit code of its kind.
 int PrintError(const Error& error);
 
+/// The exit code of what a command came to; prints its error.
+int CodeOf(const Result<int>& code);
+int CodeOf(const Result<void>& done);
+
 /// Runs a command. What it throws, or was noted on a thread meanwhile (base/bug_note.h), is a bug:
 /// printed, with an exit code of its own; the machine was restored on the way.
 int ExitCodeOf(const std::function<int()>& command);

@@ -11,13 +11,13 @@
 #include "app/commands.h"
 #include "app/config/config_file.h"
 #include "app/interrupt.h"
-#include "app/next_step.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "app/secrets.h"
 #include "app/stated_settings.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 
 namespace trammel::app {
 namespace {
@@ -79,10 +79,7 @@ void AddConfigCommands(CLI::App& config, int& exit_code) {
       config.add_subcommand("check", "say whether a file can be used, or what is wrong");
   auto file = std::make_shared<std::string>("trammel.toml");
   check->add_option("FILE", *file, "settings")->capture_default_str();
-  check->callback([file, &exit_code] {
-    const Result<void> done = Check(*file);
-    if (!done) exit_code = PrintError(done.error());
-  });
+  check->callback([file, &exit_code] { exit_code = CodeOf(Check(*file)); });
 
   CLI::App* init = config.add_subcommand(
       "init", "write a file with what the printer states of itself and the defaults do not have");
@@ -90,10 +87,7 @@ void AddConfigCommands(CLI::App& config, int& exit_code) {
   init->add_option("FILE", arguments->file, "new file")->capture_default_str();
   AddAddressOption(*init, arguments->printer.address);
   AddMaterialOption(*init, arguments->printer.material);
-  init->callback([arguments, &exit_code] {
-    const Result<void> done = Init(*arguments);
-    if (!done) exit_code = PrintError(done.error());
-  });
+  init->callback([arguments, &exit_code] { exit_code = CodeOf(Init(*arguments)); });
 
   CLI::App* keys = config.add_subcommand(
       "keys", "print every key with its meaning, range and default, as a trammel.toml");

@@ -1,6 +1,9 @@
 // Standard output and standard error, made safe for a process that has a machine in motion.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "base/result.h"
 
 namespace trammel::app {
@@ -18,7 +21,7 @@ void SayErrorsOnly();
 
 enum class Colour { kAuto, kAlways, kNever };
 
-/// Colours verdicts (app/verdict_colour.h), from now on and on either stream: with kAuto on
+/// Colours verdicts from now on and on either stream: with kAuto on
 /// terminals, unless NO_COLOR is set (no-color.org) or TERM is dumb.
 void ColourVerdicts(Colour when);
 
@@ -39,5 +42,13 @@ void WaitForNoReaderAnyMore();
 /// Writes what was kept. Error: standard output lost text that somebody meant to keep (a full
 /// disk).
 [[nodiscard]] Result<void> FinishConsole();
+
+// Verdicts in colour, for terminals.
+
+/// Colours the first column of each line that is a verdict, as in "verdict    good" and in the
+/// lines of a series, "  refused: torn": green good, yellow cannot tell, red refused. Columns begin
+/// after two spaces. Everything else stays as it is.
+/// @param at_line_start  whether the text begins a line.
+[[nodiscard]] std::string WithColouredVerdicts(std::string_view text, bool at_line_start);
 
 }  // namespace trammel::app

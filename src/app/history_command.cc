@@ -17,7 +17,7 @@
 
 #include "app/commands.h"
 #include "app/kept_history.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/provenance.h"
 #include "base/json_text.h"
 #include "base/measured_json.h"
@@ -132,13 +132,12 @@ void SayNothingMatches(const HistoryArguments& arguments) {
                  : "no result is kept here");
 }
 
-int RunList(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, arguments.last);
-  if (!history) return PrintError(history.error());
+Result<int> RunList(const HistoryArguments& arguments) {
+  const auto history = TRY(Read(arguments, arguments.last));
   constexpr std::size_t kShown = 3;
   ordered_json list = ordered_json::array();
-  for (std::size_t i = 0; i < history->entries.size(); ++i) {
-    const HistoryEntry& entry = history->entries[i];
+  for (std::size_t i = 0; i < history.entries.size(); ++i) {
+    const HistoryEntry& entry = history.entries[i];
     if (arguments.json) {
       list.push_back(EntryJson(i + 1, entry));
     } else {
@@ -146,7 +145,7 @@ int RunList(const HistoryArguments& arguments) {
     }
   }
   if (arguments.json) std::fputs(JsonText(list).c_str(), stdout);
-  if (history->entries.empty()) SayNothingMatches(arguments);
+  if (history.entries.empty()) SayNothingMatches(arguments);
   return kExitGood;
 }
 
@@ -155,23 +154,22 @@ Error NoResult(std::size_t number, std::size_t kept) {
           fmt::format("there is no result {}: {} of them are kept", number, kept)};
 }
 
-int RunShow(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, kAll);
-  if (!history) return PrintError(history.error());
-  if (history->entries.size() < arguments.number) {
-    return PrintError(NoResult(arguments.number, history->entries.size()));
+Result<int> RunShow(const HistoryArguments& arguments) {
+  const auto history = TRY(Read(arguments, kAll));
+  if (history.entries.size() < arguments.number) {
+    return tl::unexpected(NoResult(arguments.number, history.entries.size()));
   }
-  const HistoryEntry& entry = history->entries[arguments.number - 1];
+  const HistoryEntry& entry = history.entries[arguments.number - 1];
   if (arguments.json) {
     std::fputs(JsonText(EntryJson(arguments.number, entry)).c_str(), stdout);
     return kExitGood;
   }
   fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
   const Subject& subject = entry.outcome.subject;
-  for (const measurement::Change& change : CompareWithEarlier(*history, entry)) {
+  for (const measurement::Change& change : CompareWithEarlier(history, entry)) {
     fmt::print("     {}: {}\n", change.name, DriftText(change));
   }
-  if (const auto* nozzle = NozzleChangeBefore(*history, subject.printer, entry.order)) {
+  if (const auto* nozzle = NozzleChangeBefore(history, subject.printer, entry.order)) {
     fmt::print("     the nozzle was changed {}: compared with no older result\n", nozzle->utc);
   }
   for (const std::string& source : entry.outcome.provenance.sources) {
@@ -218,22 +216,21 @@ std::string OtherThings(const Subject& before, const Subject& after) {
   return text;
 }
 
-int RunCompare(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, std::max(arguments.before, arguments.number));
-  if (!history) return PrintError(history.error());
+Result<int> RunCompare(const HistoryArguments& arguments) {
+  const auto history = TRY(Read(arguments, std::max(arguments.before, arguments.number)));
   for (const std::size_t number : {arguments.before, arguments.number}) {
-    if (history->entries.size() < number) {
-      return PrintError(NoResult(number, history->entries.size()));
+    if (history.entries.size() < number) {
+      return tl::unexpected(NoResult(number, history.entries.size()));
     }
   }
-  const measurement::Outcome& before = history->entries[arguments.before - 1].outcome;
-  const measurement::Outcome& after = history->entries[arguments.number - 1].outcome;
+  const measurement::Outcome& before = history.entries[arguments.before - 1].outcome;
+  const measurement::Outcome& after = history.entries[arguments.number - 1].outcome;
   if (before.provenance.instrument != after.provenance.instrument) {
-    return PrintError(
-        {ErrorKind::kInput, fmt::format("result {} is of {} and result {} of {}: choose with "
-                                        "--instrument, or by other numbers",
-                                        arguments.before, WordsOf(before.provenance.instrument),
-                                        arguments.number, WordsOf(after.provenance.instrument))});
+    return Fail(
+        fmt::format("result {} is of {} and result {} of {}: choose with "
+                    "--instrument, or by other numbers",
+                    arguments.before, WordsOf(before.provenance.instrument), arguments.number,
+                    WordsOf(after.provenance.instrument)));
   }
   const std::vector<measurement::Change> changes = measurement::Compare(before, after);
   const bool told =
@@ -292,15 +289,14 @@ std::string HistoryRows(const files::HistoryEntry& entry) {
   return rows;
 }
 
-int RunExport(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, kAll);
-  if (!history) return PrintError(history.error());
+Result<int> RunExport(const HistoryArguments& arguments) {
+  const auto history = TRY(Read(arguments, kAll));
   std::fputs(
       "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
       "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder,toolhead,spool,"
       "nozzle_c,bed_c\n",
       stdout);
-  for (const HistoryEntry& entry : history->entries) std::fputs(HistoryRows(entry).c_str(), stdout);
+  for (const HistoryEntry& entry : history.entries) std::fputs(HistoryRows(entry).c_str(), stdout);
   return kExitGood;
 }
 
@@ -392,11 +388,10 @@ ordered_json DueJson(const Measurand& measurand) {
           {"last_good", measurand.last_good_utc}};
 }
 
-int RunDue(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, kAll);
-  if (!history) return PrintError(history.error());
+Result<int> RunDue(const HistoryArguments& arguments) {
+  const auto history = TRY(Read(arguments, kAll));
   ordered_json list = ordered_json::array();
-  for (const Measurand& measurand : FindMeasurands(arguments, *history)) {
+  for (const Measurand& measurand : FindMeasurands(arguments, history)) {
     if (arguments.json) {
       list.push_back(DueJson(measurand));
     } else {
@@ -430,18 +425,19 @@ void AddNumber(CLI::App& command, const char* name, std::size_t& number) {
 void AddHistoryCommands(CLI::App& history, int& exit_code) {
   constexpr double kMostDays = 36'500;
   history.require_subcommand(1);
-  const auto add = [&](const char* name, const char* text, int (*run)(const HistoryArguments&),
-                       const std::vector<std::pair<const char*, std::size_t HistoryArguments::*>>&
-                           numbers = {}) {
-    const auto arguments = std::make_shared<HistoryArguments>();
-    CLI::App* const command = history.add_subcommand(name, text);
-    for (const auto& [argument, number] : numbers) {
-      AddNumber(*command, argument, (*arguments).*number);
-    }
-    AddChoice(*command, *arguments);
-    command->callback([run, arguments, &exit_code] { exit_code = run(*arguments); });
-    return std::pair(command, arguments);
-  };
+  const auto add =
+      [&](const char* name, const char* text, Result<int> (*run)(const HistoryArguments&),
+          const std::vector<std::pair<const char*, std::size_t HistoryArguments::*>>& numbers =
+              {}) {
+        const auto arguments = std::make_shared<HistoryArguments>();
+        CLI::App* const command = history.add_subcommand(name, text);
+        for (const auto& [argument, number] : numbers) {
+          AddNumber(*command, argument, (*arguments).*number);
+        }
+        AddChoice(*command, *arguments);
+        command->callback([run, arguments, &exit_code] { exit_code = CodeOf(run(*arguments)); });
+        return std::pair(command, arguments);
+      };
   const auto [list, listed] = add("list", "the kept results, the newest first", RunList);
   list->add_flag("--json", listed->json, "as JSON");
   list->add_option("--last", listed->last, "at most so many")

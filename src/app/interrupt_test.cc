@@ -7,8 +7,12 @@
 #include <csignal>
 #include <functional>
 #include <semaphore>
+#include <thread>
 
+#include "app/commands.h"
 #include "app/shop/sim_serving.h"
+#include "base/bug_note.h"
+#include "base/check.h"
 
 namespace trammel::app {
 namespace {
@@ -105,6 +109,20 @@ TEST(EndOfServing, ComesWithEverySignalThatWouldEndTheProcess) {
               0)
         << "signal " << number;
   }
+}
+
+// First: what is noted in a process stays noted.
+TEST(ExitCode, ACommandWithoutABugEndsWithItsOwnCode) {
+  EXPECT_EQ(ExitCodeOf([] { return static_cast<int>(kExitNotTrusted); }), kExitNotTrusted);
+}
+
+TEST(ExitCode, ABugHasOneOfItsOwnOnWhateverThreadItWas) {
+  EXPECT_EQ(ExitCodeOf([]() -> int { throw Bug("here"); }), 70);
+  EXPECT_EQ(ExitCodeOf([] {
+              std::thread([] { (void)NoteBug([] { throw Bug("there"); }); }).join();
+              return static_cast<int>(kExitGood);
+            }),
+            70);
 }
 
 }  // namespace

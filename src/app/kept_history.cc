@@ -9,7 +9,7 @@
 
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {

@@ -12,23 +12,18 @@
 #include "app/commands.h"
 #include "app/config_command.h"
 #include "app/console.h"
-#include "app/guide.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
-#include "app/left_out.h"
-#include "app/picture_memory.h"
-#include "app/plain_help.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
 #include "app/shop/sim_commands.h"
-#include "app/usage_error.h"
+#include "app/slow_work.h"
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif
 #ifdef TRAMMEL_PRESSURE_ADVANCE
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/commands/pressure_advance_job.h"
 #endif
 #ifdef TRAMMEL_TAP
 #include "tap/commands/tap_commands.h"

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstdint>
 #include <string>
+#include <system_error>
 
 namespace trammel::app {
 
@@ -52,6 +56,28 @@ Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
   return Fail(
       fmt::format("{} {}: must be TOOL:X,Y, for example 1:0.2,-0.1, with tools 0 ... {} and mm",
                   option, text.substr(0, 40), most_tool));
+}
+
+CLI::Validator NumberIn(double low, double high) {
+  return CLI::Validator(
+      [low, high](const std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        return fmt::format("{} is no number in {} … {}", text, low, high);
+      },
+      fmt::format("FLOAT in {} … {}", low, high));
+}
+
+CLI::Validator SeedNumber() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::uint64_t value = 0;
+        const char* end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars(text.data(), end, value);
+        if (error == std::errc() && rest == end) return {};
+        return fmt::format("{} is no whole number in 0 … {}", text, UINT64_MAX);
+      },
+      "UINT");
 }
 
 }  // namespace trammel::app

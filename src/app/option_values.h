@@ -1,6 +1,7 @@
-// Values on the command line: numbers, sizes, shifts of tools.
+// Values of options: checked ranges, lists, names.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -48,5 +49,13 @@ struct ToolShift {
 /// @param option  begins the message of the error.
 [[nodiscard]] Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
                                                int most_tool);
+
+// Bounds for numbers on the command line.
+
+/// Refuses what does not lie in low … high, NaN included, which CLI::Range lets pass.
+[[nodiscard]] CLI::Validator NumberIn(double low, double high);
+
+/// Refuses what is no whole number from 0 to 2^64 - 1: CLI11 turns -1 into the largest.
+[[nodiscard]] CLI::Validator SeedNumber();
 
 }  // namespace trammel::app

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 
+#include "app/provenance.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
 #include "measurement/outcome_file.h"
@@ -78,6 +80,94 @@ Result<void> CheckOutputs(const ReportFiles& outputs) {
     }
   }
   return {};
+}
+
+namespace {
+
+/// A name that no other has, also where two runs begin within one second.
+fs::path NewRecordingName() {
+  const std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
+  fs::path folder = fs::path("recordings") / name;
+  std::error_code ignored;
+  for (int number = 2; fs::exists(folder, ignored); ++number) {
+    folder.replace_filename(fmt::format("{}-{}", name, number));
+  }
+  return folder;
+}
+
+Result<fs::path> MakeFolder(const fs::path& asked_for) {
+  const fs::path folder = asked_for.empty() ? NewRecordingName() : asked_for;
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
+    return Fail(
+        fmt::format("--out {}: is there and not empty; recordings are never overwritten: "
+                    "choose another name",
+                    folder.string()));
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--out {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  return folder;
+}
+
+}  // namespace
+
+Result<NewFolder> NewFolder::Make(const fs::path& asked_for) {
+  NewFolder folder;
+  // Which of the folders above it are not there yet is known only before it is made.
+  std::vector<fs::path> missing;
+  std::error_code ignored;
+  const fs::path wanted = asked_for.empty() ? fs::path("recordings") : asked_for;
+  for (fs::path above = wanted; !above.empty() && !fs::exists(above, ignored);
+       above = above.parent_path()) {
+    missing.push_back(above);
+  }
+  folder.path_ = TRY(MakeFolder(asked_for));
+  if (asked_for.empty()) folder.made_.push_back(folder.path_);
+  folder.made_.insert(folder.made_.end(), missing.begin(), missing.end());
+  return folder;
+}
+
+NewFolder::NewFolder(NewFolder&& other) noexcept
+    : path_(std::move(other.path_)), made_(std::exchange(other.made_, {})) {}
+
+NewFolder& NewFolder::operator=(NewFolder&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(made_, other.made_);
+  return *this;
+}
+
+NewFolder::~NewFolder() {
+  std::error_code ignored;
+  for (const fs::path& folder : made_) {
+    if (fs::is_empty(folder, ignored)) fs::remove(folder, ignored);
+  }
+}
+
+OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result) {
+  return {path, files::ToJson(result.outcome, result.details)};
+}
+
+Result<void> KeepInRecording(const std::filesystem::path& folder, const ResultFile& result) {
+  return files::KeepOutcome(folder, result.outcome, result.details);
+}
+
+Result<fs::path> FindKeptCopy(const fs::path& recordings, std::span<const std::string> names,
+                              std::string_view bytes) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(recordings, error)) {
+    for (const std::string& name : names) {
+      const fs::path earlier = entry.path() / name;
+      std::error_code ignored;
+      if (fs::file_size(earlier, ignored) != bytes.size()) continue;
+      const auto kept = files::ReadWholeFile(earlier, bytes.size());
+      if (kept && *kept == bytes) return entry.path();
+    }
+  }
+  if (error) return Fail(fmt::format("{}: {}", recordings.string(), error.message()));
+  return fs::path();
 }
 
 }  // namespace trammel::app

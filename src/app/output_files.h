@@ -1,11 +1,15 @@
-// Files that a command is about to write.
+// Files and folders that commands write.
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
+#include "measurement/outcome.h"
 
 namespace trammel::app {
 
@@ -36,5 +40,49 @@ struct OutputFile {
 
 /// Writes all of them, or none where one is there already, unless `force`.
 [[nodiscard]] Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force);
+
+// The folder of a run, which is gone again where nothing came into it.
+
+class NewFolder {
+ public:
+  /// Makes the folder that was asked for, else recordings/pressure_advance-<UTC>.
+  /// Errors: it is there and not empty; it cannot be made.
+  [[nodiscard]] static Result<NewFolder> Make(const std::filesystem::path& asked_for);
+
+  NewFolder(NewFolder&& other) noexcept;
+  NewFolder& operator=(NewFolder&& other) noexcept;
+  /// Removes what it made and what is still empty: a run that was refused leaves nothing behind.
+  ~NewFolder();
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  NewFolder() = default;
+  std::filesystem::path path_;
+  std::vector<std::filesystem::path> made_;  // innermost first
+};
+
+// The result of a command as a file: what --result writes, and what a recording keeps.
+
+/// An outcome with what its instrument says beside it.
+struct ResultFile {
+  measurement::Outcome outcome;
+  nlohmann::ordered_json details;  ///< as --json prints it
+};
+
+/// As a file to write (docs/formats.md, result.json).
+[[nodiscard]] OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result);
+
+/// Writes result.json into the recording's folder. Errors name the file.
+[[nodiscard]] Result<void> KeepInRecording(const std::filesystem::path& folder,
+                                           const ResultFile& result);
+
+// Whether a file was measured before, by the copies that recordings keep.
+
+/// The recording among those of a folder that keeps the same bytes under one of the names; empty:
+/// none. Errors (kInput): the folder cannot be read.
+[[nodiscard]] Result<std::filesystem::path> FindKeptCopy(const std::filesystem::path& recordings,
+                                                         std::span<const std::string> names,
+                                                         std::string_view bytes);
 
 }  // namespace trammel::app

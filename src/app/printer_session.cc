@@ -11,13 +11,15 @@
 #include <random>
 #include <utility>
 
-#include "app/config_text.h"
-#include "app/next_step.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
+#include "app/stated_settings.h"
 #include "machine/moonraker/client/moonraker_printer.h"
+#include "machine/moonraker/moonraker_printer.h"
 #include "session/name_stop.h"
 #include "session/progress_line.h"
+#include "session/screen.h"
+#include "session/session.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -73,8 +75,7 @@ Result<files::Config> LoadSettings(const PrinterOptions& options) {
   if (!options.address.empty()) config->scan.address = options.address;
   config->scan.quote_messages = options.verbose;
   if (!options.camera.empty()) {
-    auto camera = TRY(CameraAddressOf("--camera", options.camera));
-    config->scan.camera = std::move(camera);
+    config->scan.camera = TRY(CameraAddressOf("--camera", options.camera));
   }
   TRY(SettleApiKey(config->scan));
   return config;

@@ -75,7 +75,7 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 /// Progress on standard error: standard output holds the answer alone.
 void TellOnTerminal(const procedure::Progress& progress);
 
-/// Lets TellOnTerminal write lines of JSON (session/progress_line.h), for a program that reads
+/// Lets TellOnTerminal write lines of JSON (session/screen.h), for a program that reads
 /// them.
 void TellProgressAsJson();
 

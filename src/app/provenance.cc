@@ -1,7 +1,10 @@
 #include "app/provenance.h"
 
 #include <fmt/chrono.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <ctime>
 #include <utility>
@@ -26,6 +29,29 @@ measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
 
 std::string RecordingName(measurement::Instrument instrument) {
   return fmt::format("{}-{:%Y%m%dT%H%M%SZ}", ToString(instrument), fmt::gmtime(std::time(nullptr)));
+}
+
+std::string Today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  constexpr int kFirstYear = 1900;
+  return fmt::format("{:04}-{:02}-{:02}", kFirstYear + local.tm_year, local.tm_mon + 1,
+                     local.tm_mday);
+}
+
+void SayNext(std::string_view label, const std::string& text, int column, std::FILE* where) {
+  fmt::print(where, "{:<{}}{}\n", label, column, text);
+}
+
+std::string ShellQuoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("-_./,:@=+").find(char(c)) != std::string::npos;
+  });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 }  // namespace trammel::app

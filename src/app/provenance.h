@@ -1,6 +1,7 @@
 // Which program found a result, and when.
 #pragma once
 
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,5 +25,23 @@ namespace trammel::app {
 
 /// A folder for what an instrument records, now: "tap-20260102T030405Z".
 [[nodiscard]] std::string RecordingName(measurement::Instrument instrument);
+
+// The date where the computer stands.
+
+/// YYYY-MM-DD in the computer's own time zone, as people write dates into files.
+[[nodiscard]] std::string Today();
+
+// The command that comes next: the last line of an answer.
+
+/// Says what comes next where an answer is text, in the answer's own columns.
+/// @param label  of the row: "next", "to undo it"
+/// @param text   "trammel pa apply FOLDER", or words that end in a command
+/// @param column characters before the text
+/// @param where  standard error where standard output holds the answer for a program
+void SayNext(std::string_view label, const std::string& text, int column = 18,
+             std::FILE* where = stdout);
+
+/// A word of a command for a shell: as it is, or in quotes where it has to be.
+[[nodiscard]] std::string ShellQuoted(const std::string& word);
 
 }  // namespace trammel::app

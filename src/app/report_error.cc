@@ -24,6 +24,9 @@ int PrintError(const Error& error) {
   return kExitUsage;
 }
 
+int CodeOf(const Result<int>& code) { return code ? *code : PrintError(code.error()); }
+int CodeOf(const Result<void>& done) { return done ? kExitGood : PrintError(done.error()); }
+
 int ExitCodeOf(const std::function<int()>& command) {
   int code = kExitGood;
   (void)NoteBug([&] { code = command(); });

@@ -75,15 +75,15 @@ Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
   const auto program = TRY(OwnProgram());
   service::ServedPrinter served;
   served.settings = config.scan;
-  served.desk = {place,
-                 config.scan.address,
-                 program.string(),
-                 std::string(ProgramVersion()),
-                 fs::absolute(arguments.out),
-                 state,
-                 offered.jobs,
-                 UtcNow,
-                 [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
+  served.server = {place,
+                   config.scan.address,
+                   program.string(),
+                   std::string(ProgramVersion()),
+                   fs::absolute(arguments.out),
+                   state,
+                   offered.jobs,
+                   UtcNow,
+                   [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
   if (arguments.answer_taps) served.attendants = offered.attendants;
   served.connect = [settings = config.scan](const std::stop_token& stop) {
     return ConnectAsService(settings, stop);
@@ -92,38 +92,31 @@ Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
 }
 
 // Prints what the service answers, asked through Moonraker as front ends ask.
-int AskService(const ServeArguments& arguments, const service::PrinterPlace& place,
-               const std::stop_token& stop) {
+Result<int> AskService(const ServeArguments& arguments, const service::PrinterPlace& place,
+                       const std::stop_token& stop) {
   constexpr double kPatience_s = 10;
-  const auto config = LoadSettings(OptionsAt(place));
-  if (!config) return PrintError(config.error());
-  const auto with = ParseBoundedJson(arguments.with, "--with");
-  if (!with) return PrintError(with.error());
-  const auto printer = Connect(config->scan, stop);
-  if (!printer) return PrintError(printer.error());
-  const auto answer = (*printer)->CallServer(
+  const auto config = TRY(LoadSettings(OptionsAt(place)));
+  const auto with = TRY(ParseBoundedJson(arguments.with, "--with"));
+  const auto printer = TRY(Connect(config.scan, stop));
+  const auto answer = TRY(printer->CallServer(
       "server.extensions.request",
-      {{"agent", kServiceAgent}, {"method", arguments.ask}, {"arguments", *with}},
-      {kPatience_s, stop});
-  if (!answer) return PrintError(answer.error());
-  fmt::print("{}", JsonText(*answer));
+      {{"agent", kServiceAgent}, {"method", arguments.ask}, {"arguments", with}},
+      {kPatience_s, stop}));
+  fmt::print("{}", JsonText(answer));
   return kExitGood;
 }
 
-int RunServe(const ServeArguments& arguments, const service::Offerings& offered) {
+Result<int> RunServe(const ServeArguments& arguments, const service::Offerings& offered) {
   const Interrupt interrupt;
-  const auto places = PlacesOf(arguments);
-  if (!places) return PrintError(places.error());
-  if (!arguments.ask.empty()) return AskService(arguments, places->front(), interrupt.token());
+  const auto places = TRY(PlacesOf(arguments));
+  if (!arguments.ask.empty()) return AskService(arguments, places.front(), interrupt.token());
   std::vector<service::ServedPrinter> printers;
-  for (const service::PrinterPlace& place : *places) {
-    auto served = ServedAt(place, arguments, offered);
-    if (!served) return PrintError(served.error());
-    printers.push_back(std::move(*served));
+  for (const service::PrinterPlace& place : places) {
+    auto served = TRY(ServedAt(place, arguments, offered));
+    printers.push_back(std::move(served));
   }
-  const auto was_working = service::Serve(printers, interrupt.token());
-  if (!was_working) return PrintError(was_working.error());
-  return *was_working ? kExitInterrupted : kExitGood;
+  const auto was_working = TRY(service::Serve(printers, interrupt.token()));
+  return was_working ? kExitInterrupted : kExitGood;
 }
 
 }  // namespace
@@ -161,7 +154,7 @@ void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
       ->needs("--ask")
       ->capture_default_str();
   command.callback([arguments, offers = std::move(offers), &exit_code] {
-    exit_code = RunServe(*arguments, offers());
+    exit_code = CodeOf(RunServe(*arguments, offers()));
   });
 }
 

@@ -1,6 +1,7 @@
 #include "app/slow_work.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <utility>
 
@@ -29,6 +30,13 @@ void SlowWork::Speak(const std::stop_token& end, std::chrono::milliseconds first
                                            std::chrono::duration<double>(waited).count()),
                     {}});
   }
+}
+
+void KeepPicturesMemory() {
+  constexpr int kMostOnHeapBytes = 32 << 20;  // glibc takes no more
+  constexpr int kMostKeptBytes = 256 << 20;
+  mallopt(M_MMAP_THRESHOLD, kMostOnHeapBytes);
+  mallopt(M_TRIM_THRESHOLD, kMostKeptBytes);
 }
 
 }  // namespace trammel::app

@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
+#include "app/config/config_file.h"
+#include "files/whole_file.h"
 #include "session/print_needs.h"
 #include "settings/printer.h"
 
@@ -169,6 +173,17 @@ Result<void> FitPattern(const procedure::Session& session, Config& config) {
   return Fail(fmt::format("with what the printer states of itself{}: {}",
                           words.empty() ? "" : fmt::format(" ({})", words), valid.error().message),
               ErrorKind::kSafety);
+}
+
+Result<ConfigText> FindConfig(const std::string& asked_for) {
+  constexpr const char* kDefaultFile = "trammel.toml";
+  std::error_code ignored;
+  if (asked_for.empty() && !std::filesystem::exists(kDefaultFile, ignored)) {
+    return ConfigText{"", "defaults (there is no trammel.toml here)"};
+  }
+  const std::string file = asked_for.empty() ? kDefaultFile : asked_for;
+  std::string text = TRY(files::ReadWholeFile(file, files::kMaxConfigBytes));
+  return ConfigText{std::move(text), file};
 }
 
 }  // namespace trammel::app

@@ -35,4 +35,15 @@ enum class StatedFor {
 /// be printed so.
 [[nodiscard]] Result<void> FitPattern(const procedure::Session& session, files::Config& config);
 
+// Finding a user's trammel.toml.
+
+struct ConfigText {
+  std::string text;
+  std::string file;  ///< its name, for messages
+};
+
+/// The file that was asked for, else trammel.toml of the current folder, else no settings at all
+/// (an empty text, which leaves every default). Errors: as files::ReadWholeFile.
+[[nodiscard]] Result<ConfigText> FindConfig(const std::string& asked_for);
+
 }  // namespace trammel::app

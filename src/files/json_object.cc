@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "base/bounded_json.h"
 #include "base/utf8.h"
@@ -207,6 +210,107 @@ Result<void> JsonObject::Finish() const {
                             file_, At(Show(json(key))), fmt::join(asked_, ", ")));
   }
   return {};
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kSpaces = " \t\r\n";
+
+std::string Dumped(const Json& value, int indent) {
+  return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void JsonMembers::Set(const std::string& key, const Json& value) {
+  const std::string begin = style_.indent < 0 ? "" : "\n" + std::string(style_.indent, ' ');
+  std::string written;
+  for (const char c : Dumped(value, style_.indent)) {
+    if (c == '\n') {
+      written += begin;
+    } else {
+      written += c;
+    }
+  }
+  std::size_t at = text_.find('{') + 1;
+  std::size_t last = at;  // behind the last value
+  bool any = false;
+  for (;; any = true) {
+    at = text_.find_first_not_of(" \t\r\n,", at);
+    if (at == std::string::npos || text_[at] == '}') break;
+    const std::size_t name_end = EndOfValue(at);
+    const Json name = Json::parse(text_.substr(at, name_end - at), nullptr, false);
+    at = text_.find_first_not_of(" \t\r\n:", name_end);
+    last = EndOfValue(at);
+    if (name == key) {
+      text_.replace(at, last - at, written);
+      return;
+    }
+    at = last;
+  }
+  text_.insert(last, (any ? "," : "") + begin + Dumped(key, -1) + ":" + (begin.empty() ? "" : " ") +
+                         written);
+}
+
+std::size_t JsonMembers::EndOfValue(std::size_t at) const {
+  int depth = 0;
+  bool quoted = false;
+  for (; at < text_.size(); ++at) {
+    const char c = text_[at];
+    if (quoted) {
+      if (c == '\\') ++at;
+      quoted = c != '"';
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '{' || c == '[') {
+      ++depth;
+    } else if (depth > 0) {
+      if (c == '}' || c == ']') --depth;
+    } else if (c == ',' || c == ':' || c == '}' || c == ']' ||
+               kSpaces.find(c) != std::string_view::npos) {
+      break;
+    }
+  }
+  return at;
+}
+
+namespace {
+
+constexpr std::size_t kLongestWord = 100;  // longer ones are no misspelling, and cost n * m
+
+/// Levenshtein's distance, one row at a time.
+std::size_t Edits(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::optional<std::string_view> Nearest(std::string_view word,
+                                        std::span<const std::string_view> known) {
+  if (word.size() > kLongestWord) return std::nullopt;
+  std::optional<std::string_view> nearest;
+  std::size_t fewest = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (std::string_view candidate : known) {
+    const std::size_t edits = Edits(word, candidate);
+    if (edits < fewest) {
+      fewest = edits;
+      nearest = candidate;
+    }
+  }
+  return nearest;
 }
 
 }  // namespace trammel::files

@@ -9,9 +9,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "files/whole_file.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -197,6 +202,90 @@ TEST(NewFile, NamesTheLimitOnFilesAndKeepsTheOldOne) {
   EXPECT_EQ(status, 0);
   EXPECT_EQ(test::ReadWhole(path), "old");
   EXPECT_THAT(NamesIn(folder.path()), ElementsAre("x"));
+}
+
+constexpr double kLong_s = 60;  // no test waits for it
+
+class FileLockWithin : public ::testing::Test {
+ protected:
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "a.lock";
+};
+
+TEST_F(FileLockWithin, WaitsForItsHolder) {
+  auto taken = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(taken);
+  std::optional<FileLock> first(std::move(*taken));
+  std::jthread holder([&first] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    first.reset();
+  });
+  EXPECT_TRUE(FileLock::TakeWithin(path_, "the second", kLong_s));
+}
+
+TEST_F(FileLockWithin, NamesAHolderThatStays) {
+  const auto first = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(first);
+  const auto second = FileLock::TakeWithin(path_, "the second", 0.05);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(second.error().message, HasSubstr("the first holds"));
+}
+
+TEST_F(FileLockWithin, IsStopped) {
+  const auto first = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(first);
+  std::stop_source stop;
+  stop.request_stop();
+  const auto second = FileLock::TakeWithin(path_, "the second", kLong_s, stop.get_token());
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kInterrupted);
+  EXPECT_FALSE(FileLock::TakeWithin(folder_.path() / "no/a.lock", "x", kLong_s));  // no waiting
+}
+
+// In a folder where everybody may make files, others can make it first, and hold it.
+TEST_F(FileLockWithin, RefusesALockThatAnotherUserMade) {
+  test::WriteWhole(path_, "");
+  if (chown(path_.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
+  const auto lock = FileLock::Take(path_, "us");
+  ASSERT_FALSE(lock);
+  EXPECT_EQ(lock.error().kind, ErrorKind::kInput);
+  EXPECT_THAT(lock.error().message, HasSubstr("a.lock: the lock belongs to another user (12345)"));
+  // Of whoever the folder belongs to it is as good as of root.
+  ASSERT_EQ(chown(folder_.path().c_str(), 12345, 12345), 0);
+  EXPECT_TRUE(FileLock::Take(path_, "us"));
+}
+
+TEST(WholeFile, ReadsEveryByte) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "x.bin";
+  const std::string small("a\0b\r\n", 5);
+  const std::string large(1'000'000, 'x');  // more than is read at once
+  for (const std::string& bytes : {small, large, std::string()}) {
+    test::WriteWhole(path, bytes);
+    EXPECT_EQ(*ReadWholeFile(path, large.size()), bytes);
+  }
+}
+
+TEST(WholeFile, NamesWhatCannotBeRead) {
+  const test::TemporaryFolder folder;
+  test::WriteWhole(folder.path() / "four", "1234");
+  test::WriteWhole(folder.path() / "huge", "");
+  fs::resize_file(folder.path() / "huge", std::uintmax_t{1} << 36);  // a hole: it takes no room
+  const struct {
+    fs::path path;
+    const char* says;
+  } cases[] = {{folder.path() / "none", "no such file"},
+               {folder.path(), "is a folder"},
+               {folder.path() / "four", "larger than 3 bytes"},
+               {folder.path() / "huge", "larger than 3 bytes"}};
+  for (const auto& bad : cases) {
+    const auto read = ReadWholeFile(bad.path, 3);
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().message, HasSubstr(bad.path.string()));
+    EXPECT_THAT(read.error().message, HasSubstr(bad.says));
+  }
+  EXPECT_TRUE(ReadWholeFile(folder.path() / "four", 4));
 }
 
 }  // namespace

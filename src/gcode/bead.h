@@ -1,4 +1,4 @@
-// How much filament a printed line takes.
+// Volume and time of an extruded move.
 #pragma once
 
 #include <numbers>
@@ -14,5 +14,13 @@ inline constexpr double kRoundSideLoss = 1 - std::numbers::pi / 4;
 
 /// mm of filament per mm of bead. REQUIRES what BeadArea_mm2 does, and a diameter above 0.
 [[nodiscard]] double FilamentPerMm(double width_mm, double height_mm, double filament_diameter_mm);
+
+/// Time of a trapezoid, or of a triangle where the cruising speed is not reached.
+/// REQUIRES a length that allows the change of speed, acceleration > 0 and cruise > 0.
+[[nodiscard]] double MoveTime_s(double length_mm, double enter_mm_s, double cruise_mm_s,
+                                double leave_mm_s, double acceleration_mm_s2);
+
+/// The same from rest to rest.
+[[nodiscard]] double MoveTime_s(double length_mm, double cruise_mm_s, double acceleration_mm_s2);
 
 }  // namespace trammel::gcode

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 #include <utility>
 
-#include "gcode/number.h"
+#include "base/check.h"
 
 namespace trammel::gcode {
 namespace {
@@ -155,6 +156,138 @@ std::string DisplayCommand(std::string_view text) {
       clean.begin(), clean.end(),
       [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == ';'; }, ' ');
   return "M117 " + clean;
+}
+
+std::string FormatNumber(double value, int decimals) {
+  TRAMMEL_CHECK(std::isfinite(value) && std::abs(value) < 1e12 && decimals >= 0 && decimals <= 9,
+                "value = {}, decimals = {}", value, decimals);
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find('.') != std::string::npos) {
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+  }
+  return text == "-0" ? "0" : text;
+}
+
+namespace {
+
+long LineOf(std::string_view text, std::size_t position) {
+  return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(position), '\n');
+}
+
+tl::unexpected<Error> FailUnknown(std::string_view name, long line,
+                                  std::span<const Placeholder> known) {
+  std::string names;
+  for (const Placeholder& placeholder : known) {
+    names += fmt::format("{}{{{}}}", names.empty() ? "" : " ", placeholder.name);
+  }
+  return Fail(
+      fmt::format("line {}: unknown placeholder {{{}}}; known are {} (write {{{{ and }}}} "
+                  "for braces)",
+                  line, name, names));
+}
+
+}  // namespace
+
+Result<std::string> ExpandPlaceholders(std::string_view text, std::span<const Placeholder> known) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c != '{' && c != '}') {
+      out += c;
+      continue;
+    }
+    if (i + 1 < text.size() && text[i + 1] == c) {
+      out += c;
+      ++i;
+      continue;
+    }
+    const std::size_t end = c == '{' ? text.find_first_of("{}\n", i + 1) : std::string_view::npos;
+    if (end == std::string_view::npos || text[end] != '}') {
+      return Fail(
+          fmt::format("line {}: a brace '{}' without its partner; write it twice where "
+                      "the brace itself is meant",
+                      LineOf(text, i), c));
+    }
+    const std::string_view name = text.substr(i + 1, end - i - 1);
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [&](const Placeholder& p) { return p.name == name; });
+    if (found == known.end()) return FailUnknown(name, LineOf(text, i), known);
+    out += found->value;
+    i = end;
+  }
+  return out;
+}
+
+namespace {
+
+constexpr int kTemperatureDecimals = 1;
+
+}  // namespace
+
+std::string ToolTemperatureCommand(Dialect dialect, int tool, double temperature_c) {
+  const std::string value = FormatNumber(temperature_c, kTemperatureDecimals);
+  if (dialect == Dialect::kRepRapFirmware) {
+    // Active and standby alike: which of them counts depends on what is picked up.
+    return fmt::format("G10 P{} S{} R{}", tool, value, value);
+  }
+  return fmt::format("M104 T{} S{}", tool, value);
+}
+
+std::vector<std::string> HeatToolCommands(Dialect dialect, int tool, double temperature_c) {
+  if (dialect == Dialect::kRepRapFirmware) {
+    return {ToolTemperatureCommand(dialect, tool, temperature_c), fmt::format("M116 P{}", tool)};
+  }
+  return {fmt::format("M109 T{} S{}", tool, FormatNumber(temperature_c, kTemperatureDecimals))};
+}
+
+std::vector<std::string> CoolBedCommands(Dialect dialect, double at_most_c) {
+  const std::string value = FormatNumber(at_most_c, kTemperatureDecimals);
+  if (dialect == Dialect::kKlipper) {
+    return {"M140 S0", "TEMPERATURE_WAIT SENSOR=heater_bed MAXIMUM=" + value};
+  }
+  // R waits for cooling as well; a bed that is colder is warmed up to it first.
+  return {"M140 S0", "M190 R" + value, "M140 S0"};
+}
+
+std::vector<std::string> CoolToolCommands(Dialect dialect, int tool, double at_most_c) {
+  const std::string value = FormatNumber(at_most_c, kTemperatureDecimals);
+  const std::string off = ToolTemperatureCommand(dialect, tool, 0);
+  switch (dialect) {
+    case Dialect::kKlipper:
+      return {off,
+              fmt::format("TEMPERATURE_WAIT SENSOR={} MAXIMUM={}", KlipperExtruder(tool), value)};
+    case Dialect::kMarlin:
+      return {off, fmt::format("M109 T{} R{}", tool, value), off};
+    case Dialect::kRepRapFirmware:
+      return {ToolTemperatureCommand(dialect, tool, at_most_c), fmt::format("M116 P{}", tool), off};
+  }
+  return {};
+}
+
+std::vector<std::string> PauseCommands(Dialect dialect, std::string_view text) {
+  std::string clean(text);
+  std::replace_if(
+      clean.begin(), clean.end(),
+      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '"'; }, ' ');
+  switch (dialect) {
+    case Dialect::kKlipper:
+      // A pause that somebody cancelled by a macro of their own would make PAUSE do nothing. PAUSE
+      // saves a state; where there is no PAUSE, Klipper says so and runs on, until it is to bring
+      // back a state that was never saved: that is an error and ends the print.
+      return {DisplayCommand(clean), "CLEAR_PAUSE", "PAUSE",
+              "; without [pause_resume] the print ends at the next line, with an error",
+              "RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=0"};
+    case Dialect::kMarlin:
+      return {"M0 " + clean};
+    case Dialect::kRepRapFirmware:
+      return {fmt::format("M291 P\"{}\" R\"trammel\" S3", clean)};
+  }
+  return {};
+}
+
+std::string KlipperExtruder(int tool) {
+  return tool == 0 ? "extruder" : fmt::format("extruder{}", tool);
 }
 
 }  // namespace trammel::gcode

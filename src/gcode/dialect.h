@@ -2,9 +2,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "base/result.h"
 
 namespace trammel::gcode {
 
@@ -81,5 +84,48 @@ struct ChangedSetting {
 /// Shows a line of text on the display: M117 everywhere. Line ends and control characters become
 /// blanks, so that a text can never become a command.
 [[nodiscard]] std::string DisplayCommand(std::string_view text);
+
+// Numbers as G-code carries them: short, and the same on every machine.
+
+/// Rounds to `decimals` places and drops trailing zeros: 1.500 -> "1.5", -0.0001 -> "0" at 3.
+/// Never scientific, never "-0", independent of the locale. REQUIRES a finite value with
+/// |value| < 1e12 and 0 <= decimals <= 9.
+[[nodiscard]] std::string FormatNumber(double value, int decimals);
+
+// {name} in the user's own G-code.
+
+struct Placeholder {
+  std::string name;   ///< without braces
+  std::string value;  ///< what stands in its place
+};
+
+/// Puts values for `{name}`; `{{` and `}}` stand for single braces. Values are not expanded again.
+/// Errors: an unknown name (lists the known ones), a brace without its partner (says which line).
+[[nodiscard]] Result<std::string> ExpandPlaceholders(std::string_view text,
+                                                     std::span<const Placeholder> known);
+
+// Commands for machines with several tools.
+
+/// Sets a tool's temperature without waiting, whether it is picked up or not; 0 switches it off.
+[[nodiscard]] std::string ToolTemperatureCommand(Dialect dialect, int tool, double temperature_c);
+
+/// Sets a tool's temperature and waits for it. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> HeatToolCommands(Dialect dialect, int tool,
+                                                        double temperature_c);
+
+/// Switches the bed off and waits until it is no warmer than this. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> CoolBedCommands(Dialect dialect, double at_most_c);
+
+/// Switches a tool off and waits until it is no warmer than this. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> CoolToolCommands(Dialect dialect, int tool,
+                                                        double at_most_c);
+
+/// Shows a text and waits until somebody says to go on. Quotes and control characters in it become
+/// blanks. A Klipper without [pause_resume], which would run on, ends the print with an error
+/// instead. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> PauseCommands(Dialect dialect, std::string_view text);
+
+/// The extruder that belongs to a tool, as Klipper names it: "extruder", "extruder1", …
+[[nodiscard]] std::string KlipperExtruder(int tool);
 
 }  // namespace trammel::gcode

@@ -6,11 +6,8 @@
 #include <vector>
 
 #include "base/check.h"
+#include "gcode/bead.h"
 #include "gcode/dialect.h"
-#include "gcode/move_time.h"
-#include "gcode/number.h"
-#include "gcode/placeholders.h"
-#include "gcode/tool_commands.h"
 
 namespace trammel::gcode {
 namespace {

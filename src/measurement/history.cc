@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#include "files/file_lock.h"
+#include "files/new_file.h"
 #include "measurement/outcome_file.h"
 
 namespace trammel::files {

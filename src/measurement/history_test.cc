@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/random.h"
-#include "files/file_lock.h"
+#include "files/new_file.h"
 #include "measurement/outcome_file.h"
 #include "support/temporary_folder.h"
 

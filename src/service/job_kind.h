@@ -75,7 +75,7 @@ struct JobKind {
   procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
 };
 
-/// A command that is to run beside the desk all the time, and is started again where it ends.
+/// A command that is to run beside the server all the time, and is started again where it ends.
 struct Attendant {
   std::string name;                  ///< of the file that it adds to, with its time behind: "taps"
   std::vector<std::string> command;  ///< options of the printer and --out FILE come behind

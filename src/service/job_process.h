@@ -1,12 +1,16 @@
-// One run of a job as a process of its own: what it says on the way, and how it ended.
+// A job's process, and how much jobs of one printer may do by themselves.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "machine/net/command_process.h"
 #include "session/session.h"
 
@@ -40,5 +44,20 @@ class JobProcess {
   bool stopped_ = false;
   machine::CommandProcess* process_ = nullptr;  // while it runs
 };
+
+// Bounds what clients of a service can have it keep on the disk.
+
+struct RunBudget {
+  std::size_t most_runs_a_day = 200;                           ///< that left a folder
+  std::uintmax_t most_copied_bytes = std::uintmax_t{2} << 30;  ///< of uploads, in all runs
+};
+
+/// Looks whether one more run may begin, and removes copies of uploads, the oldest first, until all
+/// of them fit the budget: photo.jpg, scan-2.pdf. Looks at folders with the names of runs alone,
+/// and follows no link.
+/// @param utc_now  ISO 8601, ending in Z
+/// Errors (kMeasurement): the day's runs have begun.
+[[nodiscard]] Result<void> MakeRoomForRun(const std::filesystem::path& recordings,
+                                          const std::string& utc_now, const RunBudget& budget = {});
 
 }  // namespace trammel::service

@@ -10,7 +10,7 @@
 #include "base/url_secrets.h"
 #include "machine/net/host_clock.h"
 #include "service/job_process.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 
 namespace trammel::service {
 namespace {
@@ -22,16 +22,16 @@ struct Served {
 };
 
 // Temperatures are named before anybody can ask for them, and so is what is missing for a job.
-void SayWhatIsOffered(const DeskOptions& desk) {
-  for (const JobKind& kind : desk.jobs) {
-    const auto offer = kind.check(desk.place, {}, nullptr);
+void SayWhatIsOffered(const JobServerOptions& server) {
+  for (const JobKind& kind : server.jobs) {
+    const auto offer = kind.check(server.place, {}, nullptr);
     std::string words = "moves and heats nothing";
     if (!offer) {
       words = "not as things are: " + offer.error().message;
     } else if (!offer->question.empty()) {
       words = "asked for, it begins with: " + offer->question;
     }
-    desk.log(fmt::format("{} at {}: {}", kind.name, WithoutSecrets(desk.address), words));
+    server.log(fmt::format("{} at {}: {}", kind.name, WithoutSecrets(server.address), words));
   }
 }
 
@@ -45,15 +45,15 @@ Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& 
     if (printer || printer.error().kind != ErrorKind::kMachine) return printer;
     if (printer.error().message != last) {
       last = printer.error().message;
-      served.desk.log(fmt::format("trammel: {}; trying again every {:.0f} s", last, kAgain_s));
+      served.server.log(fmt::format("trammel: {}; trying again every {:.0f} s", last, kAgain_s));
     }
     if (!procedure::Pause(kAgain_s, stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
 }
 
-Served ServeOne(const ServedPrinter& served, Desk& desk, const std::stop_token& stop) {
+Served ServeOne(const ServedPrinter& served, JobServer& server, const std::stop_token& stop) {
   constexpr double kAgain_s = 5;
-  SayWhatIsOffered(served.desk);
+  SayWhatIsOffered(served.server);
   for (;;) {
     const auto printer = ConnectPatiently(served, stop);
     if (!printer) {
@@ -62,14 +62,14 @@ Served ServeOne(const ServedPrinter& served, Desk& desk, const std::stop_token& 
     }
     // A service that died is started again: its heaters are not left to the printer's own limit.
     const procedure::Session session{**printer, stop, [&](const procedure::Progress& progress) {
-                                       served.desk.log("  " + progress.text);
+                                       served.server.log("  " + progress.text);
                                      }};
-    procedure::FinishDeadRunsWhereFree(session, served.settings, served.desk.state_folder);
-    const auto done = desk.Serve(**printer, stop);
+    procedure::FinishDeadRunsWhereFree(session, served.settings, served.server.state_folder);
+    const auto done = server.Serve(**printer, stop);
     if (done) return {*done};
     if (done.error().kind == ErrorKind::kInterrupted) return {};
     // A lost link of ours, or an older service, may still have the names.
-    served.desk.log(
+    served.server.log(
         fmt::format("trammel: {}; trying again in {:.0f} s", done.error().message, kAgain_s));
     if (!procedure::Pause(kAgain_s, stop)) return {};
   }
@@ -79,26 +79,26 @@ Served ServeOne(const ServedPrinter& served, Desk& desk, const std::stop_token& 
 void Attend(const ServedPrinter& served, const Attendant& attendant, const std::stop_token& stop) {
   constexpr double kFirstPause_s = 5;
   constexpr double kLongestPause_s = 120;
-  const DeskOptions& desk = served.desk;
+  const JobServerOptions& server = served.server;
   double pause_s = kFirstPause_s;
   do {
-    std::vector<std::string> words = {desk.program};
+    std::vector<std::string> words = {server.program};
     words.insert(words.end(), attendant.command.begin(), attendant.command.end());
-    const std::vector<std::string> place = OptionWords(desk.place);
+    const std::vector<std::string> place = OptionWords(server.place);
     words.insert(words.end(), place.begin(), place.end());
     words.push_back(fmt::format(
         "--out={}",
-        (desk.recordings / (attendant.name + "-" + CompactUtc(desk.utc_now()) + ".jsonl"))
+        (server.recordings / (attendant.name + "-" + CompactUtc(server.utc_now()) + ".jsonl"))
             .string()));
     JobProcess process;
     const std::stop_callback asked(stop, [&process] { process.Stop(); });
     const double begin_s = machine::HostNow();
     const JobEnd end = process.Run(
-        words, [](const procedure::Progress&) {}, desk.log);
+        words, [](const procedure::Progress&) {}, server.log);
     if (stop.stop_requested()) return;
     const bool lasted = machine::HostNow() - begin_s > kLongestPause_s;
     pause_s = lasted ? kFirstPause_s : std::min(2 * pause_s, kLongestPause_s);
-    desk.log(fmt::format(
+    server.log(fmt::format(
         "trammel: {} ended ({}); again in {:.0f} s", attendant.name,
         end.errors.empty() ? fmt::format("exit code {}", end.exit_code) : end.errors.back(),
         pause_s));
@@ -111,23 +111,23 @@ Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_t
   std::stop_source all;  // one printer that can never be served ends the service, visibly
   const std::stop_callback asked(stop, [&all] { all.request_stop(); });
   std::vector<Served> ended(printers.size());
-  std::vector<std::unique_ptr<Desk>> desks;
+  std::vector<std::unique_ptr<JobServer>> servers;
   for (const ServedPrinter& printer : printers) {
-    DeskOptions options = printer.desk;
+    JobServerOptions options = printer.server;
     options.bring_back = [&printer, token = all.get_token()](machine::Printer& of,
                                                              const auto& say) {
       const procedure::Session session{
           of, token, [&say](const procedure::Progress& progress) { say(progress.text); }};
-      procedure::FinishDeadRunsWhereFree(session, printer.settings, printer.desk.state_folder);
+      procedure::FinishDeadRunsWhereFree(session, printer.settings, printer.server.state_folder);
     };
-    desks.push_back(std::make_unique<Desk>(std::move(options)));
+    servers.push_back(std::make_unique<JobServer>(std::move(options)));
   }
   {
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < printers.size(); ++i) {
       threads.emplace_back([&, i] {
         const auto bug =
-            NoteBug([&] { ended[i] = ServeOne(printers[i], *desks[i], all.get_token()); });
+            NoteBug([&] { ended[i] = ServeOne(printers[i], *servers[i], all.get_token()); });
         if (bug || ended[i].error) all.request_stop();
       });
       for (const Attendant& attendant : printers[i].attendants) {

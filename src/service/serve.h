@@ -1,4 +1,4 @@
-// One process beside the printers: a desk for each, over its Moonraker.
+// One process beside the printers: a server for each, over its Moonraker.
 #pragma once
 
 #include <functional>
@@ -9,13 +9,13 @@
 
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
-#include "service/desk.h"
+#include "service/job_server.h"
 #include "settings/scan_settings.h"
 
 namespace trammel::service {
 
 struct ServedPrinter {
-  DeskOptions desk;
+  JobServerOptions server;
   std::vector<Attendant> attendants = {};
   settings::ScanSettings settings;
   /// Connects as the agent "trammel". Errors: kMachine: it is tried again; kInterrupted; others end

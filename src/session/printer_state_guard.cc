@@ -14,8 +14,8 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "base/utf8.h"
-#include "session/dead_run.h"
-#include "session/laser_off.h"
+#include "session/crash_recovery.h"
+#include "session/guarded_steps.h"
 #include "session/printer_settings.h"
 
 namespace trammel::procedure {
@@ -63,23 +63,15 @@ Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
   TRAMMEL_CHECK(files::IsRunName(identity.run), "run '{}' has no name that can be used",
                 identity.run);
   const std::string address = PlainAddress(identity.address);
-  auto lock = files::FileLock::Take(
-      files::LockPath(identity.state_folder, address),
-      fmt::format("process {}, since {},", static_cast<long>(::getpid()), identity.started));
-  if (!lock && lock.error().kind == ErrorKind::kMachine) {
-    return Fail(
-        "another trammel on this computer is at work with this printer; wait for its end: " +
-            lock.error().message,
-        ErrorKind::kMachine);
-  }
-  if (!lock) return tl::unexpected(lock.error());
+  auto lock = TRY(TakePrinterLock(
+      identity.state_folder, address,
+      fmt::format("process {}, since {},", static_cast<long>(::getpid()), identity.started)));
   TRY(CheckStillFree(session));
   TRY(FinishDeadRuns(session, settings, identity.state_folder, address));
   session.owner = fmt::format("{}.{}", ComputerName(), identity.run);
   session.own_file = fmt::format("trammel_{}.gcode", identity.run);
-  const auto limit = TRY(session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s)));
-  session.has_limit = limit;
-  PrinterStateGuard guard(session, settings, identity, std::move(*lock));
+  session.has_limit = TRY(session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s)));
+  PrinterStateGuard guard(session, settings, identity, std::move(lock));
   session.note = [journal = guard.journal_, &printer = session.printer](std::string_view gcode) {
     return NoteGiven(*journal, printer, gcode);
   };
@@ -99,41 +91,18 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
       owner_(session.owner),
       own_file_(session.own_file),
       has_limit_(session.has_limit),
-      prints_(identity.prints),
-      without_laser_(identity.without_laser),
-      may_unhome_(identity.may_unhome),
-      heaters_end_off_(identity.heaters_end_off),
+      identity_(identity),
       journal_(std::make_shared<Journal>()),
       lock_(std::move(lock)) {
   files::RunJournal& journal = journal_->run;
   journal.run = identity.run;
   journal.address = PlainAddress(identity.address);
   journal.started = identity.started;
-  journal.without_laser = without_laser_;
+  journal.without_laser = identity_.without_laser;
   journal.changes_tools = identity.changes_tools;
-  if (prints_) journal.upload = own_file_;
+  if (identity_.prints) journal.upload = own_file_;
   journal_->path = files::JournalPath(identity.state_folder, journal.address);
 }
-
-PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
-    : printer_(std::exchange(other.printer_, nullptr)),
-      tell_(std::move(other.tell_)),
-      laser_off_gcode_(std::move(other.laser_off_gcode_)),
-      lights_on_gcode_(std::move(other.lights_on_gcode_)),
-      owner_(std::move(other.owner_)),
-      own_file_(std::move(other.own_file_)),
-      has_limit_(other.has_limit_),
-      prints_(other.prints_),
-      without_laser_(other.without_laser_),
-      may_unhome_(other.may_unhome_),
-      heaters_end_off_(other.heaters_end_off_),
-      begun_(other.begun_),
-      laser_lit_(other.laser_lit_),
-      restarted_(other.restarted_),
-      park_(other.park_),
-      before_(std::move(other.before_)),
-      journal_(std::move(other.journal_)),
-      lock_(std::move(other.lock_)) {}
 
 PrinterStateGuard::~PrinterStateGuard() {
   if (printer_ == nullptr) return;
@@ -153,13 +122,12 @@ void PrinterStateGuard::Say(std::string text, double remaining_s) const {
 
 // Before anything is changed: what is not on the disk now is not known to the next run.
 Result<void> PrinterStateGuard::Note(const Session& session) {
-  auto state = TRY(session.printer.State(session.Within(kAsk_s)));
-  before_ = std::move(state);
+  before_ = TRY(session.printer.State(session.Within(kAsk_s)));
   files::RunJournal& journal = journal_->run;
   journal.before = SettingsOf(before_);
   journal.last_print = before_.print_file;
   journal.last_print_s = before_.print_total_s;
-  if (heaters_end_off_) {
+  if (identity_.heaters_end_off) {
     for (auto& [name, value] : journal.before) value = IsTarget(name) ? 0 : value;
   }
   TRY(files::WriteJournal(journal_->path, journal));
@@ -311,7 +279,7 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
         left_off.empty() ? "" : "; before, these were on: ", Joined(left_off)));
   } else if (!left_off.empty()) {
     lost_.push_back("in doubt these heaters were switched off: " + Joined(left_off));
-  } else if (!may_unhome_ && IsHomed(before_) && !IsHomed(*now)) {
+  } else if (!identity_.may_unhome && IsHomed(before_) && !IsHomed(*now)) {
     lost_.push_back(
         "the axes are no longer homed: somebody switched the motors off meanwhile; home before "
         "anything moves");
@@ -319,7 +287,7 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
 }
 
 void PrinterStateGuard::DeleteUpload() {
-  if (!prints_) return;
+  if (!identity_.prints) return;
   const auto now = printer_->LastState();
   auto deleted = printer_->DeleteFile(own_file_, {kAsk_s});
   // Where nothing was printed there is no file.
@@ -389,7 +357,7 @@ void PrinterStateGuard::BringBackAll() {
     LeaveToOthers(job);
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_, kOthers_s);
   } else {
-    if (!without_laser_ && !laser_lit_) {
+    if (!identity_.without_laser && !laser_lit_) {
       // It fails on a printer that is gone or shut down, which takes nothing else either.
       const auto off = SwitchLaserOff(AsSession(), laser_off_gcode_, false);
       failed_.insert(failed_.end(), off.begin(), off.end());

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/result.h"
-#include "files/file_lock.h"
+#include "files/new_file.h"
 #include "machine/moonraker/printer.h"
-#include "session/own_print.h"
+#include "session/print.h"
 #include "session/run_journal.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
@@ -47,7 +47,7 @@ class PrinterStateGuard {
                                                       const settings::ScanSettings& settings,
                                                       const RunIdentity& identity);
 
-  PrinterStateGuard(PrinterStateGuard&& other) noexcept;
+  PrinterStateGuard(PrinterStateGuard&&) noexcept = default;
   PrinterStateGuard& operator=(PrinterStateGuard&&) = delete;
   ~PrinterStateGuard();
 
@@ -112,17 +112,18 @@ class PrinterStateGuard {
   [[nodiscard]] bool RunOne(const std::string& line, double time_limit_s = kScript_s);
   void Say(std::string text, double remaining_s) const;
 
-  machine::Printer* printer_;  // nullptr once restored
+  struct NotOwned {
+    void operator()(const machine::Printer* /*printer*/) const {}
+  };
+
+  std::unique_ptr<machine::Printer, NotOwned> printer_;  // empty once restored, or moved from
   std::function<void(const Progress&)> tell_;
   std::string laser_off_gcode_;
   std::string lights_on_gcode_;
   std::string owner_;
   std::string own_file_;
   bool has_limit_ = false;
-  bool prints_ = true;
-  bool without_laser_ = false;
-  bool may_unhome_ = false;
-  bool heaters_end_off_ = false;
+  RunIdentity identity_;
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;

@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "files/file_lock.h"
+#include "files/new_file.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {

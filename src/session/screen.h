@@ -1,4 +1,5 @@
-// Words on the printer's own screen and console.
+// Reports to people and programs: the printer's screen and console, and progress for other
+// processes.
 #pragma once
 
 #include <map>
@@ -8,6 +9,7 @@
 
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
+#include "session/session.h"
 
 namespace trammel::procedure {
 
@@ -54,5 +56,14 @@ class Screen {
   bool has_display_ = false;
   bool has_dialogs_ = false;
 };
+
+// Progress from one process to another: a line of JSON on standard error.
+
+/// {"progress":"scanning line 2 of 9","remaining_s":40,"phase":"scanning","done":0.111}: the text
+/// always, the others where they are known. Without a line feed.
+[[nodiscard]] std::string ProgressLine(const Progress& progress);
+
+/// The same back; nothing where the line is none. Texts are cut at 1024 bytes, the phase at 32.
+[[nodiscard]] std::optional<Progress> ParseProgressLine(std::string_view line);
 
 }  // namespace trammel::procedure

@@ -6,6 +6,8 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "session/crash_recovery.h"
+
 namespace trammel::procedure {
 
 Result<void> KeepAlive(const Session& session) {
@@ -78,6 +80,30 @@ bool Pause(double time_s, const std::stop_token& stop) {
   std::unique_lock lock(mutex);
   wake.wait_for(lock, stop, std::chrono::duration<double>(time_s), [] { return false; });
   return !stop.stop_requested();
+}
+
+Error NameStop(const std::stop_token& stop, Error error) {
+  if (!stop.stop_requested() || error.kind == ErrorKind::kInterrupted) return error;
+  return {ErrorKind::kInterrupted,
+          "stopped by the user; what failed meanwhile: " + std::move(error.message)};
+}
+
+Result<void> RefuseWhilePrinting(const Session& session, std::string_view what) {
+  constexpr double kAsk_s = 10;
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  const bool paused = state.paused || state.print_state == "paused";
+  if (!paused && state.print_state != "printing") {
+    const auto owner = TRY(OwnerAtPrinter(session));
+    if (owner.empty() || owner == session.owner) return {};
+    return Fail(fmt::format("a run of trammel has the printer ({}) and brings back at its end what "
+                            "is set now; apply {} when it has ended",
+                            owner, what),
+                ErrorKind::kMachine);
+  }
+  return Fail(fmt::format("the printer {} {}; apply {} when it has ended",
+                          paused ? "is paused in" : "is printing",
+                          state.print_file.empty() ? "a file" : state.print_file, what),
+              ErrorKind::kMachine);
 }
 
 }  // namespace trammel::procedure

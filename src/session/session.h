@@ -1,4 +1,4 @@
-// What every procedure is given: the printer, a way to be stopped, and somebody to tell.
+// What every procedure is given: the printer, a way to be stopped, and a receiver of progress.
 #pragma once
 
 #include <functional>
@@ -6,7 +6,9 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/result.h"
 #include "machine/moonraker/printer.h"
 
 namespace trammel::procedure {
@@ -77,5 +79,23 @@ inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";
 
 /// Waits; false where the session was stopped meanwhile.
 [[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);
+
+/// Names the stop that the user asked for as what ended the work, and the failure as what came with
+/// it: Ctrl-C and a closed terminal reach a tunnel or a camera's server of the same terminal, too.
+/// To be called where something has just failed; before any stop, the error is returned as it is.
+[[nodiscard]] Error NameStop(const std::stop_token& stop, Error error);
+
+/// The same for what may have succeeded.
+template <class T>
+[[nodiscard]] Result<T> NameStop(const std::stop_token& stop, Result<T> done) {
+  if (done) return done;
+  return tl::unexpected(NameStop(stop, std::move(done.error())));
+}
+
+/// Refuses (kMachine) while the printer prints or is paused: what is set then acts in somebody's
+/// print, and waiting for it would drain its queue of moves. Refuses while another run of trammel
+/// has the printer, too: its end brings back what was set before.
+/// @param what  ends "apply … when it has ended", for example "the offset".
+[[nodiscard]] Result<void> RefuseWhilePrinting(const Session& session, std::string_view what);
 
 }  // namespace trammel::procedure

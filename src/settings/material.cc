@@ -7,7 +7,7 @@
 #include <cctype>
 
 #include "base/check.h"
-#include "gcode/number.h"
+#include "gcode/dialect.h"
 
 namespace trammel::settings {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "gcode/number.h"
+#include "gcode/dialect.h"
 #include "settings/material.h"
 
 namespace trammel::settings {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "gcode/dialect.h"
-#include "gcode/placeholders.h"
 #include "settings/setting.h"
 
 namespace trammel::settings {

@@ -3,14 +3,16 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/axis_direction.h"
+#include "settings/setting.h"
 
 namespace trammel::settings {
 
-/// Ranges and what users read about each setting stand in ScanFields() (scan_fields.h).
+/// Ranges and what users read about each setting stand in ScanFields().
 /// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
 /// released code.
 struct ScanSettings {
@@ -57,5 +59,16 @@ struct ScanSettings {
   std::string lights_on_gcode;
   std::string clean_nozzle_gcode;
 };
+
+using ScanField = SettingField<ScanSettings, double, std::optional<double>, int, bool, std::string,
+                               std::vector<double>, AxisDirection>;
+
+/// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
+[[nodiscard]] std::span<const ScanField> ScanFields();
+
+/// The first thing that cannot be, if any. Whether what is there suffices for a scan (commands for
+/// the laser, lines longer than what is skipped of them) is for the procedure to say: a printer
+/// without a laser has the same file.
+[[nodiscard]] std::optional<SettingProblem> FindProblem(const ScanSettings& settings);
 
 }  // namespace trammel::settings

@@ -11,9 +11,15 @@
 #include <vector>
 
 #include "base/check.h"
-#include "settings/setting_problem.h"
 
 namespace trammel::settings {
+
+/// What is wrong with a setting, told by its section and key in trammel.toml.
+struct SettingProblem {
+  std::string section;
+  std::string key;
+  std::string message;  ///< the value and its bound
+};
 
 /// Of a number, or of each number in a list. Nothing else is bounded by it.
 struct SettingRange {

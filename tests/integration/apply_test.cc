@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "apply_kills.h"
-#include "files/file_lock.h"
+#include "files/new_file.h"
 #include "machine_shop.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "session/run_journal.h"
 #include "sim/moonraker/spoolman.h"
 #include "support/lag_recording.h"

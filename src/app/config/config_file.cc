@@ -11,11 +11,10 @@
 
 #include "app/config/config_value.h"
 #include "base/url_secrets.h"
-#include "files/suggest.h"
+#include "files/json_object.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
-#include "pressure_advance/pattern/pattern_presets.h"
-#include "settings/scan_fields.h"
+#include "settings/scan_settings.h"
 
 namespace trammel::files {
 namespace {

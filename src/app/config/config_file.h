@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "settings/scan_settings.h"
-#include "settings/setting_problem.h"
+#include "settings/setting.h"
 #include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::files {

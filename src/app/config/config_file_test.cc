@@ -10,8 +10,8 @@
 
 #include "app/config/config_value.h"
 #include "base/random.h"
-#include "pressure_advance/pattern/pattern_placeholders.h"
-#include "settings/scan_fields.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "settings/scan_settings.h"
 
 namespace trammel::files {
 namespace {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/shop/sim_commands.h"
 #include "app/slow_work.h"

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/shop/sim_camera.h"
 #include "app/shop/sim_commands.h"

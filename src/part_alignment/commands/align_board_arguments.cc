@@ -9,8 +9,8 @@
 #include <set>
 #include <utility>
 
-#include "app/number_range.h"
-#include "app/today.h"
+#include "app/option_values.h"
+#include "app/provenance.h"
 #include "part_alignment/procedure/start_dialogue.h"
 
 namespace trammel::app {

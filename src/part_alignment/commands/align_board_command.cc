@@ -13,8 +13,8 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/new_folder.h"
 #include "app/option_values.h"
+#include "app/output_files.h"
 #include "app/secrets.h"
 #include "app/terminal_person.h"
 #include "files/new_file.h"
@@ -27,7 +27,7 @@
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/procedure/align_picture.h"
 #include "part_alignment/procedure/board_drive.h"
-#include "session/name_stop.h"
+#include "session/session.h"
 
 namespace trammel::app {
 namespace {

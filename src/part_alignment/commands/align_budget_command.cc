@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "app/commands.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/slow_work.h"
 #include "part_alignment/budget/budget.h"
 #include "part_alignment/commands/align_commands.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"

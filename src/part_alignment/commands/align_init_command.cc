@@ -15,10 +15,10 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/provenance.h"
 #include "app/slow_work.h"
 #include "app/terminal_person.h"
-#include "app/today.h"
 #include "files/new_file.h"
 #include "part_alignment/camera/calibration_age.h"
 #include "part_alignment/commands/align_commands.h"

@@ -13,8 +13,8 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/next_step.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/provenance.h"
 #include "app/secrets.h"
 #include "base/json_text.h"
 #include "part_alignment/commands/align_commands.h"
@@ -29,7 +29,7 @@
 #include "part_alignment/procedure/align_picture.h"
 #include "part_alignment/report/alignment_text.h"
 #include "part_alignment/views/plan_room.h"
-#include "session/name_stop.h"
+#include "session/session.h"
 
 namespace trammel::app {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/result_file.h"
+#include "app/output_files.h"
 #include "part_alignment/report/alignment_json.h"
 
 namespace trammel::app {

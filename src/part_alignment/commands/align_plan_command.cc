@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/next_step.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
+#include "app/provenance.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"

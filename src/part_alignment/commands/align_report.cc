@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/output_files.h"
-#include "app/today.h"
+#include "app/provenance.h"
 #include "machine/camera/image_file.h"
 #include "measurement/outcome_file.h"
 #include "part_alignment/pose/caveats.h"

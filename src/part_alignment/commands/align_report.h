@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "app/result_file.h"
+#include "app/output_files.h"
 #include "base/result.h"
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/solve.h"

@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "app/next_step.h"
+#include "app/provenance.h"
 #include "app/secrets.h"
 #include "base/check.h"
 #include "base/json_text.h"

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
-#include "app/today.h"
+#include "app/provenance.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/files/survey_file.h"

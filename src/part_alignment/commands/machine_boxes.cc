@@ -1,6 +1,6 @@
 #include "part_alignment/commands/machine_boxes.h"
 
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "base/check.h"
 
 namespace trammel::app {

@@ -4,11 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include "app/commands.h"
+#include "app/output_files.h"
+#include "base/json_text.h"
 #include "base/statistics.h"
+#include "document/answer_head.h"
+#include "document/interval_text.h"
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
+#include "pressure_advance/report/analysis_json.h"
+#include "pressure_advance/report/answer_rows.h"
+#include "pressure_advance/report/pressure_advance_report.h"
 #include "pressure_advance/response/analyse.h"
 #include "pressure_advance/timing/lateness.h"
 
@@ -139,6 +152,203 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   run.analysis.printed_by = plan.printed_by;
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
   return run;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using pressure_advance::Analysis;
+
+constexpr std::size_t kDateLength = 10;  // of ISO 8601: 2026-11-28
+
+/// The recording or photo.
+const std::string& SourceOf(const ResultFile& result) {
+  return result.outcome.provenance.sources.front();
+}
+
+/// What was measured, for people: filament, nozzle, printer, date.
+std::vector<std::pair<std::string, std::string>> FactsOf(const ResultFile& result) {
+  std::vector<std::pair<std::string, std::string>> facts;
+  for (const measurement::SubjectText& text : measurement::SubjectTexts()) {
+    const std::string& value = result.outcome.subject.*text.text;
+    if (!value.empty()) facts.emplace_back(text.words, value);
+  }
+  facts.emplace_back("date", result.outcome.provenance.utc.substr(0, kDateLength));
+  return facts;
+}
+
+Result<void> WriteReport(const std::string& path, const ResultFile& result, const AnalysisRun& run,
+                         const std::vector<report::Figure>& figures, bool force) {
+  if (path.empty()) return {};
+  report::ReportOptions options;
+  options.source = SourceOf(result);
+  options.facts = FactsOf(result);
+  return WriteOutputs({{path, report::PressureAdvanceReport(run, figures, options)}}, force);
+}
+
+Result<void> WriteFigures(const std::string& figures_folder, const std::string& answer_png,
+                          const std::vector<report::Figure>& figures, bool force) {
+  if (figures_folder.empty()) return {};
+  const fs::path folder = figures_folder;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  std::vector<OutputFile> files = {{folder / kResultPicture, answer_png}};
+  for (const report::Figure& figure : figures) {
+    files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
+    files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
+  }
+  return WriteOutputs(files, force);
+}
+
+report::AnswerHead HeadOf(const Analysis& analysis, const ResultFile& result) {
+  const Measured& answer = analysis.pressure_advance;
+  report::AnswerHead head{.title = "Pressure advance", .verdict = answer.verdict()};
+  if (answer.good()) {
+    const Quantity& quantity = answer.quantity();
+    head.value = report::ValueText(quantity.value, quantity.interval95, report::kSeconds);
+    head.interval = report::IntervalText(quantity.interval95, report::kSeconds);
+  } else {
+    head.reason = answer.reason();
+  }
+  const measurement::Subject& subject = result.outcome.subject;
+  for (const std::string& fact : {subject.filament, subject.printer}) {
+    if (!fact.empty()) head.facts.push_back(fact);
+  }
+  head.facts.push_back(result.outcome.provenance.utc.substr(0, kDateLength));
+  return head;
+}
+
+// The answer above the photo, or above the first figure, as they are drawn for a phone: the same
+// picture is to be read on small and large screens.
+std::string AnswerPng(const report::AnswerHead& head, const std::vector<report::Figure>& figures) {
+  constexpr double kScale = 3;
+  const report::Canvas answer = DrawAnswerHead(head, report::kNarrowWidthPx);
+  std::vector<const report::Canvas*> drawings = {&answer};
+  const auto photo = std::ranges::find(figures, "photo", &report::Figure::name);
+  if (!figures.empty()) {
+    const report::Figure& figure = photo != figures.end() ? *photo : figures.front();
+    drawings.push_back(figure.narrow ? &*figure.narrow : &figure.canvas);
+  }
+  return report::Canvas::StackedPng(drawings, kScale);
+}
+
+Result<void> WriteResult(const ResultFile& result, const AnalysisOutput& output) {
+  if (output.keep_in_recording) {
+    TRY(KeepInRecording(SourceOf(result), result));
+  }
+  if (output.files.result.empty()) return {};
+  return WriteOutputs({OutputOf(output.files.result, result)}, output.files.force);
+}
+
+/// What became of the files beside the answer.
+struct Written {
+  std::string report;           ///< its path; empty where there is none
+  std::optional<Error> failed;  ///< the first file that could not be written
+};
+
+Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
+  Written written;
+  if (auto done = WriteResult(result, output); !done) written.failed = done.error();
+  const bool draws = !output.files.report.empty() || !output.files.figures.empty() ||
+                     !output.files.picture.empty();
+  if (!draws) return written;
+  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(run);
+  if (auto done = WriteReport(output.files.report, result, run, figures, output.files.force);
+      done) {
+    written.report = output.files.report;
+  } else if (!written.failed) {
+    written.failed = done.error();
+  }
+  const std::string answer_png = AnswerPng(HeadOf(run.analysis, result), figures);
+  auto done = WriteFigures(output.files.figures, answer_png, figures, output.files.force);
+  if (!done && !written.failed) written.failed = done.error();
+  if (output.files.picture.empty()) return written;
+  done = WriteOutputs({{output.files.picture, answer_png}}, output.files.force);
+  if (!done && !written.failed) written.failed = done.error();
+  return written;
+}
+
+// By the firmware that printed the lines, or by each where that is not known.
+void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
+  const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
+    for (const std::string& line : PressureAdvanceCommands(dialect, value_s, {{}, drive})) {
+      fmt::print("{:<17} {}{}\n", begin, line, end);
+    }
+  };
+  constexpr const char* kUse = "to use it";
+  if (printed_by) return say(printed_by->dialect, printed_by->drive, kUse, "");
+  say(gcode::Dialect::kKlipper, 0, kUse, " (Klipper)");
+  say(gcode::Dialect::kMarlin, 0, "", " (Marlin)");
+  say(gcode::Dialect::kRepRapFirmware, 0, "", " (RepRapFirmware; D is the extruder's drive)");
+}
+
+}  // namespace
+
+void SayAnswer(const Analysis& analysis) {
+  const Measured& answer = analysis.pressure_advance;
+  if (answer.good()) {
+    fmt::print("pressure advance  {}\n", report::WithInterval(answer.quantity(), report::kSeconds));
+  }
+  if (answer.good() || analysis.repeats) {
+    for (const report::AnswerRow& row : report::AnswerRows(analysis)) {
+      fmt::print("  {:<18}  {}{}{}{}\n", row.name, row.value,
+                 row.interval.empty() ? "" : " (" + row.interval + ")",
+                 row.note.empty() ? "" : ", ", row.note);
+    }
+  }
+  int used = 0;
+  for (const auto& line : analysis.lines) used += line.used;
+  fmt::print("lines             {} of {} used\n", used, analysis.lines.size());
+  for (const auto& line : analysis.lines) {
+    if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
+  }
+  for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
+  fmt::print("verdict           {}\n", VerdictWords(answer.verdict()));
+  if (!answer.good()) fmt::print("because           {}\n", answer.reason());
+  if (answer.good()) {
+    const Quantity& q = answer.quantity();
+    SayHowToUse(analysis.printed_by, report::SecondsText(q.value, q.standard_uncertainty));
+  }
+  std::fflush(stdout);  // before the files, which take longer than the analysis
+}
+
+AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
+  AnalysisOutput output;
+  output.files.report = (recording / "report.html").string();
+  output.files.picture = (recording / kResultPicture).string();
+  output.json = json;
+  output.keep_in_recording = true;
+  return output;
+}
+
+Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,
+                          const AnalysisOutput& output) {
+  const Written written = WriteFiles(run, result, output);
+  if (written.failed) return tl::unexpected(*written.failed);
+  return {};
+}
+
+int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
+  // The answer is printed whatever became of the files: it must not get lost for a full disk.
+  const Written written = WriteFiles(run, result, output);
+  if (output.json) {
+    std::optional<std::string> report_path;
+    if (!written.report.empty()) report_path = written.report;
+    std::fputs(JsonText(report::JsonOf(run.analysis, report_path)).c_str(), stdout);
+  } else if (!written.report.empty()) {
+    fmt::print("report            {}\n", written.report);
+  }
+  if (written.failed) return PrintError(*written.failed);
+  return run.analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
+}
+
+int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
+  if (!output.json) SayAnswer(run.analysis);
+  return WriteAnalysis(run, result, output);
 }
 
 }  // namespace trammel::app

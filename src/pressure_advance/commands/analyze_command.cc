@@ -12,14 +12,12 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/next_step.h"
+#include "app/provenance.h"
 #include "app/slow_work.h"
-#include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
-#include "pressure_advance/commands/noted_print.h"
 #include "pressure_advance/commands/pattern_options.h"
-#include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/response/transitions.h"
 
@@ -65,12 +63,10 @@ struct Sides {
 Result<Sides> SidesOf(const AnalyzeArguments& arguments) {
   Sides sides;
   if (!arguments.from.empty()) {
-    const auto from = TRY(ParseSide("--from", arguments.from));
-    sides.from = from;
+    sides.from = TRY(ParseSide("--from", arguments.from));
   }
   if (!arguments.start.empty()) {
-    const auto start = TRY(ParseSide("--start", arguments.start));
-    sides.start = start;
+    sides.start = TRY(ParseSide("--start", arguments.start));
   }
   return sides;
 }
@@ -84,14 +80,12 @@ Result<FoundPlan> LinesOf(const AnalyzeArguments& arguments) {
   }
   FoundPlan found;
   found.plan.corner_mark = arguments.photo;
-  auto values = TRY(ParsePressureAdvances(arguments.pa));
-  found.plan.pressure_advance_s = std::move(values);
+  found.plan.pressure_advance_s = TRY(ParsePressureAdvances(arguments.pa));
   if (arguments.segments.empty()) {
     found.notice = "no --segments were given: 0.1:10,0.6:100,0.3:10 was taken";
     return found;
   }
-  auto segments = TRY(ParseSegments(arguments.segments));
-  found.plan.segments = std::move(segments);
+  found.plan.segments = TRY(ParseSegments(arguments.segments));
   return found;
 }
 
@@ -157,17 +151,15 @@ std::string ToApply(const AnalyzeArguments& arguments, double value_s) {
                                                    : fmt::format("{:.4f}", value_s);
 }
 
-int RunAnalyze(const AnalyzeArguments& arguments) {
-  if (auto possible = CheckOutputs(arguments.output.files); !possible)
-    return PrintError(possible.error());
+Result<int> RunAnalyze(const AnalyzeArguments& arguments) {
+  TRY(CheckOutputs(arguments.output.files));
   const SlowWork work("analysing " + arguments.path);
-  const Result<AnalysisRun> run = RunEye(arguments);
-  if (!run) return PrintError(run.error());
-  ResultFile result = ResultOf(run->analysis, arguments.path);
+  const auto run = TRY(RunEye(arguments));
+  ResultFile result = ResultOf(run.analysis, arguments.path);
   result.outcome.subject = SubjectIn(arguments.path);
-  const int code = PrintAnalysis(*run, result, arguments.output);
-  const Measured& measured = run->analysis.pressure_advance;
-  if (!arguments.output.json && measured.good() && IsOfKlipper(run->analysis)) {
+  const int code = PrintAnalysis(run, result, arguments.output);
+  const Measured& measured = run.analysis.pressure_advance;
+  if (!arguments.output.json && measured.good() && IsOfKlipper(run.analysis)) {
     SayNext("nothing applied", "trammel pa apply " + ToApply(arguments, measured.quantity().value));
   }
   return code;
@@ -210,7 +202,7 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "photo: FRACTION:SPEED,... (with --pa; default 0.1:10,0.6:100,0.3:10)")
       ->excludes(plan)
       ->needs(pa);
-  command->callback([arguments, &exit_code] { exit_code = RunAnalyze(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunAnalyze(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -14,23 +14,19 @@
 #include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/next_step.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "app/stated_settings.h"
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
-#include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
-#include "pressure_advance/commands/measured_subject.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/filament_memory.h"
-#include "pressure_advance/procedure/spool_memory.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "session/print_needs.h"
-#include "session/printer_turn.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {
@@ -193,40 +189,34 @@ std::string BeforeText(const Undoing& undoing) {
   return fmt::format("{}", fmt::join(each, ", "));
 }
 
-int RunUndo(const ApplyArguments& arguments) {
+Result<int> RunUndo(const ApplyArguments& arguments) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(arguments.printer);
-  if (!config) return PrintError(config.error());
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto turn = TakeTurnFor(arguments, session, *config);
-  if (!turn) return PrintError(turn.error());
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return PrintError(state.error());
-  auto settled = Settle(arguments, session, config->scan.address, machine::ActiveAdvance_s(*state));
-  if (!settled) return PrintError(settled.error());
+  const auto config = TRY(LoadSettings(arguments.printer));
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const auto turn = TRY(TakeTurnFor(arguments, session, config));
+  const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
+  TRY(Settle(arguments, session, config.scan.address, machine::ActiveAdvance_s(state)));
   const auto undoing =
-      LastToUndo(kInstrument, config->scan.address, machine::ActiveAdvance_s(*state));
-  if (!undoing) return PrintError(undoing.error());
-  procedure::ApplyOptions options = OptionsOf(arguments, *config);
-  options.own_s = undoing->before_each;
+      TRY(LastToUndo(kInstrument, config.scan.address, machine::ActiveAdvance_s(state)));
+  procedure::ApplyOptions options = OptionsOf(arguments, config);
+  options.own_s = undoing.before_each;
   options.before_setting = [&](const procedure::PressureAdvanceChange& change) -> Result<void> {
-    TRY(CheckInForce(*undoing, change.before_s, arguments.force));
-    return NoteUndoing(kInstrument, config->scan.address, *undoing);
+    TRY(CheckInForce(undoing, change.before_s, arguments.force));
+    return NoteUndoing(kInstrument, config.scan.address, undoing);
   };
-  fmt::print("in force until    {}: {}\n", undoing->utc, BeforeText(*undoing));
-  const auto done = Apply(session, undoing->before, options, false);
+  fmt::print("in force until    {}: {}\n", undoing.utc, BeforeText(undoing));
+  const auto done = Apply(session, undoing.before, options, false);
   if (!done) {
-    SettleFailure(arguments, session, config->scan.address);
-    return PrintError(done.error());
+    SettleFailure(arguments, session, config.scan.address);
+    return tl::unexpected(done.error());
   }
   if (!options.dry_run) {
-    NoteUndone(kInstrument, config->scan.address, *undoing);
+    NoteUndone(kInstrument, config.scan.address, undoing);
     fmt::print(
         "what was kept     for a filament (TRAMMEL_FILAMENT, Spoolman) stays there: pa apply "
         "{:.4f} --filament NAME --spoolman keeps this one\n",
-        undoing->before);
+        undoing.before);
   }
   return kExitGood;
 }
@@ -360,57 +350,49 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
   return arguments.spoolman ? PrintError(kept.error()) : code;
 }
 
-int RunApply(const ApplyArguments& arguments) {
+Result<int> RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
-  auto config = LoadSettings(arguments.printer);
-  if (!config) return PrintError(config.error());
-  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
-  const Result<ChosenValue> value = ValueFrom(arguments.value);
-  if (!value) return PrintError(value.error());
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto turn = TakeTurnFor(arguments, session, *config);
-  if (!turn) return PrintError(turn.error());
-  procedure::ApplyOptions options = OptionsOf(arguments, *config);
-  const AppliedValue applied{kInstrument, value->result, config->scan.address, value->value_s};
+  auto config = TRY(LoadSettings(arguments.printer));
+  TRY(CheckFilamentOption(arguments.filament));
+  const auto value = TRY(ValueFrom(arguments.value));
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const auto turn = TRY(TakeTurnFor(arguments, session, config));
+  procedure::ApplyOptions options = OptionsOf(arguments, config);
+  const AppliedValue applied{kInstrument, value.result, config.scan.address, value.value_s};
   options.before_setting = [&](const procedure::PressureAdvanceChange& change) -> Result<void> {
-    auto settled = Settle(arguments, session, config->scan.address, change.before_s);
-    if (settled) settled = KeepResult(*value);
-    if (!settled) return settled;
+    TRY(Settle(arguments, session, config.scan.address, change.before_s));
+    TRY(KeepResult(value));
     return NoteBegun(applied, change.before_s, procedure::BeforeEach(change));
   };
   const measurement::Subject subject =
-      value->result ? value->result->subject : measurement::Subject{};
-  auto same = CheckSameFilament(subject, arguments.filament, arguments.force);
-  if (same) same = CheckSameToolhead(subject, session, arguments.force);
-  if (!same) return PrintError(same.error());
-  const auto spool = SpoolFor(arguments, config->scan.keep_in_spoolman, session, subject);
-  if (!spool) return PrintError(spool.error());
-  if (value->measured) {
-    fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
+      value.result ? value.result->subject : measurement::Subject{};
+  TRY(CheckSameFilament(subject, arguments.filament, arguments.force));
+  TRY(CheckSameToolhead(subject, session, arguments.force));
+  const auto spool = TRY(SpoolFor(arguments, config.scan.keep_in_spoolman, session, subject));
+  if (value.measured) {
+    fmt::print("measured          {}\n", report::WithInterval(*value.measured, report::kSeconds));
   }
-  if (value->result) {
-    for (const std::string& notice : value->result->notices) {
+  if (value.result) {
+    for (const std::string& notice : value.result->notices) {
       fmt::print("notice            {}\n", notice);
     }
   }
-  const procedure::Session silent{**printer, interrupt.token(), {}};
-  const auto taken = TakeStatedBy(silent, StatedFor::kPrinter, *config);
-  if (!taken) return PrintError(taken.error());
-  PrintOtherSubject(subject, *config);
-  if (spool->place) PrintSpoolPlace(*spool->place, value->value_s);
-  const auto done = Apply(session, value->value_s, options, false);
+  const procedure::Session silent{*printer, interrupt.token(), {}};
+  TRY(TakeStatedBy(silent, StatedFor::kPrinter, config));
+  PrintOtherSubject(subject, config);
+  if (spool.place) PrintSpoolPlace(*spool.place, value.value_s);
+  const auto done = Apply(session, value.value_s, options, false);
   if (!done) {
-    SettleFailure(arguments, session, config->scan.address);
-    return PrintError(done.error());
+    SettleFailure(arguments, session, config.scan.address);
+    return tl::unexpected(done.error());
   }
   if (options.dry_run) {
-    if (!spool->why_not.empty()) PrintNotInSpoolman(spool->why_not);
+    if (!spool.why_not.empty()) PrintNotInSpoolman(spool.why_not);
     return kExitGood;
   }
   NoteApplied(applied);
-  const int code = KeepBeyond(arguments, session, *spool, value->value_s);
+  const int code = KeepBeyond(arguments, session, spool, value.value_s);
   SayHowToUndo(arguments.printer);
   return code;
 }
@@ -490,7 +472,7 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] {
     if (!arguments->undo && arguments->value.empty()) throw CLI::RequiredError("value or --undo");
-    exit_code = arguments->undo ? RunUndo(*arguments) : RunApply(*arguments);
+    exit_code = CodeOf(arguments->undo ? RunUndo(*arguments) : RunApply(*arguments));
   });
 }
 

@@ -14,26 +14,20 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/kept_history.h"
-#include "app/new_folder.h"
-#include "app/next_step.h"
+#include "app/output_files.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "app/stated_settings.h"
-#include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/conditions_run.h"
 #include "pressure_advance/commands/kept_result.h"
-#include "pressure_advance/commands/machine_time.h"
-#include "pressure_advance/commands/measured_subject.h"
-#include "pressure_advance/commands/noted_print.h"
-#include "pressure_advance/commands/photo_plan.h"
-#include "pressure_advance/commands/plate_options.h"
+#include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
-#include "session/dead_run.h"
-#include "session/printer_turn.h"
+#include "session/crash_recovery.h"
 #include "session/run_journal.h"
 #include "settings/material.h"
 
@@ -97,33 +91,30 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
 }
 
 // Reports, and applies where asked to.
-int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             const files::Config& config, const fs::path& folder,
-             const std::optional<machine::Spool>& spool_before) {
+Result<int> Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
+                     const files::Config& config, const fs::path& folder,
+                     const std::optional<machine::Spool>& spool_before) {
   session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
-  auto run = AnalyseRecording(folder);
-  if (!run) return PrintError(run.error());
-  if (!arguments.json) SayAnswer(run->analysis);
+  auto run = TRY(AnalyseRecording(folder));
+  if (!arguments.json) SayAnswer(run.analysis);
   const bool wanted = arguments.filament.empty() && !spool_before;
   const auto spool_now = SpoolNow(session, wanted);
   if (spool_before) {
     const std::string change = SpoolChange(*spool_before, spool_now);
-    if (!change.empty()) run->analysis.notices.push_back(change);
+    if (!change.empty()) run.analysis.notices.push_back(change);
     if (!change.empty() && !arguments.json) fmt::print("notice            {}\n", change);
   }
-  ResultFile result = ResultOf(run->analysis, folder.string());
+  ResultFile result = ResultOf(run.analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
-  const int code = WriteAnalysis(*run, result, KeptIn(folder, arguments.json));
-  const Measured& measured = run->analysis.pressure_advance;
+  const int code = WriteAnalysis(run, result, KeptIn(folder, arguments.json));
+  const Measured& measured = run.analysis.pressure_advance;
   if (!measured.good()) return code;
   if (!arguments.json) PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
   const double value_s = measured.quantity().value;
   if (arguments.apply) {
-    const auto state = files::StateFolder();
-    if (!state) return PrintError(state.error());
-    const auto turn = procedure::TakeTurn(session, config.scan, *state, "trammel pa calibrate");
-    if (!turn) return PrintError(turn.error());
+    const auto state = TRY(files::StateFolder());
+    const auto turn = TRY(procedure::TakeTurn(session, config.scan, state, "trammel pa calibrate"));
     procedure::ApplyOptions options;
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
     const AppliedValue applied{measurement::Instrument::kPressureAdvance, result.outcome,
@@ -131,8 +122,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     options.before_setting = [&](const procedure::PressureAdvanceChange& change) {
       return NoteBegun(applied, change.before_s, procedure::BeforeEach(change));
     };
-    const auto done = Apply(session, value_s, options, arguments.json);
-    if (!done) return PrintError(done.error());
+    TRY(Apply(session, value_s, options, arguments.json));
     NoteApplied(applied);
     if (!arguments.json) SayHowToUndo(arguments.printer);
     return code;
@@ -208,58 +198,47 @@ int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
   return kExitGood;
 }
 
-int RunCalibration(const CalibrateArguments& arguments) {
+Result<int> RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
-  auto config = ConfigOf(arguments);
-  if (!config) return PrintError(config.error());
-  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
+  auto config = TRY(ConfigOf(arguments));
+  TRY(CheckFilamentOption(arguments.filament));
   if (arguments.dry_run) {
-    auto fitted = FitForDryRun(arguments.printer, interrupt.token(), *config);
-    if (!fitted) return PrintError(fitted.error());
-    if (auto laid = LayOnPlate(arguments.plate, BedOf(config->pattern), *config); !laid) {
-      return PrintError(laid.error());
-    }
-    const auto done = PrintDryRun(config->pattern, config->scan,
-                                  {arguments.print, arguments.scan, arguments.plate.photo});
-    return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+    TRY(FitForDryRun(arguments.printer, interrupt.token(), config));
+    TRY(LayOnPlate(arguments.plate, BedOf(config.pattern), config));
+    TRY(PrintDryRun(config.pattern, config.scan,
+                    {arguments.print, arguments.scan, arguments.plate.photo}));
+    return kExitGood;
   }
-  auto request = RequestFor(*config, {});
+  auto request = RequestFor(config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
   request.for_photo = arguments.plate.photo;
   request.filament = arguments.filament;
   request.only = arguments.only;
   if (!arguments.print) {
-    auto lying =
-        arguments.plan.empty() ? PlanOnBed(config->scan.address) : NamedPlan(arguments.plan);
-    if (!lying) return PrintError(lying.error());
-    request.plan = std::move(*lying);
+    request.plan =
+        TRY(arguments.plan.empty() ? PlanOnBed(config.scan.address) : NamedPlan(arguments.plan));
   }
   if (arguments.print) {
-    auto told = settings::ValidateTemperatures(config->pattern);
-    if (!told) return PrintError(told.error());
+    TRY(settings::ValidateTemperatures(config.pattern));
   }
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  if (auto fitted = FitPattern(session, *config); !fitted) return PrintError(fitted.error());
-  if (auto laid = LayOnPlateOf(arguments.plate, session, *config); !laid) {
-    return PrintError(laid.error());
-  }
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  TRY(FitPattern(session, config));
+  TRY(LayOnPlateOf(arguments.plate, session, config));
   if (arguments.plate.conditions.any()) {
     return RunConditions(
-        {*config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
+        {config, arguments.out, arguments.filament, arguments.json, arguments.keep_full}, session);
   }
-  request.pattern = config->pattern;
+  request.pattern = config.pattern;
   const auto spool = arguments.scan ? SpoolNow(session, false) : std::nullopt;
-  const auto ran = Run(arguments, session, request);
-  if (!ran) return PrintError(ran.error());
+  const auto ran = TRY(Run(arguments, session, request));
   if (arguments.scan) {
-    const int code = Conclude(arguments, session, *config, ran->folder, spool);
-    if (!arguments.keep_full) CutRecordings({ran->folder}, interrupt.token());
+    const auto code = Conclude(arguments, session, config, ran.folder, spool);
+    if (!arguments.keep_full) CutRecordings({ran.folder}, interrupt.token());
     return code;
   }
-  return SayHowItLies(arguments, *ran);
+  return SayHowItLies(arguments, ran);
 }
 
 CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
@@ -277,7 +256,7 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
                         "without it, the one of Spoolman's active spool" +
                             std::string(arguments->print ? kNamedMaterial : ""));
   }
-  command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunCalibration(*arguments)); });
   return command;
 }
 

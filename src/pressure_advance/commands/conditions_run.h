@@ -2,6 +2,7 @@
 // them, in one heating.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "app/config/config_file.h"
 #include "base/result.h"
+#include "pressure_advance/flow/flow_table.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/session.h"
@@ -46,6 +48,22 @@ struct ConditionsRun {
 
 /// Prints all patterns, scans each into a recording of its own, says what each gives and the table
 /// of them. @returns the exit code: good where every pattern gives an answer.
-[[nodiscard]] int RunConditions(const ConditionsRun& run, const procedure::Session& session);
+[[nodiscard]] Result<int> RunConditions(const ConditionsRun& run,
+                                        const procedure::Session& session);
+
+// Pressure advance over flow and acceleration, from the recordings of several calibrations.
+
+/// The table of what recordings keep as their answers, by the flows and accelerations of their
+/// plans. Errors: a folder without either, or without a good answer; one named twice; another
+/// filament, nozzle or printer than the others'.
+[[nodiscard]] Result<pressure_advance::FlowTable> TableOf(
+    const std::vector<std::string>& recordings);
+
+/// As `pa table --json` has it (docs/formats.md).
+[[nodiscard]] nlohmann::ordered_json TableJson(const pressure_advance::FlowTable& table);
+
+/// As text on standard output.
+/// @param filament_diameter_mm  > 0; firmware counts flow in mm of filament
+void PrintTable(const pressure_advance::FlowTable& table, double filament_diameter_mm);
 
 }  // namespace trammel::app

@@ -10,20 +10,19 @@
 #include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/config/config_file.h"
-#include "app/config_text.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
 #include "app/secrets.h"
 #include "app/stated_settings.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/procedure/guarded_run.h"
-#include "pressure_advance/procedure/laser_check.h"
+#include "pressure_advance/procedure/calibrate.h"
+#include "pressure_advance/procedure/scan.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "session/frame_recorder.h"
-#include "session/name_stop.h"
 #include "session/run_journal.h"
+#include "session/session.h"
 
 namespace trammel::app {
 namespace {
@@ -130,27 +129,24 @@ void AdviseOnScan(const files::Config& config, const DoctorOptions& options,
   }
 }
 
-int RunDoctor(const DoctorOptions& options) {
+Result<int> RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
-  auto config = LoadSettings(options.printer);
-  if (!config) return PrintError(config.error());
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto taken = TakeStatedBy(session, StatedFor::kPattern, *config);
-  if (!taken) return PrintError(taken.error());
-  auto checks = CheckPrinter(session, {config->pattern}, config->scan);
+  auto config = TRY(LoadSettings(options.printer));
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  TRY(TakeStatedBy(session, StatedFor::kPattern, config));
+  auto checks = CheckPrinter(session, {config.pattern}, config.scan);
   const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();
   const auto add = [&checks](std::vector<Check> more) {
     checks.insert(checks.end(), more.begin(), more.end());
   };
-  const Check earlier = CheckEarlierRuns(session, config->scan.address);
-  add({earlier, CheckLastApply(session, config->scan.address)});
+  const Check earlier = CheckEarlierRuns(session, config.scan.address);
+  add({earlier, CheckLastApply(session, config.scan.address)});
   if (ready) add(CheckTiming(session));
-  add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
-  add(CheckSecrets(options.printer, config->scan));
-  add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
-  AdviseOnScan(*config, options, checks);
+  add(CheckCamera(session, config.scan, options.laser && ready && earlier.passed));
+  add(CheckSecrets(options.printer, config.scan));
+  add({procedure::CheckDisk(std::filesystem::current_path(), 60, config.scan.frames_per_s)});
+  AdviseOnScan(config, options, checks);
   bool all = true;
   bool stopped = false;
   for (const Check& check : checks) {
@@ -178,7 +174,7 @@ void AddDoctorCommand(CLI::App& doctor, int& exit_code) {
       "--laser", options->laser,
       "switch the laser on for some pictures; the head must stand at the focus height, and no "
       "other trammel may have the printer");
-  doctor.callback([options, &exit_code] { exit_code = RunDoctor(*options); });
+  doctor.callback([options, &exit_code] { exit_code = CodeOf(RunDoctor(*options)); });
 }
 
 }  // namespace trammel::app

@@ -22,21 +22,15 @@ struct ExportArguments {
   bool force = false;
 };
 
-int RunExport(const ExportArguments& arguments) {
+Result<int> RunExport(const ExportArguments& arguments) {
   constexpr std::size_t kMostBytes = 4'000'000;
-  if (auto free = RefuseToOverwrite({arguments.out}, arguments.force); !free) {
-    return PrintError(free.error());
-  }
-  const auto profile = files::ReadNamedFile(arguments.orca, kMostBytes);
-  if (!profile) return PrintError(profile.error());
-  const Result<ChosenValue> value = ValueFrom(arguments.value);
-  if (!value) return PrintError(value.error());
-  const auto made = files::WithPressureAdvance(*profile, arguments.orca, value->value_s);
-  if (!made) return PrintError(made.error());
-  auto written = WriteOutputs({{arguments.out, made->text}}, arguments.force);
-  if (!written) return PrintError(written.error());
-  for (const std::string& notice : made->notices) fmt::print("notice            {}\n", notice);
-  fmt::print("pressure advance  {:.4f} s in {}: import it in OrcaSlicer\n", value->value_s,
+  TRY(RefuseToOverwrite({arguments.out}, arguments.force));
+  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMostBytes));
+  const auto value = TRY(ValueFrom(arguments.value));
+  const auto made = TRY(files::WithPressureAdvance(profile, arguments.orca, value.value_s));
+  TRY(WriteOutputs({{arguments.out, made.text}}, arguments.force));
+  for (const std::string& notice : made.notices) fmt::print("notice            {}\n", notice);
+  fmt::print("pressure advance  {:.4f} s in {}: import it in OrcaSlicer\n", value.value_s,
              arguments.out);
   return kExitGood;
 }
@@ -53,7 +47,7 @@ void AddExportCommand(CLI::App& parent, int& exit_code) {
       ->required();
   command->add_option("-o,--out", arguments->out, "the profile to import there")->required();
   command->add_flag("--force", arguments->force, "overwrite it");
-  command->callback([arguments, &exit_code] { exit_code = RunExport(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunExport(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -13,18 +13,17 @@
 
 #include "app/commands.h"
 #include "app/config/config_file.h"
-#include "app/config_text.h"
-#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
-#include "pressure_advance/commands/machine_time.h"
+#include "app/provenance.h"
+#include "app/stated_settings.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
-#include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -57,8 +56,7 @@ Result<void> Override(const PatternArguments& arguments, files::Config& config) 
     TRY(files::OverrideConfig("dialect=" + arguments.dialect, config));
   }
   if (!arguments.pa.empty()) {
-    auto values = TRY(ParsePressureAdvances(arguments.pa));
-    config.pattern.pressure_advances_s = std::move(values);
+    config.pattern.pressure_advances_s = TRY(ParsePressureAdvances(arguments.pa));
     config.options["pressure_advance_pattern.pressure_advances"] = "--pa";
   }
   TakeMaterial(arguments.material, config);
@@ -174,10 +172,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   AddMaterialOption(*command, arguments->material);
   command->add_flag("--force", arguments->force, "overwrite files");
   command->add_flag("--json", arguments->json, "print what it costs as one JSON object");
-  command->callback([arguments, &exit_code] {
-    const Result<void> done = RunPattern(*arguments);
-    if (!done) exit_code = PrintError(done.error());
-  });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunPattern(*arguments)); });
 }
 
 }  // namespace trammel::app

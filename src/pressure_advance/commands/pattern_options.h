@@ -1,11 +1,27 @@
 // Pressure advances and segments on the command line.
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "app/config/config_file.h"
 #include "base/result.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/conditions_run.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/procedure/sweep_plan.h"
 #include "pressure_advance/profile/line_motion.h"
+#include "session/session.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace trammel::app {
 
@@ -20,5 +36,58 @@ namespace trammel::app {
 /// @returns Segments whose fractions sum to 1 (to 1e-3) and whose speeds lie within 0.1 … 2000
 ///          mm/s, or an error that names the part and the bound.
 [[nodiscard]] Result<std::vector<pressure_advance::Segment>> ParseSegments(std::string_view text);
+
+// Several patterns on one plate, as the command line asks for them.
+
+struct AskedPlate {
+  std::optional<int> repeat;   ///< patterns alike; absent: one
+  AskedConditions conditions;  ///< of patterns that differ
+  bool photo = false;          ///< is taken of it: no laser has to reach it
+};
+
+/// --repeat, --speeds, --accelerations and --max-flow.
+/// @param of_one_answer  options that patterns under several conditions cannot go with
+void AddPlateOptions(CLI::App& command, AskedPlate& asked,
+                     const std::vector<CLI::Option*>& of_one_answer);
+
+/// Puts the patterns that are asked for beside one another. Errors: those of PatternsBeside,
+/// CombineConditions and LayConditions.
+[[nodiscard]] Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
+                                      files::Config& config);
+
+/// The same within a printer's reach, before anything moves there. Errors: those of CheckReady,
+/// too.
+[[nodiscard]] Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& session,
+                                        files::Config& config);
+
+// What a photo cannot tell of itself: from the plan that trammel pa pattern wrote.
+
+/// The lines of one pattern, as they lie side by side on the bed; the first is the one that was
+/// printed first, or the outer line nearer to it.
+/// @returns values and segments; the sides of the picture are left at their defaults. Errors name
+///   `file`: lines that are not parallel or run in both directions; several
+///   patterns of which a photo could show either.
+[[nodiscard]] Result<PhotoPlan> PhotoPlanOf(const pressure_advance::PatternPlan& plan,
+                                            const std::string& file);
+
+/// Makes it the pattern of `pa pattern --photo`: 21 lines that end their fast part sooner than they
+/// begin it, two steps from the frame, and the mark.
+void SetForPhoto(pressure_advance::PatternConfig& pattern);
+
+/// A plan's largest file, bytes: 100,000 lines, the most that a plan may have, stay below this.
+inline constexpr std::size_t kMostPlanFileBytes = std::size_t{32} << 20;
+
+/// Reads a *.plan.json. Errors: there is none, or it cannot be used.
+[[nodiscard]] Result<pressure_advance::PatternPlan> ReadPatternPlan(
+    const std::filesystem::path& file);
+
+/// PhotoPlanOf of a *.plan.json. Errors: those of both.
+[[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
+
+/// The same from its text.
+[[nodiscard]] Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file);
+
+/// Whether a file's name is that of a plan.
+[[nodiscard]] bool IsPlanName(const std::string& name);
 
 }  // namespace trammel::app

@@ -12,23 +12,20 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/kept_copy.h"
 #include "app/kept_history.h"
-#include "app/new_folder.h"
-#include "app/next_step.h"
+#include "app/output_files.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
 #include "app/stated_settings.h"
 #include "files/new_file.h"
-#include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
+#include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
-#include "pressure_advance/commands/measured_subject.h"
-#include "pressure_advance/commands/noted_print.h"
-#include "pressure_advance/commands/photo_plan.h"
+#include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/procedure/pattern_photo.h"
-#include "service/result_picture.h"
+#include "pressure_advance/procedure/calibrate.h"
+#include "service/job_record.h"
 #include "session/print_needs.h"
 
 namespace trammel::app {
@@ -79,18 +76,16 @@ Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Ses
   return Fetched{std::move(photo), {std::move(notice)}};
 }
 
-int Measure(const PhotoArguments& arguments, const procedure::Session& session,
-            const files::Config& config, const fs::path& folder, const Fetched& fetched,
-            const PhotoPlan& plan) {
+Result<int> Measure(const PhotoArguments& arguments, const procedure::Session& session,
+                    const files::Config& config, const fs::path& folder, const Fetched& fetched,
+                    const PhotoPlan& plan) {
   const PatternPhoto& photo = fetched.photo;
   const fs::path path = folder / (kPhotoName + procedure::PictureEnding(photo.name));
-  if (auto kept = files::WriteWholeFile(path, photo.bytes, files::IfThere::kRefuse); !kept) {
-    return PrintError(kept.error());
-  }
+  TRY(files::WriteWholeFile(path, photo.bytes, files::IfThere::kRefuse));
   session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
   auto run = AnalysePhoto(path, plan);
   if (!run) {
-    return PrintError({run.error().kind, fmt::format("{}: {}", photo.name, run.error().message)});
+    return Fail(fmt::format("{}: {}", photo.name, run.error().message), run.error().kind);
   }
   for (const std::string& notice : fetched.notices) {
     if (!notice.empty()) run->analysis.notices.push_back(notice);
@@ -120,36 +115,28 @@ Result<void> CheckPrintable(const procedure::Session& session, const PhotoPlan& 
   return FirstFailure(checks, ErrorKind::kSafety);
 }
 
-int RunPhoto(PhotoArguments arguments) {
+Result<int> RunPhoto(PhotoArguments arguments) {
   const Interrupt interrupt;
-  auto config = LoadSettings(arguments.printer);
-  if (!config) return PrintError(config.error());
-  if (auto key = CheckFilamentOption(arguments.filament); !key) return PrintError(key.error());
-  const auto print = arguments.plan.empty() ? LastNotedPrint(config->scan.address)
-                                            : Result<std::optional<files::PatternPrint>>();
-  if (!print) return PrintError(print.error());
-  if (arguments.filament.empty() && *print) arguments.filament = (*print)->filament;
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const procedure::Session silent{**printer, interrupt.token(), {}};
-  const auto taken = TakeStatedBy(silent, StatedFor::kPrinter, *config);
-  if (!taken) return PrintError(taken.error());
-  const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return PrintError(folder.error());
-  auto photo = FetchPhoto(arguments, session, *print, fs::absolute(folder->path()).parent_path());
-  if (!photo) return PrintError(photo.error());
-  auto plan = PlanFor(arguments, session, *print);
-  if (!plan) return PrintError(plan.error());
-  auto& printed_by = plan->plan.printed_by;
+  auto config = TRY(LoadSettings(arguments.printer));
+  TRY(CheckFilamentOption(arguments.filament));
+  const auto print = TRY(arguments.plan.empty() ? LastNotedPrint(config.scan.address)
+                                                : Result<std::optional<files::PatternPrint>>());
+  if (arguments.filament.empty() && print) arguments.filament = print->filament;
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session silent{*printer, interrupt.token(), {}};
+  TRY(TakeStatedBy(silent, StatedFor::kPrinter, config));
+  const auto folder = TRY(NewFolder::Make(arguments.out));
+  auto photo =
+      TRY(FetchPhoto(arguments, session, print, fs::absolute(folder.path()).parent_path()));
+  auto plan = TRY(PlanFor(arguments, session, print));
+  auto& printed_by = plan.plan.printed_by;
   if (!printed_by) printed_by = gcode::PrintedBy{};  // here, where Klipper is
   if (printed_by->dialect == gcode::Dialect::kKlipper) {
-    if (auto printable = CheckPrintable(session, plan->plan); !printable) {
-      return PrintError(printable.error());
-    }
+    TRY(CheckPrintable(session, plan.plan));
   }
-  photo->notices.push_back(plan->notice);
-  return Measure(arguments, session, *config, folder->path(), *photo, plan->plan);
+  photo.notices.push_back(plan.notice);
+  return Measure(arguments, session, config, folder.path(), photo, plan.plan);
 }
 
 }  // namespace
@@ -173,7 +160,7 @@ void AddPhotoCommand(CLI::App& parent, int& exit_code) {
                       "active spool");
   command->add_option("-o,--out", arguments->out, "new folder for photo and result");
   command->add_flag("--json", arguments->json, "print the answer as one JSON object");
-  command->callback([arguments, &exit_code] { exit_code = RunPhoto(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunPhoto(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -1,6 +1,8 @@
 // The commands of pressure advance: `trammel pa`, and `trammel doctor`.
 #pragma once
 
+#include "service/job_kind.h"
+
 namespace CLI {
 class App;
 }
@@ -23,5 +25,17 @@ void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddSetupCommand(CLI::App& parent, int& exit_code);
 /// Makes a command `trammel doctor`.
 void AddDoctorCommand(CLI::App& doctor, int& exit_code);
+
+// What pressure advance has to offer to `trammel serve`.
+
+/// `pa calibrate` as a job, with the macros of klipper/trammel.cfg that ask for it, and `pa apply`
+/// of what it found. Heats nothing where the settings name no temperatures.
+[[nodiscard]] service::JobKind PressureAdvanceJob();
+
+/// `pa print --photo` as a job, without a laser; its last word asks for the photo.
+[[nodiscard]] service::JobKind PhotoPatternJob();
+
+/// `pa photo` as a job, and `pa apply` of what it found. Moves and heats nothing.
+[[nodiscard]] service::JobKind PhotoJob();
 
 }  // namespace trammel::app

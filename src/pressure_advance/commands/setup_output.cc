@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -11,17 +16,25 @@
 
 #include "app/commands.h"
 #include "app/config/config_file.h"
+#include "app/interrupt.h"
 #include "app/kept_history.h"
 #include "app/output_files.h"
+#include "app/printer_session.h"
 #include "app/provenance.h"
-#include "app/result_file.h"
+#include "app/stated_settings.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
 #include "measurement/outcome.h"
+#include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/camera_section.h"
+#include "pressure_advance/procedure/setup.h"
 #include "pressure_advance/report/setup_json.h"
+#include "pressure_advance/setup/printed_mark.h"
+#include "session/crash_recovery.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 namespace {
@@ -221,6 +234,117 @@ int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
                backup->empty() ? "" : "; as it was before: " + *backup);
   }
   return kExitGood;
+}
+
+namespace {
+
+struct SetupArguments {
+  PrinterOptions printer;
+  std::string out;
+  std::string write;
+  std::vector<double> clear_z;
+  std::vector<double> mark_at;
+  bool dry_run = false;
+  bool json = false;
+};
+
+procedure::SetupRequest SetupRequestOf(const SetupArguments& arguments,
+                                       const files::Config& config) {
+  const auto run = RequestFor(config, {});
+  procedure::SetupRequest request;
+  request.pattern = run.pattern;
+  request.settings = run.settings;
+  request.started = run.started;
+  request.run = run.run;
+  request.clear = {arguments.clear_z.at(0), arguments.clear_z.at(1)};
+  if (!arguments.mark_at.empty()) {
+    request.mark = {arguments.mark_at.at(0), arguments.mark_at.at(1)};
+  }
+  return request;
+}
+
+// The mark's G-code, and where the head goes, whatever a printer would say.
+Result<void> PrintSetupDryRun(const procedure::SetupRequest& request) {
+  TRY(settings::ValidateTemperatures(request.pattern));
+  constexpr double kFar_mm = 2000;  // a printer says how far it reaches, and none is asked
+  procedure::Reach anywhere;
+  anywhere.minimum_mm.fill(-kFar_mm);
+  anywhere.maximum_mm.fill(kFar_mm);
+  TRY(CheckClearHeights(request.clear, request.settings, anywhere));
+  const auto mark = TRY(PlanMark(request.pattern, request.mark, request.settings.camera_offset_x_mm,
+                                 request.settings.camera_offset_y_mm));
+  fmt::print("; --- print ---\n{}", WriteMarkGcode(mark, request.pattern));
+  const double x_mm = mark.x_mm - request.settings.camera_offset_x_mm;
+  const double y_mm = mark.y_mm - request.settings.camera_offset_y_mm;
+  fmt::print(
+      "; --- looks ---\n; mark at ({:.1f}, {:.1f}) mm; the nozzle goes from {:.4g} to {:.4g} mm, "
+      "about ({:.1f}, {:.1f}) mm and beside it\n",
+      mark.x_mm, mark.y_mm, request.clear.low_mm, request.clear.high_mm, x_mm, y_mm);
+  return {};
+}
+
+Result<int> RunSetup(const SetupArguments& arguments) {
+  const Interrupt interrupt;
+  auto config = TRY(LoadSettings(arguments.printer));
+  auto request = SetupRequestOf(arguments, config);
+  TRY(settings::ValidateTemperatures(request.pattern));
+  if (arguments.dry_run) {
+    TRY(PrintSetupDryRun(request));
+    return kExitGood;
+  }
+  SetupOutput output;
+  output.json = arguments.json;
+  output.printer = procedure::PrinterName(config.scan.address);
+  if (!arguments.write.empty()) {
+    output.target = TRY(ReadCameraTarget(arguments.write));
+  }
+  const auto printer = TRY(Connect(config.scan, interrupt.token()));
+  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  TRY(FitPattern(session, config));
+  request.pattern = config.pattern;
+  const auto folder = TRY(NewFolder::Make(
+      arguments.out.empty()
+          ? fs::path("recordings") / RecordingName(measurement::Instrument::kCameraSetup)
+          : fs::path(arguments.out)));
+  output.folder = request.folder = folder.path();
+  const auto outcome = SetUpCamera(session, request);
+  const auto done =
+      ReportEnd(outcome.done, outcome.unrestored, request.folder, "the pictures so far are in");
+  if (!outcome.done) return tl::unexpected(done.error());
+  const int code = PrintSetup(outcome.record, output);
+  if (!done) return tl::unexpected(done.error());
+  return code;
+}
+
+}  // namespace
+
+void AddSetupCommand(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<SetupArguments>();
+  CLI::App* setup = parent.add_subcommand(
+      "setup", "measure how laser and camera sit on the head, by the printer's own motion");
+  AddPrinterOptions(*setup, arguments->printer);
+  AddCameraOption(*setup, arguments->printer);
+  AddMaterialOption(*setup, arguments->printer.material);
+  setup
+      ->add_option("--clear-z", arguments->clear_z,
+                   "LOW,HIGH in mm: heights of the nozzle between which you have seen that nothing "
+                   "on the head touches anything")
+      ->delimiter(',')
+      ->expected(2)
+      ->required();
+  setup
+      ->add_option("--mark-at", arguments->mark_at,
+                   "X,Y in mm: where the mark is printed; left out: so that mark and head lie "
+                   "about the bed's middle")
+      ->delimiter(',')
+      ->expected(2);
+  setup->add_option("-o,--out", arguments->out, "new folder for pictures, values and report");
+  setup->add_option("--write", arguments->write,
+                    "a trammel.toml that receives the values; left out: they are printed alone");
+  setup->add_flag("--json", arguments->json, "print the answer as one JSON object");
+  setup->add_flag("--dry-run", arguments->dry_run,
+                  "print the mark's G-code and where the head goes, do nothing");
+  setup->callback([arguments, &exit_code] { exit_code = CodeOf(RunSetup(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -10,7 +10,7 @@
 #include "app/output_files.h"
 #include "base/json_text.h"
 #include "files/whole_file.h"
-#include "pressure_advance/commands/flow_table_output.h"
+#include "pressure_advance/commands/conditions_run.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/orca_profile.h"
 #include "pressure_advance/flow/flow_table.h"
@@ -52,26 +52,22 @@ Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTabl
       table.single_s.value, arguments.out);
 }
 
-int RunTable(const TableArguments& arguments) {
+Result<int> RunTable(const TableArguments& arguments) {
   if (arguments.orca.empty() != arguments.out.empty()) {
-    return PrintError({ErrorKind::kInput, "--orca PROFILE and -o PROFILE go together"});
+    return Fail("--orca PROFILE and -o PROFILE go together");
   }
   if (!arguments.out.empty()) {
-    auto free = RefuseToOverwrite({arguments.out}, arguments.force);
-    if (!free) return PrintError(free.error());
+    TRY(RefuseToOverwrite({arguments.out}, arguments.force));
   }
-  const auto table = TableOf(arguments.recordings);
-  if (!table) return PrintError(table.error());
+  const auto table = TRY(TableOf(arguments.recordings));
   std::string profile;
   if (!arguments.orca.empty()) {
-    auto written = WriteProfile(arguments, *table);
-    if (!written) return PrintError(written.error());
-    profile = std::move(*written);
+    profile = TRY(WriteProfile(arguments, table));
   }
   if (arguments.json) {
-    fmt::print("{}", JsonText(TableJson(*table)));
+    fmt::print("{}", JsonText(TableJson(table)));
   } else {
-    PrintTable(*table, arguments.filament_diameter_mm);
+    PrintTable(table, arguments.filament_diameter_mm);
     if (!profile.empty()) fmt::print("OrcaSlicer        {}\n", profile);
   }
   return kExitGood;
@@ -99,7 +95,7 @@ void AddTableCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::Range(1.0, 4.0))
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "overwrite it");
-  command->callback([arguments, &exit_code] { exit_code = RunTable(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunTable(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -10,7 +10,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/new_folder.h"
+#include "app/output_files.h"
 #include "app/printer_session.h"
 #include "app/stated_settings.h"
 #include "base/json_text.h"
@@ -138,10 +138,7 @@ void AddValidateCommand(CLI::App& parent, int& exit_code) {
   command->add_option("-o,--out", arguments->out, "new folder for everything that is recorded");
   command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
-  command->callback([arguments, &exit_code] {
-    const auto code = RunValidate(*arguments);
-    exit_code = code ? *code : PrintError(code.error());
-  });
+  command->callback([arguments, &exit_code] { exit_code = CodeOf(RunValidate(*arguments)); });
 }
 
 }  // namespace trammel::app

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/text.h"
-#include "gcode/number.h"
+#include "gcode/dialect.h"
 
 namespace trammel::files {
 namespace {

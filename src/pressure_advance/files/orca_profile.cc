@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/file_kind.h"
-#include "files/json_members.h"
 #include "files/json_object.h"
 
 namespace trammel::files {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 
 namespace trammel::files {
 

@@ -3,13 +3,17 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
+#include "gcode/dialect.h"
 #include "pressure_advance/profile/line_motion.h"
 #include "settings/printer.h"
-#include "settings/setting_problem.h"
+#include "settings/scan_settings.h"
+#include "settings/setting.h"
 
 namespace trammel::pressure_advance {
 
@@ -29,7 +33,7 @@ struct PatternConditions {
 /// The printer and the filament (settings/printer.h), and what this pattern adds to them.
 ///
 /// Ranges of single fields, and what users read about them, stand in PatternFields()
-/// (pattern_fields.h); Validate() checks those and how the fields fit together.
+/// ; Validate() checks those and how the fields fit together.
 /// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
 /// released code, whose values win where the two differ.
 struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
@@ -112,5 +116,45 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
 
 /// FindProblem as an error: names the setting, the value and the bound.
 [[nodiscard]] Result<void> Validate(const PatternConfig& config);
+
+// The table of the settings that only this pattern has: [pressure_advance_pattern] of trammel.toml,
+// and what [printer] says of how it ends.
+
+using PatternField =
+    settings::SettingField<PatternConfig, double, std::optional<double>, int, bool, std::string,
+                           std::vector<double>, std::vector<Segment>, Finish>;
+
+/// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
+[[nodiscard]] std::span<const PatternField> PatternFields();
+
+/// A choice as trammel.toml spells it.
+[[nodiscard]] std::string_view ToString(Finish finish);
+[[nodiscard]] std::optional<Finish> ParseFinish(std::string_view name);
+
+// What a user's own start, end and idle G-code may name.
+
+/// Every {name} with its value, units in the name.
+[[nodiscard]] std::vector<gcode::Placeholder> PatternPlaceholders(const PatternConfig& config);
+
+// Patterns by name: what one key of trammel.toml stands for.
+
+/// A pattern and the scan that goes with it.
+enum class PatternPreset {
+  kQuick,  ///< short lines, printed and swept to and fro without a stop: a third of the paper's
+           ///< time
+  kPaper,  ///< the published pattern and scan: what PatternConfig and ScanSettings default to
+};
+
+inline constexpr PatternPreset kDefaultPreset = PatternPreset::kQuick;
+
+/// As trammel.toml spells them.
+[[nodiscard]] std::string_view ToString(PatternPreset preset);
+[[nodiscard]] std::optional<PatternPreset> ParsePatternPreset(std::string_view name);
+
+/// Names the preset and its fields: every one that is still as the preset before has it becomes the
+/// new one's, all others stay. An empty PatternConfig::preset is the paper's.
+void ApplyPreset(PatternPreset preset, PatternConfig& pattern, settings::ScanSettings& scan);
+/// The same of the pattern alone.
+void ApplyPreset(PatternPreset preset, PatternConfig& pattern);
 
 }  // namespace trammel::pressure_advance

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "base/check.h"
-#include "gcode/number.h"
-#include "gcode/placeholders.h"
+#include "gcode/dialect.h"
 #include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
-#include "pressure_advance/pattern/pattern_placeholders.h"
 #include "settings/material.h"
 
 namespace trammel::pressure_advance {

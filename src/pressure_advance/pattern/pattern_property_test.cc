@@ -10,7 +10,7 @@
 
 #include "gcode/bead.h"
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_fields.h"
+#include "pressure_advance/pattern/pattern_config.h"
 
 namespace trammel::pressure_advance {
 namespace {

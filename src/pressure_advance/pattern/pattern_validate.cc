@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gcode/number.h"
+#include "gcode/dialect.h"
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_fields.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
-#include "pressure_advance/pattern/pattern_placeholders.h"
 #include "settings/material.h"
 
 namespace trammel::pressure_advance {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_presets.h"
-#include "settings/scan_fields.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "settings/scan_settings.h"
 
 namespace trammel::pressure_advance {
 namespace {

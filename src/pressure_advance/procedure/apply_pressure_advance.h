@@ -13,6 +13,17 @@
 
 namespace trammel::procedure {
 
+// The nozzle that prints now: values are kept for it.
+
+struct ActiveNozzle {
+  std::string extruder;    ///< [a-z0-9_]+, Klipper's name of its section
+  double diameter_mm = 0;  ///< of the printer's configuration
+};
+
+/// Asks the printer for its active extruder and that one's nozzle_diameter. Errors (kMachine): it
+/// tells none, or a name that is no section's.
+[[nodiscard]] Result<ActiveNozzle> AskActiveNozzle(const Session& session);
+
 /// Of one motor that pushes the active extruder's filament.
 struct MotorChange {
   std::string section;  ///< of printer.cfg: "extruder", "extruder_stepper belted"

@@ -2,11 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "base/utf8.h"
 #include "files/new_file.h"
+#include "machine/moonraker/webcam_list.h"
+#include "machine/net/json_field.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/procedure/cool_for_scan.h"
-#include "pressure_advance/procedure/guarded_run.h"
 #include "pressure_advance/procedure/scan.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"
@@ -17,10 +22,141 @@ namespace trammel::procedure {
 namespace {
 
 using pressure_advance::PatternConfig;
-using pressure_advance::PatternPlan;
 using settings::ScanSettings;
 
 constexpr double kAsk_s = 10;
+constexpr double kStall_s = 5;
+constexpr std::size_t kLongestCameraName = 500;
+constexpr int kJpegQuality = 95;  // of pictures that a camera sends as raw pixels
+
+ParkPlace ParkPlaceOf(const PatternConfig& config) {
+  const auto park = settings::ParkPositionOf(config);
+  return {config.park_lift_mm, park.x_mm, park.y_mm, config.z_speed_mm_s, config.travel_speed_mm_s};
+}
+
+// A camera that sends pictures, or nothing where none is wanted.
+Result<Eye> OpenEye(const Session& session, const GuardedRun& run) {
+  Eye eye;
+  if (!run.looks) return eye;
+  session.Tell({.text = "looking at the camera", .remaining_s = {}, .phase = "checking"});
+  eye.camera = TRY(OpenCamera(session, *run.settings));
+  eye.recorder = std::make_unique<FrameRecorder>(*eye.camera, kStall_s);
+  TRY(eye.recorder->NextFrame(kStall_s, session.stop));
+  return eye;
+}
+
+}  // namespace
+
+std::string Eye::Describe() const {
+  return camera ? Utf8OrReplaced(camera->Describe(), kLongestCameraName) : std::string();
+}
+
+GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
+  Eye eye;  // open until the laser is off
+  GuardedSteps guarded;
+  guarded.settings = run.settings;
+  guarded.identity.run = run.run;
+  guarded.identity.started = run.started;
+  guarded.identity.state_folder = run.state_folder;
+  guarded.identity.prints = run.prints;
+  guarded.identity.without_laser = run.for_photo;
+  guarded.identity.may_unhome = run.for_photo;
+  guarded.identity.heaters_end_off = run.for_photo;
+  guarded.park = ParkPlaceOf(*run.pattern);
+  guarded.check = run.check;
+  guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {
+    eye = TRY(OpenEye(taken, run));
+    TRY(HomeWhereItIsNot(taken));
+    TRY(guard.Begin(taken));
+    return run.steps(taken, guard, eye);
+  };
+  return RunGuarded(session, guarded);
+}
+
+Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
+                                                         const ScanSettings& settings) {
+  machine::CameraOptions options;
+  options.width_px = settings.frame_width_px;
+  options.height_px = settings.frame_height_px;
+  options.frames_per_s = settings.frames_per_s;
+  options.jpeg_quality = kJpegQuality;
+  if (!settings.camera.empty()) return machine::OpenCamera(settings.camera, options, session.stop);
+  const auto webcams = TRY(session.printer.Webcams(session.Within(kAsk_s)));
+  const auto webcam = TRY(machine::ChooseWebcam(webcams, settings.webcam));
+  return machine::OpenCamera(webcam.stream_url, options, session.stop);
+}
+
+Result<void> CoolForScan(const Session& session, const machine::PrinterState& state,
+                         double nozzle_c, double time_limit_s) {
+  const std::string& extruder = state.active_extruder;
+  if (nozzle_c == 0) {
+    session.Say(fmt::format("switching {} off, without waiting for it to cool", extruder));
+    return SetTarget(session, extruder, 0);
+  }
+  const auto nozzle = state.heaters.find(extruder);
+  const bool cold = nozzle != state.heaters.end() && nozzle->second.temperature_c <= nozzle_c &&
+                    nozzle->second.target_c <= nozzle_c;
+  return cold ? Result<void>{} : CoolAndWait(session, extruder, nozzle_c, time_limit_s);
+}
+
+namespace {
+
+using nlohmann::json;
+
+/// Of the folder's own pictures the last one, without its bytes.
+Result<PatternPhoto> NewestPhoto(const Session& session,
+                                 const std::function<bool(const std::string&)>& is_result) {
+  auto photos = ListUploads(session, [&is_result](const std::string& name) {
+    return !PictureEnding(name).empty() && !is_result(name);
+  });
+  if (!photos) return tl::unexpected(photos.error());
+  if (!photos->empty()) {
+    UploadedFile& newest = photos->back();
+    PatternPhoto photo{std::move(newest.name), {}};
+    if (newest.modified_s > 0) photo.stored_s = newest.modified_s;
+    return photo;
+  }
+  return Fail(
+      fmt::format("there is no photo in the folder {} beside the printer's configuration: upload "
+                  "one there (JPEG, PNG, WebP or HEIC)",
+                  kUploadFolder));
+}
+
+}  // namespace
+
+std::optional<double> ServerTime_s(const Session& session) {
+  constexpr double kTell_s = 3;  // also where somebody stops the program: of a print that has ended
+  const auto told = session.printer.CallServer("machine.proc_stats", nullptr, {kTell_s, {}});
+  const json* const times = told ? machine::Member(*told, "moonraker_stats") : nullptr;
+  if (times == nullptr || !times->is_array() || times->empty()) return std::nullopt;
+  return machine::Number(times->back(), "time");
+}
+
+std::string PictureEnding(const std::string& name) {
+  constexpr std::array<std::string_view, 6> kEndings = {".jpg",  ".jpeg", ".png",
+                                                        ".webp", ".heic", ".heif"};
+  return EndingAmong(kEndings, name);
+}
+
+Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& name,
+                                   const std::function<bool(const std::string&)>& is_result) {
+  PatternPhoto photo{name, {}};
+  if (name.empty()) {
+    photo = TRY(NewestPhoto(session, is_result));
+  } else if (PictureEnding(name).empty()) {
+    return Fail(
+        fmt::format("{}: must be the name of a picture (.jpg, .png, .webp, .heic) in the "
+                    "folder {} beside the printer's configuration",
+                    name, kUploadFolder));
+  }
+  photo.bytes = TRY(DownloadUpload(session, photo.name, kMostPhotoBytes));
+  return photo;
+}
+
+namespace {
+
+using pressure_advance::PatternPlan;
+
 constexpr double kHome_s = 300;
 constexpr const char* kGcodeName = "pattern.gcode";
 constexpr const char* kPlanName = "pattern.plan.json";
@@ -76,9 +212,8 @@ Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings)
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   if (!settings.clean_nozzle_gcode.empty()) {
     TRY(CheckStillFree(session));
-    auto clean = RunNoted(session, settings.clean_nozzle_gcode, kHome_s);
-    if (clean) clean = KeepAlive(session);
-    if (!clean) return clean;
+    TRY(RunNoted(session, settings.clean_nozzle_gcode, kHome_s));
+    TRY(KeepAlive(session));
   }
   return CoolForScan(session, state, settings.scan_nozzle_temperature_c,
                      settings.heat_time_limit_s);

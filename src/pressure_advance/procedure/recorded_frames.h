@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -45,5 +46,13 @@ struct FrameSize {
 [[nodiscard]] Result<pressure_advance::FoundCrop> FindCropIn(
     const std::filesystem::path& folder, const pressure_advance::Scan& scan,
     const pressure_advance::ScanLine& line);
+
+// Cuts the videos of a recording to what is read of them.
+
+/// Cuts every video of a recording's scan.json by the crop that stands there. Videos that are not
+/// cut yet at the stop stay whole.
+/// @returns a sentence for each other video that stays whole.
+[[nodiscard]] std::vector<std::string> CutRecording(const std::filesystem::path& folder,
+                                                    const std::stop_token& stop);
 
 }  // namespace trammel::procedure

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/checks.h"
 #include "session/print_needs.h"

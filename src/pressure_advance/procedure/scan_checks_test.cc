@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "pressure_advance/pattern/pattern_presets.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "session/fake_printer.h"
 
 namespace trammel::procedure {

@@ -13,7 +13,7 @@
 
 #include "files/new_file.h"
 #include "pressure_advance/files/recording.h"
-#include "pressure_advance/procedure/placed_sweep.h"
+#include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 #include "pressure_advance/response/unseen_stretch.h"
 #include "pressure_advance/timing/lateness.h"

@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "machine/camera/camera.h"
 #include "pressure_advance/procedure/scan.h"
-#include "pressure_advance/procedure/sweep_path.h"
+#include "pressure_advance/procedure/sweep_plan.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/response/transitions.h"
 #include "pressure_advance/timing/sweep_timing.h"

@@ -8,10 +8,9 @@
 #include <utility>
 
 #include "files/new_file.h"
-#include "pressure_advance/procedure/cool_for_scan.h"
-#include "pressure_advance/procedure/guarded_run.h"
+#include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/scan_checks.h"
-#include "pressure_advance/procedure/setup_eye.h"
+#include "pressure_advance/procedure/setup_route.h"
 #include "pressure_advance/setup/stripe_reading.h"
 #include "session/checks.h"
 #include "session/print.h"

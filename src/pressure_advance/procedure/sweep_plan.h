@@ -10,7 +10,7 @@
 
 #include "base/result.h"
 #include "machine/moonraker/printer_facts.h"
-#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
 #include "settings/printer.h"
 #include "settings/scan_settings.h"
 
@@ -35,6 +35,35 @@ struct Sweep {
     return nozzle_x_mm * along_x + nozzle_y_mm * along_y - origin_mm;
   }
 };
+
+/// A straight part of a run: along a line, or from one line to the next. Positions are the
+/// nozzle's; "way" is the distance that the head has come, from the first line's position at its
+/// start on, so that of a run of one line way and position along the line are the same.
+struct PathLeg {
+  double x_mm = 0;  ///< where it begins
+  double y_mm = 0;
+  double along_x = 1;  ///< unit vector of the motion
+  double along_y = 0;
+  double begin_mm = 0;  ///< way at its begin
+  double length_mm = 0;
+  const Sweep* sweep = nullptr;  ///< the line; null on the way to the next one
+};
+
+/// Every sweep of a run and the ways between them. The sweeps outlive the legs.
+[[nodiscard]] std::vector<PathLeg> PathOf(std::span<const Sweep> run);
+
+/// One line of a run: between which ways it was swept, and which position is which way.
+struct SweptStretch {
+  double begin_mm = 0;   ///< way at which the sweep along the line begins
+  double end_mm = 0;     ///< and ends
+  double origin_mm = 0;  ///< way at which the line's printed start was passed, or would have been
+  double direction = 1;  ///< -1 where the sweep ran against the print
+
+  [[nodiscard]] double PositionOf(double way_mm) const { return direction * (way_mm - origin_mm); }
+};
+
+/// One stretch for each sweep of the run.
+[[nodiscard]] std::vector<SweptStretch> StretchesOf(std::span<const Sweep> run);
 
 /// Sweeps that follow one another without a stand: the head turns from one line to the next.
 struct SweepRun {

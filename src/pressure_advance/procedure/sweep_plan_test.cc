@@ -3,17 +3,187 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "machine/moonraker/printer.h"
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/pattern/pattern_presets.h"
-#include "pressure_advance/procedure/sweep_path.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/procedure/plate_layout.h"
 
 namespace trammel::procedure {
 namespace {
 
+constexpr double kExact_mm = 1e-9;
+constexpr double kSpeed_mm_s = 20;
+const Reach kReach{{0, 0, 0}, {250, 250, 250}};
+
+SweepPlan PlanOf(bool alternate, int at_once) {
+  pressure_advance::PatternConfig pattern;
+  pattern.alternate_directions = alternate;
+  settings::ScanSettings settings;
+  settings.lines_at_once = at_once;
+  settings.scan_speed_mm_s = kSpeed_mm_s;
+  const auto plan = MakePlan(LayOut(pattern), pattern, "");
+  return PlanSweeps(plan, {}, settings, kReach).value();
+}
+
+// What a printer that goes along a run tells of it, each leg from rest to rest.
+std::vector<machine::TrapezoidMove> MovesAlong(std::span<const Sweep> run) {
+  std::vector<machine::TrapezoidMove> moves;
+  double time_s = 10;
+  for (const PathLeg& leg : PathOf(run)) {
+    machine::TrapezoidMove move{};
+    move.print_time_s = time_s;
+    move.duration_s = leg.length_mm / kSpeed_mm_s;
+    move.start_velocity_mm_s = kSpeed_mm_s;
+    move.start_mm = {leg.x_mm, leg.y_mm, 17.86};
+    move.direction = {leg.along_x, leg.along_y, 0};
+    moves.push_back(move);
+    time_s += move.duration_s;
+  }
+  return moves;
+}
+
+TEST(SweepPath, OfOneLineIsThePositionAlongIt) {
+  const SweepPlan plan = PlanOf(false, 1);
+  ASSERT_EQ(plan.runs.size(), 10u);
+  const auto run = plan.Of(plan.runs[3]);
+  const auto legs = PathOf(run);
+  ASSERT_EQ(legs.size(), 1u);
+  EXPECT_NEAR(legs[0].begin_mm, 3, kExact_mm);  // 4 mm skipped, 1 mm of run-up
+  EXPECT_NEAR(StretchesOf(run)[0].PositionOf(12.5), 12.5, kExact_mm);
+}
+
+TEST(SweepPath, GoesToTheNearerEndOfTheNextLineWhicheverWayThatWasPrinted) {
+  for (const bool alternate : {true, false}) {
+    const SweepPlan plan = PlanOf(alternate, 5);
+    ASSERT_EQ(plan.runs.size(), 2u);
+    const auto run = plan.Of(plan.runs[1]);
+    ASSERT_EQ(run.size(), 5u);
+    const auto legs = PathOf(run);
+    ASSERT_EQ(legs.size(), 9u);
+    for (std::size_t i = 1; i < legs.size(); i += 2) {
+      EXPECT_EQ(legs[i].sweep, nullptr);
+      EXPECT_NEAR(legs[i].length_mm, 4, kExact_mm) << "the lines' spacing";
+    }
+    const auto stretches = StretchesOf(run);
+    // Where all were printed one way, every other one is swept against its print.
+    EXPECT_EQ(stretches[1].direction, alternate ? 1 : -1);
+    for (const SweptStretch& line : stretches) {
+      const double first_mm = line.PositionOf(line.begin_mm);
+      const double last_mm = line.PositionOf(line.end_mm);
+      EXPECT_NEAR(std::min(first_mm, last_mm), 3, kExact_mm);
+      EXPECT_NEAR(std::max(first_mm, last_mm), 27, kExact_mm);
+    }
+  }
+}
+
+TEST(SweepPath, TurnsNoFurtherThanToTheNextLineAndRunsNoLongerThanALaserMayStayOn) {
+  pressure_advance::PatternConfig pattern;
+  pattern.columns = 2;
+  pattern.line_count = 3;
+  settings::ScanSettings settings;
+  settings.lines_at_once = 100;
+  auto plan = PlanSweeps(MakePlan(LayOut(pattern), pattern, ""), {}, settings, kReach).value();
+  ASSERT_EQ(plan.runs.size(), 2u) << "the other pattern is too far to turn to";
+  EXPECT_EQ(plan.runs[0].count, 3u);
+  settings.scan_speed_mm_s = 2;  // 24 mm in 12 s
+  plan = PlanSweeps(MakePlan(LayOut(pattern), pattern, ""), {}, settings, kReach).value();
+  EXPECT_EQ(plan.runs.size(), 6u);
+}
+
+TEST(SweepPath, TellsTheLinesOfARunApartByTheWayThatTheHeadHasCome) {
+  const SweepPlan plan = PlanOf(true, 5);
+  const auto run = plan.Of(plan.runs[0]);
+  machine::ClockRelation clock;
+  clock.print_from_host = {0, 0, 1, 0, 0};
+  const auto moves = AlongLine(MovesAlong(run), run, clock, {});
+  ASSERT_EQ(moves.size(), 9u);
+  const auto stretches = StretchesOf(run);
+  pressure_advance::SweepTiming timing;
+  for (std::size_t i = 0; i < moves.size(); ++i) {  // a frame in the middle of each
+    pressure_advance::FrameTiming frame;
+    frame.motion = pressure_advance::FrameMotion::kSteady;
+    frame.position_mm = moves[i].start_mm + kSpeed_mm_s * moves[i].duration_s / 2;
+    frame.position_sigma_mm = 0.02;
+    timing.frames.push_back(frame);
+  }
+  for (std::size_t line = 0; line < stretches.size(); ++line) {
+    const auto positions = ScoredPositions(timing, stretches[line]);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      ASSERT_EQ(positions[i].has_value(), i == 2 * line) << line << ' ' << i;
+    }
+    EXPECT_NEAR(*positions[2 * line], 15, kExact_mm) << "the middle of a line of 30 mm";
+  }
+  // A frame that may have been taken in the turn has no place.
+  timing.frames[2].position_mm = stretches[1].begin_mm + 0.05;
+  EXPECT_FALSE(ScoredPositions(timing, stretches[1])[2]);
+}
+
+TEST(SweepPath, AMoveThatIsNotOfTheRunIsNoneOfItsMotion) {
+  const SweepPlan plan = PlanOf(true, 5);
+  const auto run = plan.Of(plan.runs[0]);
+  auto moves = MovesAlong(run);
+  moves[4].start_mm[1] += 1;  // beside the line
+  machine::ClockRelation clock;
+  clock.print_from_host = {0, 0, 1, 0, 0};
+  const auto along = AlongLine(moves, run, clock, {});
+  EXPECT_EQ(along.size(), 8u);
+  EXPECT_FALSE(IsWhole(along, run));
+}
+
+TEST(ScanTime, OfTheQuickPresetIsLessThanAThirdOfThePapers) {
+  const auto total_s = [](pressure_advance::PatternPreset preset) {
+    pressure_advance::PatternConfig pattern;
+    settings::ScanSettings settings;
+    ApplyPreset(preset, pattern, settings);
+    if (preset == pressure_advance::PatternPreset::kQuick) {
+      pattern = ParkedForScan(pattern, settings, kReach);
+    }
+    const auto layout = LayOut(pattern);
+    const auto plan = PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, kReach).value();
+    return Summarise(layout, pattern).time_s +
+           TimeOf(plan, pattern, pattern.acceleration_mm_s2, layout.moves.back().to).total_s();
+  };
+  const double paper_s = total_s(pressure_advance::PatternPreset::kPaper);
+  EXPECT_NEAR(paper_s, 110, 1);
+  EXPECT_LE(total_s(pressure_advance::PatternPreset::kQuick), paper_s / 3);
+}
+
+TEST(ScanTime, IsOfSweepsTurnsStandsAndTravels) {
+  const SweepPlan plan = PlanOf(true, 5);
+  const pressure_advance::PatternConfig pattern;
+  const double acceleration_mm_s2 = 3000;
+  const Sweep& first = plan.sweeps.front();
+  const ScanTime time =
+      TimeOf(plan, pattern, acceleration_mm_s2, {first.start_x_mm, first.start_y_mm, plan.z_mm});
+  const double ramp_s = plan.speed_mm_s / acceleration_mm_s2;
+  EXPECT_NEAR(time.sweeping_s, 10 * (24 / plan.speed_mm_s + ramp_s), kExact_mm);
+  EXPECT_NEAR(time.turning_s, 8 * (4 / plan.speed_mm_s + ramp_s), kExact_mm);
+  EXPECT_NEAR(time.standing_s, 4 * 0.7, kExact_mm);
+  EXPECT_LT(time.travelling_s, 0.2) << "from the fifth line to the sixth";
+}
+
+TEST(ParkedForScan, LeavesTheNozzleAtTheFirstSweepAndWhatSomebodyChoseAlone) {
+  pressure_advance::PatternConfig pattern;
+  const settings::ScanSettings settings;
+  const auto parked = ParkedForScan(pattern, settings, kReach);
+  const auto plan =
+      PlanSweeps(MakePlan(LayOut(pattern), pattern, ""), {}, settings, kReach).value();
+  const auto end = LayOut(parked).moves.back().to;
+  EXPECT_NEAR(end.x_mm, plan.sweeps[0].start_x_mm, kExact_mm);
+  EXPECT_NEAR(end.y_mm, plan.sweeps[0].start_y_mm, kExact_mm);
+  EXPECT_NEAR(end.z_mm, settings.focus_height_mm, kExact_mm);
+  EXPECT_EQ(LayOut(parked).moves.front().from.z_mm, LayOut(pattern).moves.front().from.z_mm);
+  pattern.park_x_mm = 10;
+  EXPECT_EQ(ParkedForScan(pattern, settings, kReach).park_y_mm, std::nullopt);
+  pattern.park_x_mm.reset();
+  settings::ScanSettings above = settings;  // it would ooze on the lines
+  above.camera_offset_x_mm = above.camera_offset_y_mm = 0;
+  EXPECT_EQ(ParkedForScan(pattern, above, kReach).park_x_mm, std::nullopt);
+}
+
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-constexpr double kExact_mm = 1e-9;
 
 pressure_advance::PatternPlan OneLine(double start_x, double start_y, double end_x, double end_y) {
   pressure_advance::PatternPlan plan;
@@ -29,8 +199,6 @@ settings::ScanSettings ScanPresetSettings() {
   settings.lines_at_once = 5;
   return settings;
 }
-
-const Reach kReach{{0, 0, 0}, {250, 250, 250}};
 
 TEST(SweepPlan, TheLaserRunsAlongTheLineFromRunUpToRunUp) {
   // The laser meets the plate at nozzle + (28, 50.2); 4 mm are skipped and 1 mm is run-up.

@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
 
+#include "base/square.h"
 #include "base/statistics.h"
-#include "pressure_advance/setup/mark_sides.h"
+#include "geometry/robust_line.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -171,6 +173,207 @@ MarkReading ReadMark(const BgrView& frame, const MarkShape& shape) {
     return copy;
   }();
   return PlaceSides(image, guess);
+}
+
+namespace {
+
+using vision::PointPx;
+
+constexpr int kSections = 40;
+constexpr double kEnds = 0.15;       // of a side: the corners' round beads
+constexpr double kHalfWindow = 1.5;  // beads to either side of the guess
+constexpr int kPasses = 3;
+
+double At(const vision::GrayImage& image, double x, double y) {
+  const double fx = std::clamp(x, 0.0, image.width - 1.001);
+  const double fy = std::clamp(y, 0.0, image.height - 1.001);
+  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+  const double tx = fx - ix, ty = fy - iy;
+  const float* upper = image.row(iy) + ix;
+  const float* lower = image.row(iy + 1) + ix;
+  return (1 - ty) * ((1 - tx) * upper[0] + tx * upper[1]) +
+         ty * ((1 - tx) * lower[0] + tx * lower[1]);
+}
+
+// A side, its sections' middles measured from the line between two corners.
+struct Side {
+  PointPx from, along, normal;  // unit vectors
+  double length = 0;
+  double offset = 0, slope = 0;  // of the centre line: distance along the normal over place
+  double sigma = 0;              // of its middle
+  double contrast = 0;
+};
+
+// The bead's middle in one section, and how much bead there is in it.
+struct Section {
+  double middle = 0, mass = 0;
+};
+
+Section Cut(const vision::GrayImage& image, const Side& side, double place, double half_px,
+            double strip_px, bool darker) {
+  const int steps = std::max(8, static_cast<int>(std::ceil(2 * half_px / 0.5)));
+  std::vector<double> distance, level;
+  for (int i = 0; i <= steps; ++i) {
+    const double d = -half_px + 2 * half_px * i / steps;
+    double sum = 0;
+    int count = 0;
+    for (double s = -strip_px / 2; s <= strip_px / 2; s += 1, ++count) {
+      const double p = place + s;
+      sum += At(image, side.from.x + p * side.along.x + d * side.normal.x,
+                side.from.y + p * side.along.y + d * side.normal.y);
+    }
+    distance.push_back(d);
+    level.push_back((darker ? -1 : 1) * sum / count);
+  }
+  // The plate to both sides: a straight line between the means of the outer sixths.
+  const std::size_t sixth = std::max<std::size_t>(1, level.size() / 6);
+  const auto count = static_cast<double>(sixth);
+  double low = 0, high = 0;
+  for (std::size_t i = 0; i < sixth; ++i) {
+    low += level[i] / count, high += level[level.size() - 1 - i] / count;
+  }
+  const double reach = half_px * (1 - count / static_cast<double>(level.size()));
+  Section section;
+  double moment = 0;
+  for (std::size_t i = sixth; i < level.size() - sixth; ++i) {
+    const double plate = 0.5 * (low + high) + 0.5 * (high - low) * distance[i] / reach;
+    section.mass += level[i] - plate;
+    moment += distance[i] * (level[i] - plate);
+  }
+  if (section.mass > 0) section.middle = moment / section.mass;
+  return section;
+}
+
+bool PlaceSide(const vision::GrayImage& image, const SquareGuess& guess, Side& side) {
+  const double step = (1 - 2 * kEnds) * side.length / kSections;
+  std::vector<double> place, middle, mass;
+  for (int i = 0; i < kSections; ++i) {
+    const double p = kEnds * side.length + (i + 0.5) * step;
+    const Section section =
+        Cut(image, side, p, kHalfWindow * guess.bead_px, std::max(1.0, step - 1), guess.darker);
+    place.push_back(p), middle.push_back(section.middle), mass.push_back(section.mass);
+  }
+  const double typical = Median(mass);
+  if (!(typical > 0)) return false;
+  std::vector<double> x, y, scratch;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    constexpr double kThin = 0.5, kThick = 1.6;
+    if (mass[i] < kThin * typical || mass[i] > kThick * typical) continue;
+    x.push_back(place[i] - side.length / 2), y.push_back(middle[i]);
+  }
+  if (2 * x.size() < kSections) return false;
+  const auto robust = geometry::FitRobustLine(x, y, scratch);
+  const double reach = std::max(0.3, 4 * 1.4826 * robust.median_residual);
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (std::abs(y[i] - robust.at(x[i])) > reach) continue;
+    n += 1, sx += x[i], sy += y[i], sxx += x[i] * x[i], sxy += x[i] * y[i];
+  }
+  const double spread = sxx - sx * sx / n;
+  if (n < 8 || !(spread > 0)) return false;
+  side.slope = (sxy - sx * sy / n) / spread;
+  side.offset = (sy - side.slope * sx) / n;
+  std::vector<double> left;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double off = y[i] - side.offset - side.slope * x[i];
+    if (std::abs(off) <= reach) left.push_back(off);
+  }
+  // Neighbouring sections share the bead's own waviness: a fourth as many count.
+  side.sigma = StandardDeviation(left) / std::sqrt(std::max(1.0, n / 4));
+  side.contrast = typical / (2 * kHalfWindow * guess.bead_px / 0.5) * 2 * kHalfWindow;
+  return true;
+}
+
+Side Between(const PointPx& from, const PointPx& to) {
+  Side side;
+  side.from = from;
+  side.length = std::hypot(to.x - from.x, to.y - from.y);
+  side.along = {(to.x - from.x) / side.length, (to.y - from.y) / side.length};
+  side.normal = {-side.along.y, side.along.x};
+  return side;
+}
+
+// The centre line as a point and a direction.
+struct Line {
+  PointPx point, along;
+};
+
+Line LineOf(const Side& side) {
+  const double half = side.length / 2;
+  const double cosine = 1 / std::hypot(1.0, side.slope), sine = side.slope * cosine;
+  return {
+      {side.from.x + half * side.along.x + side.offset * side.normal.x,
+       side.from.y + half * side.along.y + side.offset * side.normal.y},
+      {cosine * side.along.x + sine * side.normal.x, cosine * side.along.y + sine * side.normal.y}};
+}
+
+std::optional<PointPx> Cross(const Line& a, const Line& b) {
+  const double turn = a.along.x * b.along.y - a.along.y * b.along.x;
+  if (std::abs(turn) < 0.1) return std::nullopt;
+  const double t =
+      ((b.point.x - a.point.x) * b.along.y - (b.point.y - a.point.y) * b.along.x) / turn;
+  return PointPx{a.point.x + t * a.along.x, a.point.y + t * a.along.y};
+}
+
+std::string NoSquare(const std::array<PointPx, 4>& corners) {
+  double shortest = 1e9, longest = 0, skew = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Side side = Between(corners[i], corners[(i + 1) % 4]);
+    const Side next = Between(corners[(i + 1) % 4], corners[(i + 2) % 4]);
+    shortest = std::min(shortest, side.length), longest = std::max(longest, side.length);
+    skew = std::max(skew, std::abs(side.along.x * next.along.x + side.along.y * next.along.y));
+  }
+  constexpr double kUnlike = 0.08, kSkew = 0.06;  // 5 % and 3 degrees beyond what is measured later
+  if (longest - shortest <= kUnlike * longest && skew <= kSkew) return {};
+  return fmt::format(
+      "the mark is no square in the picture: its sides are {:.0f} to {:.0f} px long, its corners "
+      "up to {:.1f} degrees from square; is the camera looking straight down, is the mark whole?",
+      shortest, longest, std::asin(std::min(1.0, skew)) * 180 / std::numbers::pi);
+}
+
+}  // namespace
+
+MarkReading PlaceSides(const vision::GrayImage& image, const SquareGuess& guess) {
+  std::array<PointPx, 4> corners = guess.corners;
+  std::array<Side, 4> sides;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    std::array<Line, 4> lines;
+    for (std::size_t i = 0; i < 4; ++i) {
+      sides[i] = Between(corners[i], corners[(i + 1) % 4]);
+      if (!(sides[i].length > 4 * guess.bead_px) || !PlaceSide(image, guess, sides[i])) {
+        return Fault("a side of the mark is not seen whole: is it printed well, is it lit evenly?");
+      }
+      lines[i] = LineOf(sides[i]);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto corner = Cross(lines[(i + 3) % 4], lines[i]);
+      if (!corner) return Fault("the sides found for the mark do not meet");
+      corners[i] = *corner;
+    }
+  }
+  MarkReading reading;
+  reading.fault = NoSquare(corners);
+  reading.darker = guess.darker;
+  reading.corners = corners;
+  if (!reading.fault.empty()) return reading;
+  // The corners' mean: half the scatter of where the diagonals cross, and at 3 degrees of slant
+  // 0.01 mm beside it.
+  for (const PointPx& corner : corners) {
+    reading.column_px += corner.x / 4;
+    reading.row_px += corner.y / 4;
+  }
+  double variance = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    reading.side_px += Between(corners[i], corners[(i + 1) % 4]).length / 4;
+    variance += Square(sides[i].sigma) / 4;
+    reading.contrast += sides[i].contrast / 4;
+  }
+  reading.sigma_px = std::sqrt(variance / 2);  // two sides to either direction
+  const Side side = Between(corners[0], corners[1]);
+  double turn = std::atan2(side.along.y, side.along.x);
+  const double quarter = std::numbers::pi / 2;
+  reading.turn_rad = turn - quarter * std::round(turn / quarter);
+  return reading;
 }
 
 }  // namespace trammel::pressure_advance

@@ -11,8 +11,6 @@
 #include "base/check.h"
 #include "gcode/bead.h"
 #include "gcode/dialect.h"
-#include "gcode/number.h"
-#include "gcode/placeholders.h"
 #include "settings/material.h"
 
 namespace trammel::pressure_advance {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "pressure_advance/setup/observations.h"
+#include "pressure_advance/setup/solve_setup.h"
 
 namespace trammel::pressure_advance::testing {
 

@@ -9,11 +9,8 @@
 #include "base/axis_direction.h"
 #include "base/frame.h"
 #include "base/measured.h"
-#include "pressure_advance/setup/camera_offset.h"
 #include "pressure_advance/setup/camera_scale.h"
 #include "pressure_advance/setup/mark_reading.h"
-#include "pressure_advance/setup/observations.h"
-#include "pressure_advance/setup/stripe_height.h"
 #include "pressure_advance/setup/stripe_reading.h"
 
 namespace trammel::pressure_advance {
@@ -89,5 +86,17 @@ struct SetupResult {
 void CheckSpot(const MarkReading& mark, SetupResult& result);
 
 [[nodiscard]] SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits);
+
+// Advice on crop, threshold and exposure, from how the stripe looks at the focus.
+
+struct SetupAdvice {
+  /// Level of red, 0 … 255, above which a pixel is the stripe's: half of its height over the plate,
+  /// for programs that want one; the laser eye of trammel learns its own. Absent without a stripe.
+  std::optional<int> threshold;
+  std::vector<std::string> lines;  ///< what to do, or what is as it should be
+};
+
+/// Of a result whatever its verdict: what it lacks is not spoken of.
+[[nodiscard]] SetupAdvice AdviseSetup(const SetupResult& result, const PictureSize& picture);
 
 }  // namespace trammel::pressure_advance

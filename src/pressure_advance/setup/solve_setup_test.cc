@@ -3,11 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "base/statistics.h"
+#include "pressure_advance/setup/camera_scale.h"
 #include "pressure_advance/setup/setup_world_test_support.h"
+#include "pressure_advance/setup/stripe_reading.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -151,6 +160,288 @@ TEST(CheckSpot, TakesAnOffsetBackWhereNoMarkIs) {
   mark.fault = "no square";
   CheckSpot(mark, result);
   EXPECT_THAT(result.reason(), HasSubstr("no square"));
+}
+
+using ::testing::Contains;
+using ::testing::IsEmpty;
+
+constexpr PictureSize kPicture{1280, 720};
+
+SetupAdvice OnStripe(const Exposure& exposure) {
+  SetupResult result;
+  result.exposure = exposure;
+  return AdviseSetup(result, kPicture);
+}
+
+TEST(AdviseSetup, SaysHowTheStripeIsExposedAndWhatToDo) {
+  EXPECT_THAT(OnStripe({180, 10, 0, 8}).lines, Contains(HasSubstr("well exposed")));
+  EXPECT_THAT(OnStripe({240, 10, 3, 8}).lines, Contains(HasSubstr("shorten")));
+  EXPECT_THAT(OnStripe({30, 10, 0, 8}).lines, Contains(HasSubstr("lengthen")));
+}
+
+TEST(AdviseSetup, TheThresholdIsHalfOfTheStripesHeightOverThePlate) {
+  EXPECT_EQ(OnStripe({180, 10, 0, 8}).threshold, 100);
+  EXPECT_FALSE(AdviseSetup({}, kPicture).threshold);
+}
+
+TEST(AdviseSetup, ACropThatThePictureCutsOffIsNamed) {
+  SetupResult result;
+  result.crop = PixelRect{1200, 300, 80, 100};
+  EXPECT_THAT(AdviseSetup(result, kPicture).lines, Contains(HasSubstr("picture's edge")));
+  result.crop = PixelRect{800, 300, 80, 100};
+  EXPECT_THAT(AdviseSetup(result, kPicture).lines, IsEmpty());
+}
+
+TEST(AdviseSetup, ASheetThatStandsAskewIsNamedWhicheverAxisItRunsAlong) {
+  for (const double turn_rad : {0.06, 0.06 + 1.5707963, -0.06}) {
+    SetupResult result;
+    result.laser_turn_rad = Measured::Good({turn_rad, 0.001, {turn_rad - 0.002, turn_rad + 0.002}});
+    EXPECT_THAT(AdviseSetup(result, kPicture).lines, Contains(HasSubstr("3.4 degrees")))
+        << turn_rad;
+  }
+}
+
+constexpr double kLowest_mm = 14;  // 3.9 mm below the usual focus height …
+constexpr int kSteps = 17;         // … to 4.1 mm above
+
+struct Found {
+  CameraScale scale;
+  CameraOffset offset;
+  Measured focus;
+  StripeHeight height;
+};
+
+Measured FocusOf(std::span<const SeenStripe> stripes) {
+  const double middle_mm =
+      0.5 * (stripes.front().head.z_mm + stripes[stripes.size() / 2].head.z_mm);
+  const StripeHeight way = FitStripeHeight(stripes, middle_mm, Measured(), kLimits);
+  return FitFocusHeight(stripes, way.perspective.value_or(Perspective{}));
+}
+
+// The picture's middle is the pixel asked for: its truth is the optical axis itself.
+Found Measure(const SetupWorld& world, std::uint64_t seed) {
+  Random random(seed);
+  Found found;
+  found.scale = FitCameraScale(world.Marks(random), kLimits);
+  found.offset = FindCameraOffset(
+      found.scale, {world.mark_x_mm, world.mark_y_mm, 0.01, 640, 360, world.noise_px});
+  const auto stripes = world.Stripes(kLowest_mm, kSteps, random);
+  found.focus = FocusOf(stripes);
+  found.height = FitStripeHeight(stripes, world.focus_mm, found.scale.px_per_mm, kLimits);
+  return found;
+}
+
+double PxPerHeight(const SetupWorld& world) {  // of the pinhole, by a small difference
+  constexpr double kStep_mm = 1e-4;
+  const auto at = [&world](double z) {
+    return world.Scale(world.focus_mm + z) * (world.spot_mm - std::tan(world.laser_angle_rad) * z);
+  };
+  return (at(kStep_mm) - at(-kStep_mm)) / (2 * kStep_mm);
+}
+
+TEST(Setup, IsExactWithoutNoise) {
+  SetupWorld world;
+  world.turn_rad = 3 * kRad;
+  world.px_per_mm = 44;
+  world.axis_x_mm = 32;
+  world.play_x_mm = 0.02, world.play_y_mm = 0.03, world.play_z_mm = 0.01;
+  const Found found = Measure(world, 1);
+  constexpr double kRounding = 1e-6;
+  ASSERT_TRUE(found.scale.px_per_mm.good()) << found.scale.px_per_mm.reason();
+  EXPECT_NEAR(found.scale.px_per_mm.quantity().value, 44, kRounding);
+  EXPECT_NEAR(found.scale.rotation_rad.quantity().value, 3 * kRad, kRounding);
+  EXPECT_NEAR(found.scale.play_x_mm.quantity().value, 0.02, kRounding);
+  EXPECT_NEAR(found.scale.play_y_mm.quantity().value, 0.03, kRounding);
+  EXPECT_NEAR(found.offset.x_mm.quantity().value, 32, kRounding);
+  EXPECT_NEAR(found.offset.y_mm.quantity().value, 50.2, kRounding);
+  // The stripe's play is half a step of z in a picture whose scale changes with z: second order.
+  constexpr double kSecondOrder = 1e-3;
+  ASSERT_TRUE(found.height.laser_angle_rad.good()) << found.height.laser_angle_rad.reason();
+  EXPECT_NEAR(found.height.laser_angle_rad.quantity().value, 45 * kRad, kSecondOrder);
+  EXPECT_NEAR(found.height.px_per_height_mm.quantity().value / PxPerHeight(world), 1, kSecondOrder);
+  EXPECT_NEAR(found.height.play_z_mm.quantity().value, 0.01, kSecondOrder);
+  ASSERT_TRUE(found.focus.good()) << found.focus.reason();
+  EXPECT_NEAR(found.focus.quantity().value, world.focus_mm, kSecondOrder);
+}
+
+struct Tally {
+  const char* name;
+  double bound;
+  int good = 0, covered = 0;
+  double worst = 0;
+  std::vector<double> errors = {};
+  void Add(const Measured& measured, double truth) {
+    if (!measured.good()) return;
+    const Quantity& quantity = measured.quantity();
+    ++good;
+    covered += quantity.interval95.lo <= truth && truth <= quantity.interval95.hi ? 1 : 0;
+    worst = std::max(worst, std::abs(quantity.value - truth));
+    errors.push_back(std::abs(quantity.value - truth));
+  }
+};
+
+// What a mounted camera is off by: 3 degrees, 4 mm, 1 mm of focus, 10 % of scale, and more beyond.
+SetupWorld Draw(std::uint64_t seed, double factor) {
+  Random random(seed);
+  SetupWorld world = Usual();
+  world.turn_rad = factor * random.Uniform(-3, 3) * kRad;
+  world.axis_x_mm += factor * random.Uniform(-4, 4);
+  world.axis_y_mm += factor * random.Uniform(-4, 4);
+  world.focus_mm += factor * random.Uniform(-1, 1);
+  world.px_per_mm *= 1 + factor * random.Uniform(-0.1, 0.1);
+  world.laser_angle_rad += factor * random.Uniform(-3, 3) * kRad;
+  constexpr double kAxis = 0.001;      // as SetupLimits::axis_scale_uncertainty takes it
+  constexpr double kPrincipal_px = 8;  // as FitStripeHeight takes it
+  for (double& error : world.axis_error) error = kAxis * random.Normal();
+  world.principal_px = kPrincipal_px * random.Normal();
+  return world;
+}
+
+// TRAMMEL_SETUP_WORLDS=1000 for the figures of the manual.
+int Worlds() {
+  const char* asked = std::getenv("TRAMMEL_SETUP_WORLDS");
+  return asked != nullptr ? std::atoi(asked) : 200;
+}
+
+void ExpectRight(double factor) {
+  const int worlds = Worlds();
+  Tally scale{"scale", 0.01}, turn{"rotation", 0.3 * kRad}, x{"offset x", 0.05},
+      y{"offset y", 0.05}, focus{"focus", 0.2}, angle{"angle", 0.3 * kRad}, height{"height", 0.01};
+  for (std::uint64_t seed = 1000; seed < 1000 + static_cast<std::uint64_t>(worlds); ++seed) {
+    const SetupWorld world = Draw(seed, factor);
+    const Found found = Measure(world, seed + 100000);
+    scale.Add(found.scale.px_per_mm, world.px_per_mm);
+    turn.Add(found.scale.rotation_rad, world.turn_rad);
+    // Commanded millimetres are what moves the head there.
+    x.Add(found.offset.x_mm, world.axis_x_mm / (1 + world.axis_error[0]));
+    y.Add(found.offset.y_mm, world.axis_y_mm / (1 + world.axis_error[1]));
+    focus.Add(found.focus, world.focus_mm);
+    angle.Add(found.height.laser_angle_rad, world.laser_angle_rad);
+    height.Add(found.height.px_per_height_mm, PxPerHeight(world));
+  }
+  // The optical axis' own error is normal: no bound holds its worst.
+  angle.worst = Quantile(angle.errors, 0.95);
+  scale.worst /= 40 * (1 - 0.1 * factor), height.worst /= 35 * (1 - 0.1 * factor);
+  const double least_covered = 0.95 - 3 * std::sqrt(0.95 * 0.05 / worlds);
+  constexpr double kLeastGood = 0.999;
+  for (const Tally* tally : {&scale, &turn, &x, &y, &focus, &angle, &height}) {
+    EXPECT_GE(tally->good, kLeastGood * worlds) << tally->name;
+    EXPECT_GE(tally->covered, least_covered * tally->good) << tally->name;
+    EXPECT_LE(tally->worst, tally->bound) << tally->name;
+    std::printf("%-9s good %4d covered %4d worst %.5f of %.5f\n", tally->name, tally->good,
+                tally->covered, tally->worst, tally->bound);
+  }
+}
+
+TEST(Setup, IsRightAndCoversForCamerasMountedByHand) { ExpectRight(1); }
+TEST(Setup, IsRightAndCoversThreeTimesBeyond) { ExpectRight(3); }
+
+TEST(CameraScale, RefusesAMirroredPicture) {
+  SetupWorld world = Usual();
+  world.mirror = -1;
+  const Found found = Measure(world, 1);
+  EXPECT_EQ(found.scale.px_per_mm.verdict(), Verdict::kRefused);
+  EXPECT_THAT(found.scale.px_per_mm.reason(), HasSubstr("mirrored"));
+  EXPECT_EQ(found.offset.x_mm.reason(), found.scale.px_per_mm.reason());
+}
+
+TEST(CameraScale, NamesALooseMountAndPlay) {
+  SetupWorld loose = Usual();
+  loose.repeat_mm = 0.2;
+  EXPECT_THAT(Measure(loose, 1).scale.px_per_mm.reason(), HasSubstr("mount"));
+  SetupWorld play = Usual();
+  play.play_y_mm = 0.3;
+  EXPECT_THAT(Measure(play, 1).scale.px_per_mm.reason(), HasSubstr("two sides in y"));
+}
+
+TEST(CameraScale, RefusesAMarkThatDoesNotFollowTheHead) {
+  Random random(5);
+  auto marks = Usual().Marks(random);
+  for (SeenMark& mark : marks)
+    mark.column_px = 300 + random.Normal(), mark.row_px = random.Normal();
+  EXPECT_THAT(FitCameraScale(marks, kLimits).px_per_mm.reason(), HasSubstr("not printed"));
+}
+
+TEST(CameraScale, CannotTellFromOneAxisAlone) {
+  Random random(5);
+  auto marks = Usual().Marks(random);
+  for (SeenMark& mark : marks) mark.head.y_mm = 100;
+  EXPECT_EQ(FitCameraScale(marks, kLimits).px_per_mm.verdict(), Verdict::kCannotTell);
+  EXPECT_EQ(FitCameraScale({}, kLimits).px_per_mm.verdict(), Verdict::kCannotTell);
+}
+
+TEST(CameraScale, RefusesAnAxisWithWrongStepsPerMm) {
+  Random random(5);
+  auto marks = Usual().Marks(random);
+  for (SeenMark& mark : marks) mark.head.x_mm = 120 + 1.05 * (mark.head.x_mm - 120);
+  EXPECT_THAT(FitCameraScale(marks, kLimits).px_per_mm.reason(), HasSubstr("steps per mm"));
+}
+
+TEST(StripeHeight, RefusesALightThatDoesNotMove) {
+  Random random(5);
+  auto stripes = Usual().Stripes(kLowest_mm, kSteps, random);
+  for (SeenStripe& stripe : stripes) stripe.across_px = 20 + 0.1 * random.Normal();
+  EXPECT_THAT(FitStripeHeight(stripes, 17.86, Measured(), kLimits).px_per_height_mm.reason(),
+              HasSubstr("does not move"));
+}
+
+TEST(StripeHeight, NamesALooseMountAndPlay) {
+  SetupWorld loose = Usual();
+  loose.repeat_mm = 0.2;
+  EXPECT_THAT(Measure(loose, 1).height.px_per_height_mm.reason(), HasSubstr("mount"));
+  SetupWorld play = Usual();
+  play.play_z_mm = 0.3;
+  EXPECT_THAT(Measure(play, 1).height.px_per_height_mm.reason(), HasSubstr("from below"));
+}
+
+TEST(StripeHeight, CannotTellAtAHeightThatWasNotSeen) {
+  Random random(5);
+  const auto stripes = Usual().Stripes(kLowest_mm, kSteps, random);
+  EXPECT_EQ(FitStripeHeight(stripes, 25, Measured(), kLimits).px_per_height_mm.verdict(),
+            Verdict::kCannotTell);
+}
+
+TEST(FocusHeight, SaysOnWhichSideToLook) {
+  for (const double focus_mm : {8.0, 28.0}) {
+    SetupWorld world = Usual();
+    world.focus_mm = focus_mm;
+    Random random(5);
+    const Measured focus = FocusOf(world.Stripes(kLowest_mm, kSteps, random));
+    EXPECT_EQ(focus.verdict(), Verdict::kCannotTell);
+    EXPECT_THAT(focus.reason(), HasSubstr("look"));
+  }
+}
+
+// A glossy plate: the parabola is not the widths' own law, and the narrowest stripe is what counts.
+TEST(FocusHeight, CoversWidthsThatAreNoParabola) {
+  int good = 0, covered = 0, worlds = 0;
+  for (std::uint64_t seed = 5000; seed < 5200; ++seed, ++worlds) {
+    Random random(seed);
+    SetupWorld world = Draw(seed, 1);
+    world.skew = 0.02 * random.Normal();
+    world.halo = random.Uniform(0, 0.4);
+    const double from_mm = world.focus_mm - 3 - random.Uniform(0, 1);
+    const Measured focus = FocusOf(world.Stripes(from_mm, 15, random));
+    // d/dz of (sharpest² + (spread · z)²) · exp(2 skew z) is 0.
+    constexpr double kRatio = 2.5 * 2.5 / (1.2 * 1.2);
+    const double narrowest_mm =
+        world.focus_mm -
+        2 * world.skew * kRatio / (1 + std::sqrt(1 - 4 * world.skew * world.skew * kRatio));
+    if (!focus.good()) continue;
+    ++good;
+    const auto& interval = focus.quantity().interval95;
+    covered += interval.lo <= narrowest_mm && narrowest_mm <= interval.hi ? 1 : 0;
+  }
+  EXPECT_GE(good, 0.8 * worlds);
+  EXPECT_GE(covered, 0.9 * good) << good;
+  std::printf("focus without a parabola: %d of %d covered\n", covered, good);
+}
+
+TEST(FocusHeight, CannotTellFromAWidthThatStays) {
+  Random random(5);
+  auto stripes = Usual().Stripes(kLowest_mm, kSteps, random);
+  for (SeenStripe& stripe : stripes) stripe.width_px = 2.5 + 0.01 * random.Normal();
+  EXPECT_THAT(FitFocusHeight(stripes, {}).reason(), HasSubstr("greater range"));
 }
 
 }  // namespace

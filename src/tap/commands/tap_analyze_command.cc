@@ -14,7 +14,6 @@
 #include "app/commands.h"
 #include "app/output_files.h"
 #include "app/provenance.h"
-#include "app/result_file.h"
 #include "app/slow_work.h"
 #include "base/json_text.h"
 #include "tap/commands/tap_commands.h"

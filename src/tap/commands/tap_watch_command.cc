@@ -12,7 +12,7 @@
 #include "app/interrupt.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "session/name_stop.h"
+#include "session/session.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
 #include "tap/commands/tap_watcher.h"

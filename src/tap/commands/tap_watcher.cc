@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "app/commands.h"
-#include "app/next_step.h"
+#include "app/provenance.h"
 #include "base/statistics.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"

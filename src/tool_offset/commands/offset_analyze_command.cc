@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/next_step.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
+#include "app/provenance.h"
 #include "base/json_text.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_reading.h"

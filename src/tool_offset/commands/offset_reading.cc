@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/config/config_file.h"
-#include "app/config_text.h"
+#include "app/stated_settings.h"
 #include "base/result.h"
 #include "session/session.h"
 #include "tool_offset/procedure/tool_offsets.h"

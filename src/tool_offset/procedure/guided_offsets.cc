@@ -9,7 +9,9 @@
 #include <string_view>
 #include <utility>
 
+#include "session/crash_recovery.h"
 #include "session/printer_turn.h"
+#include "tool_offset/procedure/scan_folder.h"
 #include "tool_offset/procedure/tool_offsets.h"
 
 namespace trammel::procedure {

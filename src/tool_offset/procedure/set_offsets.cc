@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "session/dead_run.h"
+#include "session/crash_recovery.h"
 #include "tool_offset/procedure/tool_offsets.h"
 #include "tool_offset/sheet/sheet_plan.h"
 

@@ -8,7 +8,7 @@
 
 #include "files/new_file.h"
 #include "gcode/bead.h"
-#include "gcode/tool_commands.h"
+#include "gcode/dialect.h"
 #include "session/checks.h"
 #include "session/print.h"
 #include "session/print_needs.h"

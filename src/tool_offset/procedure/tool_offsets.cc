@@ -10,6 +10,7 @@
 #include "gcode/tool_commands.h"
 #include "session/idle.h"
 #include "session/print_needs.h"
+#include "session/session.h"
 
 namespace trammel::procedure {
 namespace {

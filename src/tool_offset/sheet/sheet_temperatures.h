@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gcode/placeholders.h"
+#include "settings/setting.h"
 #include "settings/setting_problem.h"
 #include "tool_offset/sheet/sheet_plan.h"
 #include "tool_offset/sheet/sheet_settings.h"

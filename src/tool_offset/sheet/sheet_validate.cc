@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/check.h"
+#include "gcode/dialect.h"
 #include "gcode/placeholders.h"
 #include "settings/material.h"
 #include "tool_offset/sheet/sheet_bed.h"

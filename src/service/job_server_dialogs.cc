@@ -1,0 +1,253 @@
+// What a server says on the printer's own screen, and what the printer's macros ask of it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/url_secrets.h"
+#include "machine/net/host_clock.h"
+#include "service/job_server.h"
+
+namespace trammel::service {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kCommand_s = 30;
+// A button that somebody leans on; more calls than this are the same call.
+constexpr std::size_t kMostCalls = 8;
+constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
+constexpr std::size_t kLongestArgument = 200;
+
+constexpr const char* kToken = "token";
+constexpr const char* kStartMacro = "_TRAMMEL_START";
+
+// What a macro hands over, of what is taken; empty texts are none.
+Arguments ArgumentsOf(const json& called, const std::vector<std::string>& names) {
+  Arguments arguments;
+  if (!called.is_object()) return arguments;
+  for (const std::string& name : names) {
+    const auto found = called.find(name);
+    if (found == called.end() || !found->is_string()) continue;
+    const auto& text = found->get_ref<const std::string&>();
+    if (!text.empty() && text.size() <= kLongestArgument) arguments[name] = text;
+  }
+  return arguments;
+}
+
+}  // namespace
+
+Result<void> JobServer::Register(const std::stop_token& stop) {
+  const auto add = [&](const std::string& method, Call::What what, const JobKind* job,
+                       std::vector<std::string> names = {}) -> Result<void> {
+    if (job != nullptr) names = job->arguments;
+    return printer_->RegisterRemoteMethod(
+        method,
+        [this, what, job, names](const json& called) {
+          const std::lock_guard lock(mutex_);
+          if (calls_.size() < kMostCalls) {
+            calls_.push_back({what, job, ArgumentsOf(called, names)});
+          }
+          called_.notify_all();
+        },
+        {kCommand_s, stop});
+  };
+  for (const JobKind& job : options_.jobs) {
+    TRY(add(job.method, Call::What::kAsk, &job));
+  }
+  TRY(add("trammel_start", Call::What::kConfirm, nullptr, {kToken}));
+  TRY(add("trammel_apply", Call::What::kApply, nullptr));
+  TRY(add("trammel_dismiss", Call::What::kDismiss, nullptr));
+  return add("trammel_new_nozzle", Call::What::kNewNozzle, nullptr);
+}
+
+Result<bool> JobServer::Serve(machine::Printer& printer, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    printer_ = &printer;
+    ending_ = false;
+  }
+  screen_.emplace(printer);
+  stop_ = stop;
+  printer.OnRequest(
+      [this](const std::string& method, const json& params) { return Answer(method, params); });
+  auto registered = Register(stop);
+  if (registered) {
+    options_.log("serving " + WithoutSecrets(options_.address));  // a macro is heard from now on
+    OfferProposalAgain(stop);
+  }
+  while (registered) {
+    std::unique_lock lock(mutex_);
+    called_.wait(lock, stop, [this] { return !calls_.empty() || !words_.empty(); });
+    if (stop.stop_requested()) break;
+    std::optional<Call> call;
+    if (!calls_.empty()) {
+      call = std::move(calls_.front());
+      calls_.pop_front();
+    }
+    lock.unlock();
+    ShowAll(/*ending=*/false);
+    if (call) Answer(*call);
+  }
+  bool was_working = false;
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    was_working = process_ != nullptr;
+    if (process_) process_->Stop();
+  }
+  if (worker_.joinable()) worker_.join();
+  ShowAll(/*ending=*/true);
+  printer.OnRequest({});
+  const std::lock_guard lock(mutex_);
+  printer_ = nullptr;
+  if (!registered) return tl::unexpected(registered.error());
+  return was_working;
+}
+
+void JobServer::Answer(const Call& call) {
+  bool working = false;
+  {
+    const std::lock_guard lock(mutex_);
+    working = process_ != nullptr;
+  }
+  if (call.what == Call::What::kNewNozzle) {
+    const auto noted = NoteNewNozzle();
+    return Show({noted ? *noted : "nozzle change not noted: " + noted.error().message}, false);
+  }
+  const bool about_answer = call.what == Call::What::kApply || call.what == Call::What::kDismiss;
+  if (working) {
+    return Show({about_answer ? "still calibrating: apply when there is an answer"
+                              : "already at work: one calibration at a time"},
+                false);
+  }
+  switch (call.what) {
+    case Call::What::kAsk:
+      return AnswerAsked(call);
+    case Call::What::kConfirm:
+      return AnswerConfirmed(call);
+    case Call::What::kApply:
+      return ApplyAsked();
+    case Call::What::kNewNozzle:
+      return;
+    case Call::What::kDismiss:
+      return Show({Dismiss() ? "nothing applied: the old value stays" : "nothing to drop"}, false);
+  }
+}
+
+void JobServer::ApplyAsked() {
+  auto plan = PlanApply();
+  if (!plan) return Show({plan.error().message}, false);
+  const auto begun = Begin(std::move(*plan));
+  if (!begun) Show({"not applied: " + begun.error().message}, false);
+}
+
+void JobServer::BeginAsked(const JobKind& job, Arguments arguments) {
+  const auto offer = job.check(options_.place, arguments, nullptr);
+  const auto begun = offer ? Begin({job.name, Completed(std::move(arguments), *offer), {}, &job})
+                           : tl::unexpected(offer.error());
+  if (begun) return;
+  options_.log("trammel: " + begun.error().message);
+  Show({"no calibration: " + begun.error().message, procedure::Buttons::kClose}, false);
+}
+
+// A dialog stays on many screens, and comes back with a page that is loaded anew: only the one that
+// was opened last begins anything, and once.
+void JobServer::AnswerConfirmed(const Call& call) {
+  const auto token = call.arguments.find(kToken);
+  const bool open = offered_ && token != call.arguments.end() && token->second == offered_->token &&
+                    machine::HostNow() < offered_->until_s;
+  if (!open) {
+    return Show({"that dialog is closed, and nothing was started: ask anew"}, false);
+  }
+  Offered offered = std::move(*offered_);
+  offered_.reset();
+  BeginAsked(*offered.job, std::move(offered.arguments));
+}
+
+bool JobServer::HasOurMacros() {
+  const auto known = printer_->HasCommand(kStartMacro, {kCommand_s, stop_});
+  if (!known || *known) return true;  // a printer that does not tell shows what it can
+  Show({fmt::format("no calibration: trammel.cfg on the printer is older than this trammel and has "
+                    "no {}. Copy the one of this trammel (klipper/trammel.cfg) beside printer.cfg, "
+                    "then FIRMWARE_RESTART",
+                    kStartMacro),
+        procedure::Buttons::kClose},
+       false);
+  return false;
+}
+
+void JobServer::AnswerAsked(const Call& call) {
+  const JobKind& job = *call.job;
+  auto offer = job.check(options_.place, call.arguments, printer_);
+  if (offer && offer->question.empty()) return BeginAsked(job, call.arguments);
+  if (!HasOurMacros()) return;
+  if (!offer) {
+    options_.log("trammel: " + offer.error().message);
+    return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
+  }
+  // Not of one service before it: names are told apart by the second in which it began, too.
+  const std::string token = fmt::format("{}-{}", CompactUtc(options_.utc_now()), ++offers_);
+  offered_ = Offered{token, &job, Completed(call.arguments, *offer),
+                     machine::HostNow() + options_.offer_lasts_s};
+  Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
+}
+
+// Whoever was asked before the service ended has not answered yet.
+void JobServer::OfferProposalAgain(const std::stop_token& stop) {
+  constexpr double kPatience_s = 600;
+  if (!FindWaiting()) return;
+  // Klipper starts later than Moonraker. Until it is ready it calls no macro either.
+  if (!printer_->WaitUntilReady({kPatience_s, stop})) return;
+  if (const auto waiting = FindWaiting()) Tell(ProposalWords(*waiting));
+}
+
+void JobServer::Tell(Words words) {
+  options_.log("  " + words.text);
+  if (words.text.starts_with(' ')) return;  // how far a wait has come: for the log
+  const std::lock_guard lock(mutex_);
+  if (words_.size() == kMostWords) words_.pop_front();
+  words_.push_back(std::move(words));
+  called_.notify_all();
+}
+
+void JobServer::ShowAll(bool ending) {
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    if (words_.empty()) return;
+    const Words words = std::move(words_.front());
+    words_.pop_front();
+    lock.unlock();
+    Show(words, ending);
+  }
+}
+
+void JobServer::Show(const Words& words, bool ending) {
+  // Words wait behind whatever the printer is at, homing for example; at the end of the service not
+  // for long: the last word of a stopped calibration is worth saying, too.
+  constexpr double kPatience_s = 300;
+  constexpr double kLastPatience_s = 10;
+  const machine::WaitLimit limit{ending ? kLastPatience_s : kPatience_s};
+  bool waited = false;
+  // How a run ended is worth waiting for: after an emergency stop nothing is seen until the
+  // restart, and no macro calls until then.
+  while (words.buttons && !ending && !stop_.stop_requested() &&
+         printer_->LastState().readiness != machine::PrinterReadiness::kReady) {
+    waited = true;
+    if (printer_->WaitUntilReady({kPatience_s, stop_})) break;
+  }
+  // What is in force is another value after a restart.
+  if (waited && words.buttons == procedure::Buttons::kUse) {
+    const auto waiting = FindWaiting();
+    return waiting ? Show(ProposalWords(*waiting), ending) : void();
+  }
+  auto shown = screen_->Show(words.text, limit);
+  if (shown && words.buttons)
+    shown = screen_->Ask(words.question.empty() ? words.text : words.question, *words.buttons,
+                         words.start, limit);
+  if (!shown) {
+    options_.log("trammel: not shown on the printer: " + shown.error().message);
+  }
+}
+
+}  // namespace trammel::service

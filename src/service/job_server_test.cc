@@ -1,0 +1,739 @@
+// A server with a printer in memory and a shell script in place of trammel.
+#include "service/job_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "base/bug_note.h"
+#include "base/check.h"
+#include "measurement/history.h"
+#include "measurement/outcome_file.h"
+#include "session/crash_recovery.h"
+#include "session/fake_printer.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::service {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kUtc = "2026-01-02T03:04:05Z";
+constexpr const char* kRun = "measure-20260102T030405Z";
+
+measurement::Outcome OutcomeWith(const Measured& measured) {
+  measurement::Outcome outcome;
+  outcome.provenance = {measurement::Instrument::kPressureAdvance, "trammel 9.8.7", kUtc, {"rec"}};
+  outcome.answers = {{"pressure_advance", "s", measured}};
+  return outcome;
+}
+
+const Measured kGoodAnswer = Measured::Good({0.0172, 0.0004, {0.0164, 0.018}});
+
+class JobServerTest : public ::testing::Test {
+ protected:
+  JobServerTest() {
+    printer_.state.pressure_advance["extruder"].advance_s = 0.045;
+    Answers(kGoodAnswer);
+    Program("cp \"$here/result.json\" \"$folder\"\n");
+    MakeServer();
+  }
+  ~JobServerTest() override { StopServing(); }
+
+  // The script notes its words, and goes on after a file `go` has come where it is to wait.
+  void Program(const std::string& script, int exit_code = 0) {
+    const fs::path program = folder_.path() / "program";
+    test::WriteWhole(program,
+                     "#!/bin/sh\nhere='" + folder_.path().string() +
+                         "'\nfor word in \"$@\"; do echo \"$word\" >> \"$here/words\"\n"
+                         "case \"$word\" in --out=*) folder=\"${word#--out=}\";; esac; done\n"
+                         "[ -n \"$folder\" ] && mkdir -p \"$folder\"\n" +
+                         script + "exit " + std::to_string(exit_code) + "\n");
+    fs::permissions(program, fs::perms::owner_all);
+  }
+  void Answers(const Measured& measured) {
+    test::WriteWhole(folder_.path() / "result.json", files::ToJson(OutcomeWith(measured)));
+  }
+  void MakeServer() {
+    JobKind kind;
+    kind.name = "measure";
+    kind.method = "ask_it";
+    kind.arguments = {"filament", "temp"};
+    kind.check = [this](const PrinterPlace&, const Arguments& arguments,
+                        machine::Printer* printer) -> Result<Offer> {
+      if (!blocker_.empty()) return Fail(blocker_);
+      if (looks_ && printer != nullptr) {
+        return Offer{"Is it " + printer->LastState().active_extruder + "?", {{"tools", "0,1"}}};
+      }
+      const auto filament = arguments.find("filament");
+      return Offer{starts_unasked_ ? "" : "Is the bed empty?",
+                   filament == arguments.end() ? Arguments{} : Arguments{{"filament", "key"}}};
+    };
+    kind.command = {"pa", "calibrate"};
+    kind.apply = [](const std::string& folder, const Arguments&) {
+      return std::vector<std::string>{"pa", "apply", folder};
+    };
+    kind.in_force = [this](const machine::PrinterState& state) {
+      in_force_();
+      const bool ready = state.readiness == machine::PrinterReadiness::kReady;
+      return std::string(ready ? "0.0450 s" : "0.0999 s");
+    };
+    kind.use = [](const PrinterPlace& place, const Arguments&) {
+      EXPECT_EQ(place.address, "voron");
+      return std::string("Use it");
+    };
+    kind.answer = [this](const std::string& folder) -> Result<AnswerInWords> {
+      if (several_) return *several_;
+      const auto outcome = TRY(files::ReadOutcome(folder));
+      const Measured& value = outcome.answers.front().value;
+      if (!value.good()) return AnswerInWords{value.verdict(), value.reason()};
+      return AnswerInWords{Verdict::kGood, "0.01720 s", {}, "", notice_};
+    };
+    const PrinterPlace place{
+        .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
+    job_server_ = std::make_unique<JobServer>(
+        JobServerOptions{place,
+                         "voron",
+                         (folder_.path() / "program").string(),
+                         "trammel 9.8.7",
+                         folder_.path() / "recordings",
+                         folder_.path(),
+                         {kind},
+                         [] { return std::string(kUtc); },
+                         [](const std::string&) {},
+                         offer_lasts_s_,
+                         [](machine::Printer& printer, const auto& say) {
+                           say("brought back what it left");
+                           (void)printer.Run("BROUGHT_BACK", {});
+                         }});
+  }
+
+  void Serve() {
+    server_ = std::jthread([this](const std::stop_token& stop) {
+      const auto served = job_server_->Serve(printer_, stop);
+      EXPECT_TRUE(served) << served.error().message;
+      was_working_ = served && *served;
+    });
+    WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  }
+  void StopServing() {
+    if (!server_.joinable()) return;
+    server_.request_stop();
+    server_.join();
+  }
+  // Another service on the same files, as after a restart.
+  void Restart() {
+    StopServing();
+    MakeServer();
+    printer_.scripts.clear();
+    Serve();
+  }
+
+  static void WaitUntil(const std::function<bool()>& so) {
+    constexpr int kMost = 4000;
+    for (int i = 0; i < kMost && !so(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ASSERT_TRUE(so());
+  }
+
+  json Ask(const std::string& method, const json& params = json::object()) {
+    const machine::RpcAnswer answer = job_server_->Answer(method, params);
+    EXPECT_EQ(answer.kind, machine::RpcAnswer::Kind::kResult) << answer.message;
+    return answer.result;
+  }
+  int CodeOf(const std::string& method, const json& params = json::object()) {
+    const machine::RpcAnswer answer = job_server_->Answer(method, params);
+    message_ = answer.message;
+    return answer.kind == machine::RpcAnswer::Kind::kError ? answer.code : 0;
+  }
+  json Status() { return Ask("status"); }
+  std::string Start(const json& arguments = json::object()) {
+    return Ask("start", {{"job", "measure"}, {"arguments", arguments}})["run"];
+  }
+  void WaitForEnd() {
+    WaitUntil([this] { return !Status()["busy"].get<bool>(); });
+  }
+  std::vector<std::string> ProgramsWords() {
+    std::vector<std::string> words;
+    std::string text = test::ReadWhole(folder_.path() / "words");
+    for (std::size_t end = 0; (end = text.find('\n')) != std::string::npos;) {
+      words.push_back(text.substr(0, end));
+      text.erase(0, end + 1);
+    }
+    return words;
+  }
+  // What a command writes down when it has set the answer.
+  std::string Notes(files::Application::Step step = files::Application::Step::kApplied) {
+    const fs::path file = folder_.path() / "noted";
+    fs::remove(file);
+    EXPECT_TRUE(files::NoteApplication(file, OutcomeWith(kGoodAnswer), {kUtc, "voron", step}));
+    return "cat \"$here/noted\" >> \"$here/applied.jsonl\"\n";
+  }
+  // The token of the dialog that was opened last.
+  std::string Token() {
+    const std::string key = "TOKEN=";
+    WaitUntil([&] { return !printer_.LastScriptWith(key).empty(); });
+    const std::string dialog = printer_.LastScriptWith(key);
+    const std::size_t at = dialog.find(key) + key.size();
+    return dialog.substr(at, dialog.find(' ', at) - at);
+  }
+  // A printer's macro calls us, on the connection's thread.
+  void CallMacro(const std::string& method, const json& arguments = json::object()) {
+    WaitUntil([&] { return printer_.Registered(method); });
+    printer_.methods[method](arguments);
+  }
+
+  test::TemporaryFolder folder_;
+  procedure::testing::FakePrinter printer_;
+  std::function<void()> in_force_ = [] {};
+  std::optional<AnswerInWords> several_;
+  std::string blocker_;
+  std::string notice_;
+  bool looks_ = false;
+  std::string message_;
+  bool starts_unasked_ = false;
+  double offer_lasts_s_ = 600;
+  bool was_working_ = false;
+  std::unique_ptr<JobServer> job_server_;
+  std::jthread server_;
+};
+
+TEST_F(JobServerTest, AnswersWithoutAPrinterAndStartsNothing) {
+  const json status = Status();
+  EXPECT_EQ(status["api_version"], 1);
+  EXPECT_EQ(status["version"], "trammel 9.8.7");
+  EXPECT_EQ(status["printer"]["readiness"], "disconnected");
+  EXPECT_EQ(status["jobs"][0]["job"], "measure");
+  EXPECT_THAT(status["jobs"][0]["blocker"], HasSubstr("not connected"));
+  EXPECT_EQ(status["run"], nullptr);
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kBusy);
+  EXPECT_EQ(CodeOf("result"), kNothing);
+  EXPECT_EQ(Ask("history")["results"], json::array());
+}
+
+TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
+  Program(
+      "echo '{\"progress\":\"printing\",\"phase\":\"printing\",\"done\":0.5}' >&2\n"
+      "cp \"$here/result.json\" \"$folder\"\n");
+  Serve();
+  EXPECT_EQ(Start({{"filament", "--out=x y"}}), kRun);
+  WaitForEnd();
+  const json status = Status();
+  const json& run = status["run"];
+  EXPECT_EQ(run["run"], kRun);
+  EXPECT_EQ(run["end"], "done");
+  EXPECT_EQ(run["verdict"], "good");
+  EXPECT_THAT(run["message"], HasSubstr("0.01720 s"));
+  EXPECT_EQ(status["proposal"]["run"], kRun);
+  const json result = Ask("result", {{"run", kRun}});
+  EXPECT_EQ(result["result"]["verdict"], "good");
+  EXPECT_EQ(result["run"]["complete"], true);
+  const std::string out = "--out=" + (folder_.path() / "recordings" / kRun).string();
+  EXPECT_THAT(ProgramsWords(), ElementsAre("--progress", "json", "pa", "calibrate",
+                                           "--config=trammel.toml", "--set=a=1", "--printer=voron",
+                                           "--material=pla", "--filament=--out=x y", out));
+  StopServing();
+  EXPECT_FALSE(was_working_);
+  std::vector<std::string> phases;
+  for (const auto& [event, data] : printer_.events) {
+    EXPECT_EQ(event, "run");
+    EXPECT_EQ(data["run"], kRun);
+    phases.push_back(data["phase"]);
+  }
+  EXPECT_THAT(phases, ElementsAre("starting", "printing", "ended"));
+  EXPECT_EQ(printer_.events[1].second["progress"], 0.5);
+  EXPECT_EQ(printer_.events.back().second["complete"], true);
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use MSG=\"0.01720 s")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("now 0.0450 s. Nothing applied")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("s. In force now: 0.0450 s. Use it?\"")));
+}
+
+TEST_F(JobServerTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
+  several_ = AnswerInWords{Verdict::kGood, "T1 and T2", {"tool_offset T1 x = 1", "tool_offset T2"}};
+  MakeServer();
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "T1 and T2");
+  EXPECT_EQ(Status()["proposal"]["answer"], "T1 and T2");
+  Program(Notes() + "echo 'trammel: T2 did not answer' >&2\n", 3);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "applied in part: T2 did not answer");
+  StopServing();
+  for (const char* said : {"MSG=\"tool_offset T1 x = 1\"", "MSG=\"tool_offset T2\"",
+                           "TRAMMEL_ASK BUTTONS=use MSG=\"T1 and T2."}) {
+    EXPECT_THAT(printer_.scripts, Contains(HasSubstr(said)));
+  }
+}
+
+TEST_F(JobServerTest, AGoodAnswerThatNothingCanSetIsNoProposal) {
+  several_ = AnswerInWords{Verdict::kGood, "T1", {}, "nobody keeps it"};
+  MakeServer();
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["verdict"], "good");
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=close MSG=\"T1. nobody keeps it\""));
+}
+
+TEST_F(JobServerTest, ADialogMayLookAtThePrinterFirst) {
+  looks_ = true;
+  MakeServer();
+  Serve();
+  CallMacro("ask_it");
+  CallMacro("trammel_dismiss");  // behind it
+  WaitUntil([this] { return printer_.ScriptsRun() >= 2; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=start TOKEN=20260102T030405Z-1 "
+                                         "MSG=\"Is it extruder?\""));
+}
+
+TEST_F(JobServerTest, TheDialogSaysWhatBelongsToTheAnswer) {
+  notice_ = "Nobody knows what was printed";
+  Serve();
+  Start();
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("TRAMMEL_APPLY sets it. Nobody knows what was printed")));
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("In force now: 0.0450 s. Use it? Nobody knows what was printed")));
+}
+
+TEST_F(JobServerTest, AnAnswerThatIsNotGoodIsNoProposal) {
+  Answers(Measured::CannotTell("too few lines"));
+  Program("cp \"$here/result.json\" \"$folder\"\n", 2);
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  const json status = Status();
+  EXPECT_EQ(status["run"]["verdict"], "cannot_tell");
+  EXPECT_EQ(status["run"]["message"], "too few lines");
+  EXPECT_EQ(status["proposal"], nullptr);
+  EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
+}
+
+TEST_F(JobServerTest, AFailureIsToldInItsLastErrorsWords) {
+  Program(
+      "echo 'trammel: NOT AS IT WAS: the bed' >&2\necho 'trammel: the camera is away' >&2\n"
+      "echo '  > details' >&2\n",
+      3);
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["run"]["message"], "the camera is away; NOT AS IT WAS: the bed");
+  EXPECT_EQ(Status()["run"]["verdict"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("MSG=\"NOT AS IT WAS: the bed")));
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("BUTTONS=close MSG=\"no calibration: the camera")));
+}
+
+TEST_F(JobServerTest, WhyARunEndedIsSaidWhenThePrinterIsBackFromItsEmergencyStop) {
+  Program("while [ ! -e \"$here/go\" ]; do sleep 0.01; done\necho 'trammel: it was stopped' >&2\n",
+          3);
+  Serve();
+  Start();
+  WaitUntil([this] { return Status()["busy"].get<bool>(); });
+  (void)printer_.EmergencyStop({1});
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("TRAMMEL_ASK BUTTONS=close MSG=\"no calibration: "
+                                 "it was stopped")));
+}
+
+TEST_F(JobServerTest, AnAnswerOfAnEmergencyStopIsOfferedWithWhatIsInForceAfterwards) {
+  Program(
+      "while [ ! -e \"$here/go\" ]; do sleep 0.01; done\ncp \"$here/result.json\" \"$folder\"\n");
+  Serve();
+  Start();
+  WaitUntil([this] { return Status()["busy"].get<bool>(); });
+  (void)printer_.EmergencyStop({1});
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("In force now: 0.0450 s. Use it")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("0.0999"))));
+}
+
+TEST_F(JobServerTest, AGoodExitWithoutAResultIsAFailure) {
+  Program("");
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"], HasSubstr("result.json"));
+}
+
+TEST_F(JobServerTest, OneJobAtATimeAndStopEndsItSafely) {
+  Program(
+      "trap 'echo safe > \"$here/safe\"; exit 130' TERM\n"
+      ": > \"$here/ready\"\n"
+      "while :; do sleep 0.01; done\n");
+  Serve();
+  const std::string run = Start();
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kBusy);
+  EXPECT_THAT(message_, HasSubstr(run));
+  EXPECT_THAT(Status()["jobs"][0]["blocker"], HasSubstr(run));
+  EXPECT_EQ(CodeOf("stop", {{"run", "measure-other"}}), kNothing);
+  WaitUntil([this] { return fs::exists(folder_.path() / "ready"); });
+  EXPECT_EQ(Ask("stop")["run"], run);
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "stopped");
+  EXPECT_EQ(test::ReadWhole(folder_.path() / "safe"), "safe\n");
+  EXPECT_EQ(CodeOf("stop"), kNothing);
+}
+
+TEST_F(JobServerTest, TheEndOfTheServiceEndsARunSafely) {
+  Program("trap 'exit 130' TERM\n: > \"$here/ready\"\nwhile :; do sleep 0.01; done\n");
+  Serve();
+  (void)Start();
+  WaitUntil([this] { return fs::exists(folder_.path() / "ready"); });
+  StopServing();
+  EXPECT_TRUE(was_working_);
+  EXPECT_EQ(Status()["run"]["end"], "stopped");
+}
+
+TEST_F(JobServerTest, RequestsThatMakeNoSenseAreRefusedByName) {
+  Serve();
+  EXPECT_EQ(CodeOf("format_disk"), machine::kUnknownMethod);
+  EXPECT_EQ(CodeOf("status", json::array({1})), kInvalidParameters);
+  EXPECT_EQ(CodeOf("status", {{"a", 1}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", json::object()), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", {{"job", "cook"}}), kInvalidParameters);
+  EXPECT_THAT(message_, HasSubstr("measure"));
+  EXPECT_EQ(CodeOf("start", {{"job", 3}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}, {"arguments", {{"gcode", "G28"}}}}),
+            kInvalidParameters);
+  EXPECT_THAT(message_, HasSubstr("gcode"));
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}, {"arguments", {{"filament", 3}}}}),
+            kInvalidParameters);
+  EXPECT_EQ(
+      CodeOf("start", {{"job", "measure"}, {"arguments", {{"filament", std::string(300, 'a')}}}}),
+      kInvalidParameters);
+  EXPECT_EQ(CodeOf("result", {{"run", "../../etc"}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("result", {{"run", "measure-never"}}), kNothing);
+  EXPECT_EQ(CodeOf("history", {{"last", -1}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("history", {{"instrument", "spoon"}}), kInvalidParameters);
+  blocker_ = "name the material";
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kRefused);
+  EXPECT_EQ(Status()["jobs"][0]["blocker"], "name the material");
+  EXPECT_THAT(ProgramsWords(), ElementsAre());
+}
+
+TEST_F(JobServerTest, AProposalSurvivesARestartAndIsOfferedAgainUntilItIsDecidedOn) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Restart();
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+  EXPECT_EQ(Status()["run"]["end"], "done");
+  EXPECT_EQ(Ask("dismiss")["dismissed"], true);
+  EXPECT_EQ(Ask("dismiss")["dismissed"], false);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use")));
+  Restart();
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TRAMMEL_ASK"))));
+}
+
+TEST_F(JobServerTest, WhatWasDroppedOnAFullDiskIsNotOfferedAgain) {
+  Serve();
+  Start();
+  WaitForEnd();
+  StopServing();
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = before;
+  full.rlim_cur = 0;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const json dropped = Ask("dismiss");
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  (void)std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(dropped["dismissed"], true);
+  MakeServer();
+  EXPECT_EQ(Status()["proposal"], nullptr);
+}
+
+TEST_F(JobServerTest, AProposalWithoutItsResultIsNone) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  fs::remove(folder_.path() / "recordings" / kRun / "result.json");
+  Restart();
+  EXPECT_EQ(Status()["proposal"], nullptr);
+}
+
+TEST_F(JobServerTest, ApplyingRunsTheCommandAndDecidesTheProposal) {
+  Serve();
+  const std::string run = Start();
+  WaitForEnd();
+  Program("echo 'pressure advance  0.0450  ->  0.0172 s'\necho 'kept for          x'\n");
+  fs::remove(folder_.path() / "words");
+  CallMacro("trammel_apply");
+  WaitUntil([this] { return Status()["run"]["job"] == "apply" && !Status()["busy"]; });
+  EXPECT_EQ(Status()["run"]["end"], "done");
+  EXPECT_EQ(Status()["run"]["message"], "pressure advance 0.0450 -> 0.0172 s; kept for x");
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  EXPECT_THAT(ProgramsWords(),
+              ElementsAre("--progress", "json", "pa", "apply",
+                          (folder_.path() / "recordings" / run).string(), "--config=trammel.toml",
+                          "--set=a=1", "--printer=voron"));
+}
+
+TEST_F(JobServerTest, AnApplicationThatFailsLeavesTheProposal) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Program("echo 'trammel: the printer is printing' >&2\n", 3);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+}
+
+TEST_F(JobServerTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  // Whatever its sentences begin with: what is noted of the result decides.
+  Program(Notes() + "echo 'set: 0.0172'\necho 'trammel: the printer keeps nothing' >&2\n", 1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["run"]["message"], "applied in part: the printer keeps nothing");
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
+}
+
+TEST_F(JobServerTest, WhatIsNotNotedAsSetIsNotAppliedWhateverWasSaid) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  // The same result, set on a day before.
+  (void)Notes();
+  fs::copy_file(folder_.path() / "noted", folder_.path() / "applied.jsonl");
+  Program("echo 'applied           nothing at all'\necho 'trammel: it refused' >&2\n", 1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "it refused");
+  // Begun, and nobody knows.
+  Program(Notes(files::Application::Step::kBegun) + "echo 'trammel: it refused' >&2\n", 1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("not applied: it refused")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("in part"))));
+}
+
+TEST_F(JobServerTest, WhatAKilledJobLeftIsBroughtBackAtOnceAndSaid) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(printer_.LastScriptWith("BROUGHT_BACK"), "") << "a job that lives does so itself";
+  Program("kill -9 $$\n");
+  (void)Start();
+  WaitForEnd();
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              AllOf(Contains("BROUGHT_BACK"), Contains(HasSubstr("brought back what it left")),
+                    Contains(HasSubstr("Killed"))));
+}
+
+// Neither "applied" nor "not applied" would be true.
+TEST_F(JobServerTest, OfAnApplicationThatIsKilledItSaysWhatIsInForce) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Program("kill -9 $$\n");
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(
+      Status()["run"]["message"].get<std::string>(),
+      HasSubstr("whether it was applied is not known, in force is 0.0450 s: TRAMMEL_APPLY"));
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+}
+
+TEST_F(JobServerTest, MacrosAskOfferStartAndDrop) {
+  Serve();
+  CallMacro("trammel_apply");
+  CallMacro("ask_it", {{"filament", "PLA+"}, {"other", 3}});
+  CallMacro("trammel_start", {{"token", Token()}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
+  CallMacro("trammel_dismiss");
+  WaitUntil([this] { return Status()["proposal"] == nullptr; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing to apply")));
+  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=start TOKEN=20260102T030405Z-1 "
+                                         "MSG=\"Is the bed empty?\""));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("at work")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing applied")));
+}
+
+TEST_F(JobServerTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
+  Serve();
+  for (const json& given : {json::object(), json{{"token", ""}}, json{{"token", 3}},
+                            json{{"token", "20260102T030405Z-1"}}}) {
+    CallMacro("trammel_start", given);  // no dialog is open
+  }
+  CallMacro("ask_it");
+  const std::string first = Token();
+  CallMacro("ask_it", {{"filament", "PLA+"}});
+  WaitUntil([&] { return Token() != first; });
+  CallMacro("trammel_start", {{"token", first}});  // of a page that was not loaded anew
+  CallMacro("trammel_start", {{"token", Token()}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["arguments"], (json{{"filament", "PLA+"}}));
+  const std::string used = Token();
+  CallMacro("trammel_dismiss");
+  CallMacro("trammel_start", {{"token", used}});
+  WaitUntil([this] {
+    return !printer_.LastScriptWith("nothing to drop").empty() || Status()["proposal"] == nullptr;
+  });
+  CallMacro("trammel_dismiss");  // behind it
+  WaitUntil([this] { return !printer_.LastScriptWith("nothing to drop").empty(); });
+  StopServing();
+  int closed = 0;
+  for (const std::string& script : printer_.scripts) {
+    closed += script.find("that dialog is closed, and nothing was started") != std::string::npos;
+  }
+  EXPECT_EQ(closed, 6);
+}
+
+TEST_F(JobServerTest, AnOldDialogBeginsNothing) {
+  offer_lasts_s_ = 0;
+  MakeServer();
+  Serve();
+  CallMacro("ask_it");
+  CallMacro("trammel_start", {{"token", Token()}});
+  WaitUntil([this] { return !printer_.LastScriptWith("that dialog is closed").empty(); });
+  EXPECT_EQ(Status()["run"], nullptr);
+}
+
+TEST_F(JobServerTest, WhereThePrintersMacrosAreOlderItIsSaidInPlaceOfADialog) {
+  printer_.unknown["_TRAMMEL_START"] = true;
+  Serve();
+  CallMacro("ask_it");
+  WaitUntil([this] { return !printer_.LastScriptWith("BUTTONS=close").empty(); });
+  EXPECT_THAT(printer_.LastScriptWith("BUTTONS=close"),
+              HasSubstr("trammel.cfg on the printer is older than this trammel"));
+}
+
+TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
+  starts_unasked_ = true;
+  MakeServer();
+  Serve();
+  CallMacro("ask_it", {{"filament", "PLA+"}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
+}
+
+TEST_F(JobServerTest, WhereAFailedUpdateTookTheProgramAwayItIsNamed) {
+  fs::remove(folder_.path() / "program");
+  Serve();
+  Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"].get<std::string>(),
+              AllOf(HasSubstr((folder_.path() / "program").string()), HasSubstr("archive")));
+}
+
+TEST_F(JobServerTest, ATemperatureOfARunIsASettingOfItsCommand) {
+  Serve();
+  Start({{"temp", "240"}});
+  WaitForEnd();
+  EXPECT_THAT(ProgramsWords(), Contains("--set=filament.nozzle_temperature=240"));
+}
+
+TEST_F(JobServerTest, ThePictureOfAnAnswerLiesBesideTheConfiguration) {
+  Program("cp \"$here/result.json\" \"$folder\"; printf png > \"$folder/answer.png\"\n");
+  Serve();
+  Start();
+  WaitForEnd();
+  EXPECT_EQ(printer_.config_files[std::string("trammel/") + kRun + ".png"], "png");
+}
+
+TEST_F(JobServerTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
+  Serve();
+  Start();
+  WaitForEnd();
+  ASSERT_NE(Status()["proposal"], nullptr);
+  CallMacro("trammel_new_nozzle");
+  WaitUntil([this] { return Status()["proposal"] == nullptr; });
+  const auto history = files::ReadHistory(folder_.path() / "recordings", {});
+  ASSERT_TRUE(history && history->nozzle_changes.size() == 1U);
+  EXPECT_EQ(history->nozzle_changes[0].utc, kUtc);
+  EXPECT_EQ(history->nozzle_changes[0].printer, procedure::PrinterName("voron"));
+  EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("the answer that waited is dropped")));
+}
+
+TEST_F(JobServerTest, ANewNozzleIsNotNotedDuringARun) {
+  Program("while [ ! -e \"$here/go\" ]; do sleep 0.02; done\n");
+  Serve();
+  Start();
+  EXPECT_EQ(CodeOf("new_nozzle"), kBusy);
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  EXPECT_THAT(Ask("new_nozzle")["message"].get<std::string>(), HasSubstr("noted"));
+}
+
+TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
+  in_force_ = [] { throw Bug("one is not two"); };
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"], HasSubstr("one is not two"));
+  EXPECT_TRUE(NotedBug());
+  in_force_ = [] {};
+  const std::string again = Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["run"], again);
+  EXPECT_EQ(Status()["run"]["end"], "done");
+}
+
+TEST_F(JobServerTest, ResultsOfEarlierRunsAreInTheHistory) {
+  const fs::path recording = folder_.path() / "recordings/a";
+  fs::create_directories(recording);
+  ASSERT_TRUE(files::KeepOutcome(recording, OutcomeWith(kGoodAnswer)));
+  const json results = Ask("history", {{"last", 5}, {"instrument", "pressure_advance"}})["results"];
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0]["verdict"], "good");
+  EXPECT_EQ(results[0]["applied"], json::array());
+  EXPECT_EQ(Ask("history", {{"instrument", "tap"}})["results"], json::array());
+}
+
+}  // namespace
+}  // namespace trammel::service
