@@ -24,7 +24,6 @@ constexpr int kFormat = 2;
 constexpr std::size_t kMostBytes = std::size_t{256} << 10;
 constexpr std::size_t kMostSettings = 1000;
 constexpr std::size_t kMostValues = 1000;  // of one setting: a line of a pattern has its own
-constexpr std::size_t kMostHeaters = 100;
 constexpr const char* kEnding = ".journal.json";
 
 // Beyond what any machine knows; bounds what a damaged file can bring into G-code.
@@ -130,32 +129,6 @@ void ReadSettings(JsonObject& object, RunJournal& journal) {
   }
 }
 
-// Limits, the pressure advance of one extruder (of the one that is named, or the first) and
-// targets.
-void ReadFormat1(JsonObject& object, RunJournal& journal) {
-  std::string extruder = object.has("extruder") ? object.Text("extruder") : "";
-  journal.changes_tools = !extruder.empty();
-  if (extruder.empty()) extruder = "extruder";
-  if (!IsSection(extruder)) object.Fault("extruder", "is no extruder's name");
-  const auto take = [&](const char* key, const std::string& name, NumberRange range) {
-    if (const auto value = object.OptionalNumber(key, range)) journal.before[name] = *value;
-  };
-  take("max_velocity_mm_s", "max_velocity", kSpeeds);
-  take("max_accel_mm_s2", "max_accel", kSpeeds);
-  take("square_corner_velocity_mm_s", "square_corner_velocity", kCorners);
-  take("minimum_cruise_ratio", "minimum_cruise_ratio", kShares);
-  take("pressure_advance_s", "pressure_advance " + extruder, kTimes_s);
-  take("smooth_time_s", "smooth_time " + extruder, kTimes_s);
-  for (const auto& json : object.List("heaters", 0, kMostHeaters)) {
-    JsonObject heater = object.Inner(json, "heaters");
-    const std::string name = heater.Text("name");
-    const double target_c = heater.Number("target_c", kTargets_c);
-    if (!heater.failed() && !IsSection(name)) heater.Fault("name", "is no heater's name");
-    if (const auto done = heater.Finish(); !done) object.Adopt(done.error());
-    journal.before["target " + name] = target_c;
-  }
-}
-
 }  // namespace
 
 bool IsRunName(std::string_view text) { return IsWordLike(text, "-", 64); }
@@ -227,20 +200,16 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   if (!fs::exists(fs::symlink_status(path, error))) return std::optional<RunJournal>();
   const auto json = TRY(ReadJsonFile(path, kMostBytes));
   JsonObject object(json, path.string());
-  const int format = object.Integer("format", {1, kFormat});
+  (void)object.Integer("format", {kFormat, kFormat});
   RunJournal journal;
   journal.run = object.Text("run");
   journal.address = object.Text("address");
   journal.started = object.Text("started");
   journal.upload = object.Text("upload");
-  if (format == 1) {
-    ReadFormat1(object, journal);
-  } else {
-    ReadSettings(object, journal);
-    journal.last_print = object.Text("last_print");
-    journal.last_print_s = object.Number("last_print_s", {0, 1e9});
-    journal.changes_tools = Flag(object, "changes_tools");
-  }
+  ReadSettings(object, journal);
+  journal.last_print = object.Text("last_print");
+  journal.last_print_s = object.Number("last_print_s", {0, 1e9});
+  journal.changes_tools = Flag(object, "changes_tools");
   journal.without_laser = Flag(object, "without_laser");
   if (object.has("ended")) journal.ended = object.Text("ended");
   if (!object.failed() && !IsRunName(journal.run)) object.Fault("run", "is no run's name");

@@ -61,7 +61,7 @@ struct RunJournal {
                                         const RunJournal& journal);
 
 /// Absent where there is no such file. Errors: kInput where it cannot be read or holds anything
-/// that no run writes. A journal of format 1 is read, too; it does not know what its run gave.
+/// that no run writes.
 [[nodiscard]] Result<std::optional<RunJournal>> ReadJournal(const std::filesystem::path& path);
 
 /// Every journal that can be read, by its path; at most 100.

@@ -67,23 +67,6 @@ TEST_F(RunJournalTest, ReadsWhatWasWritten) {
   EXPECT_THAT(ReadAllJournals(folder_.path()), SizeIs(1));
 }
 
-TEST_F(RunJournalTest, TheFormWithOnePressureAdvanceIsStillRead) {
-  const std::string head =
-      R"({"format": 1, "run": "r", "address": "a", "started": "s", "upload": "", "heaters": [{"name": "heater_bed", "target_c": 35}],
-          "pressure_advance_s": 0.031, "smooth_time_s": 0.04)";
-  test::WriteWhole(path_, head + R"(, "extruder": "extruder1"})");
-  const auto named = ReadJournal(path_);
-  ASSERT_TRUE(named && *named);
-  EXPECT_TRUE((*named)->changes_tools);
-  EXPECT_EQ((*named)->before.at("pressure_advance extruder1"), 0.031);
-  test::WriteWhole(path_, head + "}");
-  const auto unnamed = ReadJournal(path_);
-  ASSERT_TRUE(unnamed && *unnamed);
-  EXPECT_FALSE((*unnamed)->changes_tools);
-  EXPECT_EQ((*unnamed)->before.at("smooth_time extruder"), 0.04);
-  EXPECT_EQ((*unnamed)->before.at("target heater_bed"), 35);
-}
-
 TEST_F(RunJournalTest, NoFileIsNoJournal) {
   const auto read = ReadJournal(path_);
   ASSERT_TRUE(read.has_value());
