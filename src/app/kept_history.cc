@@ -9,6 +9,7 @@
 
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
+#include "service/job_record.h"
 #include "session/crash_recovery.h"
 #include "session/run_journal.h"
 
@@ -44,7 +45,7 @@ constexpr std::size_t kMostCompared = 1000;
 
 Result<History> ReadKept(const std::filesystem::path& recordings,
                          const files::HistoryQuery& query) {
-  auto history = files::ReadHistory(recordings, query);
+  auto history = service::ReadHistoryByPrinter(recordings, query);
   if (!history) return history;
   constexpr std::size_t kMostNamed = 10;
   const std::size_t named = std::min(history->skipped.size(), kMostNamed);
@@ -118,7 +119,8 @@ std::string DriftText(const Change& change) {
 void PrintDrift(const std::filesystem::path& recordings, const Outcome& now) {
   if (now.subject == measurement::Subject{}) return;
   const auto history =
-      files::ReadHistory(recordings, {kMostCompared, now.provenance.instrument, now.subject});
+      service::ReadHistoryByPrinter(
+          recordings, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return;
   const HistoryEntry own = EntryOf(*history, now);
   if (const auto* nozzle = NozzleChangeBefore(*history, now.subject.printer, own.order)) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "files/json_object.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
+#include "session/crash_recovery.h"
 #include "session/run_journal.h"
 
 namespace trammel::service {
@@ -251,6 +253,29 @@ Result<void> StorePicture(machine::Printer& printer, const std::string& run, std
       printer.UploadConfig(fmt::format("{}/{}{}", kPictureFolder, run, kEnding), png, limit);
   if (stored) RemoveOldest(printer, limit);
   return stored;
+}
+
+Result<files::History> ReadHistoryByPrinter(const fs::path& recordings, files::HistoryQuery query) {
+  const auto name = [](const std::string& printer) {
+    return printer.empty() ? printer : procedure::PrinterName(printer);
+  };
+  const std::string printer = name(std::exchange(query.subject.printer, {}));
+  const std::size_t last = query.last;
+  if (!printer.empty()) query.last = std::numeric_limits<std::size_t>::max();
+  auto history = TRY(files::ReadHistory(recordings, query));
+  for (auto& entry : history.entries) {
+    entry.outcome.subject.printer = name(entry.outcome.subject.printer);
+  }
+  for (auto& change : history.nozzle_changes) change.printer = name(change.printer);
+  if (!printer.empty()) {
+    std::erase_if(history.entries,
+                  [&](const auto& entry) { return entry.outcome.subject.printer != printer; });
+    if (history.entries.size() > last) {
+      history.entries.erase(history.entries.begin() + static_cast<std::ptrdiff_t>(last),
+                            history.entries.end());
+    }
+  }
+  return history;
 }
 
 }  // namespace trammel::service

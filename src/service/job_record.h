@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "measurement/history.h"
 #include "machine/moonraker/printer.h"
 #include "service/job_kind.h"
 
@@ -105,5 +106,10 @@ inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
 
 /// Whether a name can be that of a run's picture.
 [[nodiscard]] bool IsResultPicture(const std::string& name);
+
+/// Reads a history with each printer under one name (procedure::PrinterName), whatever address its
+/// results were measured over. Errors: those of files::ReadHistory.
+[[nodiscard]] Result<files::History> ReadHistoryByPrinter(const std::filesystem::path& recordings,
+                                                          files::HistoryQuery query);
 
 }  // namespace trammel::service

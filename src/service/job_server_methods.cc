@@ -274,7 +274,7 @@ RpcAnswer JobServer::HistoryAsked(const json& params) const {
   if (!fs::exists(options_.recordings, ignored)) {
     return Ok({{"results", std::move(results)}});  // nothing was measured yet
   }
-  auto history = files::ReadHistory(options_.recordings, *query);
+  auto history = ReadHistoryByPrinter(options_.recordings, *query);
   if (history) {
     const auto added =
         files::AddApplications(options_.state_folder / files::kAppliedFile, *history);

@@ -18,6 +18,7 @@
 #include "base/check.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
+#include "service/job_record.h"
 #include "session/crash_recovery.h"
 #include "session/fake_printer.h"
 #include "support/temporary_folder.h"
@@ -733,6 +734,26 @@ TEST_F(JobServerTest, ResultsOfEarlierRunsAreInTheHistory) {
   EXPECT_EQ(results[0]["verdict"], "good");
   EXPECT_EQ(results[0]["applied"], json::array());
   EXPECT_EQ(Ask("history", {{"instrument", "tap"}})["results"], json::array());
+}
+
+TEST_F(JobServerTest, APrinterHasOneNameInTheHistoryWhateverItsAddress) {
+  const fs::path recordings = folder_.path() / "recordings";
+  for (const char* printer : {"voron.local:80", "http://voron.local/", "voron.local:7125", "ender"}) {
+    measurement::Outcome outcome = OutcomeWith(kGoodAnswer);
+    outcome.subject.printer = printer;
+    const fs::path folder = recordings / std::to_string(std::string(printer).size());
+    fs::create_directories(folder);
+    ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  }
+  files::HistoryQuery query;
+  query.subject.printer = "https://Voron.local/websocket";
+  const auto history = ReadHistoryByPrinter(recordings, query);
+  ASSERT_TRUE(history && history->entries.size() == 3U);
+  for (const auto& entry : history->entries) {
+    EXPECT_EQ(entry.outcome.subject.printer, "voron.local:7125");
+  }
+  query.last = 2;
+  EXPECT_EQ(ReadHistoryByPrinter(recordings, query)->entries.size(), 2U);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
@@ -246,8 +247,15 @@ std::string PlainAddress(const std::string& address) {
 }
 
 std::string PrinterName(const std::string& address) {
-  const auto plain = ParsePlain(address);
+  // Moonraker's own ports, and those of the web server before it (Mainsail, Fluidd), which hands
+  // on to the first.
+  constexpr std::array<std::string_view, 4> kSameMoonraker = {"7125", "7130", "80", "443"};
+  auto plain = ParsePlain(address);
   if (!plain || plain->transport == machine::Transport::kUnix) return WithoutSecrets(address);
+  if (plain->path_prefix.empty() &&
+      std::ranges::find(kSameMoonraker, plain->port) != kSameMoonraker.end()) {
+    plain->port = kSameMoonraker.front();
+  }
   return plain->Authority() + plain->path_prefix;
 }
 

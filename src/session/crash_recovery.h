@@ -20,7 +20,7 @@ namespace trammel::procedure {
 [[nodiscard]] std::string PlainAddress(const std::string& address);
 
 /// A printer's name in results and notes: "localhost:7125", the same for all ways of writing its
-/// address, and without secrets.
+/// address, through Moonraker's own ports or the web server before it, and without secrets.
 [[nodiscard]] std::string PrinterName(const std::string& address);
 
 /// The name of the G-code state that a run saves. Klipper forgets it with a restart, and with

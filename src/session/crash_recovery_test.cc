@@ -248,11 +248,13 @@ TEST_F(DeadRunTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
   EXPECT_EQ(PlainAddress("localhost"), PlainAddress("http://127.0.0.1:7125/"));
   EXPECT_EQ(PlainAddress("voron.local"), PlainAddress("ws://voron.local:7125/websocket"));
   EXPECT_NE(PlainAddress("localhost:7125"), PlainAddress("localhost:7126"));
-  for (const char* address : {"localhost", "127.0.0.1:7125", "http://LOCALHOST:7125/", "[::1]"}) {
+  for (const char* address : {"localhost", "127.0.0.1:7125", "http://LOCALHOST:7125/", "[::1]",
+                              "http://localhost", "https://localhost/websocket", "localhost:80"}) {
     EXPECT_EQ(PrinterName(address), "localhost:7125") << address;
   }
   EXPECT_EQ(PrinterName(PrinterName("voron.local")), PrinterName("voron.local"));
   EXPECT_NE(PrinterName("localhost:7125"), PrinterName("localhost:7126"));
+  EXPECT_NE(PrinterName("http://localhost/voron"), PrinterName("localhost"));
 }
 
 TEST_F(DeadRunTest, WhereADeadRunChangedToolsTheMountedToolsOffsetStays) {
