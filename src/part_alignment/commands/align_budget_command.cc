@@ -14,8 +14,8 @@
 #include "part_alignment/budget/budget.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
-#include "part_alignment/files/budget_file.h"
-#include "part_alignment/report/part_metrology_text.h"
+#include "part_alignment/files/part_fit_file.h"
+#include "part_alignment/report/part_fit_report.h"
 
 namespace trammel::app {
 namespace {
@@ -60,19 +60,18 @@ bool JudgeScene(const files::BudgetFile& file, const part_alignment::Budget& bud
   return held;
 }
 
-int RunBudget(const BudgetArguments& arguments) {
-  auto file = files::ReadBudgetFile(arguments.scene);
-  if (!file) return PrintError(file.error());
+Result<int> RunBudget(const BudgetArguments& arguments) {
+  auto file = TRY(files::ReadBudgetFile(arguments.scene));
   Random random(arguments.seed);
   const SlowWork work(fmt::format("drawing {} measurements", arguments.trials));
-  const auto budget = part_alignment::MakeBudget(file->scene, arguments.trials, random);
+  const auto budget = part_alignment::MakeBudget(file.scene, arguments.trials, random);
   if (!budget) {
-    return PrintError(
-        {budget.error().kind, fmt::format("{}: {}", arguments.scene, budget.error().message)});
+    return Fail(fmt::format("{}: {}", arguments.scene, budget.error().message),
+                budget.error().kind);
   }
   std::string text = report::BudgetText(*budget);
-  const bool held = JudgeScene(*file, *budget, text);
-  PrintAnswer(arguments.json, report::ToJson(*budget), text);
+  const bool held = JudgeScene(file, *budget, text);
+  fmt::print("{}", arguments.json ? report::ToJson(*budget) : text);
   return held ? kExitGood : kExitNotTrusted;
 }
 
@@ -90,7 +89,7 @@ void AddAlignBudgetCommand(CLI::App& parent, int& exit_code) {
       ->check(SeedNumber())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->callback([arguments, &exit_code] { exit_code = RunBudget(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunBudget(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -1,10 +1,16 @@
 // trammel align calibrate and trammel align camera: where a camera file comes from.
+#include "part_alignment/commands/align_calibrate_command.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -14,71 +20,114 @@
 #include "files/new_file.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/camera_convert.h"
-#include "part_alignment/commands/align_board.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
-#include "part_alignment/files/calibration_grid_file.h"
+#include "part_alignment/commands/machine_options.h"
+#include "part_alignment/files/board_file.h"
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/foreign_camera_file.h"
-#include "part_alignment/report/part_metrology_figures.h"
-#include "part_alignment/report/part_metrology_page.h"
-#include "part_alignment/report/part_metrology_text.h"
+#include "part_alignment/files/survey_file.h"
+#include "part_alignment/procedure/survey_pictures.h"
+#include "part_alignment/report/calibration_report.h"
 
 namespace trammel::app {
 namespace {
 
+namespace fs = std::filesystem;
 using part_alignment::CameraConvention;
+using part_alignment::SurveyPicture;
 
 struct CalibrateArguments {
   std::string grid;
-  /// With its fields of output in use for either.
-  BoardArguments board;
+  BoardArguments board;  ///< its answer's options are those of either
 };
 
-int RunGridCalibration(const CalibrateArguments& all) {
-  const BoardArguments& arguments = all.board;
-  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return PrintError(free.error());
+// Prints a calibration and writes its camera file.
+template <class Calibration>
+Result<int> GiveCalibration(const AnswerOptions& options, const Calibration& calibration,
+                            const std::string& date, std::function<AnswerReport()> report) {
+  Answer answer{calibration.verdict, report::ToJson(calibration),
+                report::CalibrationText(calibration), std::move(report)};
+  if (!options.out.empty() && calibration.verdict == Verdict::kGood) {
+    answer.files = {{options.out, files::CalibratedCameraText(calibration, date)}};
   }
-  const auto file = files::ReadCalibrationGrid(all.grid);
-  if (!file) return PrintError(file.error());
-  const SlowWork work("calibrating the camera");
-  const auto calibration = part_alignment::CalibrateCamera(file->grid, {});
-  if (!calibration) {
-    return PrintError(
-        {calibration.error().kind, fmt::format("{}: {}", all.grid, calibration.error().message)});
-  }
-  PrintAnswer(arguments.json, report::ToJson(*calibration), report::CalibrationText(*calibration));
-  const bool good = calibration->verdict == Verdict::kGood;
-  if (!arguments.report.empty()) {
-    std::vector<report::Figure> figures;
-    if (good) figures = report::CalibrationFigures(file->grid, *calibration);
-    const auto written = WriteMetrologyReport(
-        arguments.report, report::CalibrationPage(file->date, *calibration, figures), figures,
-        arguments.force);
-    if (!written) return PrintError(written.error());
-  }
-  if (!good) return kExitNotTrusted;
-  if (!arguments.out.empty()) {
-    const auto written =
-        files::WriteWholeFile(arguments.out, files::CalibratedCameraText(*calibration, file->date),
-                              files::ReplaceIf(arguments.force));
-    if (!written) return PrintError(written.error());
-  }
-  return kExitGood;
+  return GiveAnswer(options, answer);
 }
 
-int RunCalibrate(const CLI::App& command, const CalibrateArguments& arguments) {
+Result<int> RunGridCalibration(const std::string& path, const AnswerOptions& options) {
+  TRY(CheckFree(options));
+  const auto file = TRY(files::ReadCalibrationGrid(path));
+  const SlowWork work("calibrating the camera");
+  const auto calibration = part_alignment::CalibrateCamera(file.grid, {});
+  if (!calibration) {
+    return Fail(fmt::format("{}: {}", path, calibration.error().message), calibration.error().kind);
+  }
+  return GiveCalibration(options, *calibration, file.date, [&] {
+    AnswerReport report;
+    if (calibration->verdict == Verdict::kGood) {
+      report.figures = report::CalibrationFigures(file.grid, *calibration);
+    }
+    report.page = report::CalibrationPage(file.date, *calibration, report.figures);
+    return report;
+  });
+}
+
+// From the pictures beside BOARD.json, or as they were kept.
+Result<procedure::SurveyReading> ReadMarks(const BoardArguments& arguments,
+                                           const files::BoardFile& board) {
+  if (!arguments.observations.empty()) {
+    auto pictures = TRY(files::ReadSurveyFile(arguments.observations));
+    return procedure::SurveyReading{std::move(pictures), {}};
+  }
+  procedure::SurveyReadOptions options;
+  options.book = TRY(part_alignment::MakeCodeBook(board.bits));
+  options.extra_sigma_px = arguments.extra_sigma_px;
+  options.finder.mirrored =
+      board.measurement.camera.looks_along == part_alignment::LooksAlong::kMinusZ;
+  std::vector<fs::path> paths;
+  for (const auto& view : board.measurement.views) {
+    paths.push_back(fs::path(arguments.board).parent_path() / view.picture);
+  }
+  return procedure::ReadSurveyPictures(
+      paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+}
+
+// Each view's picture by its name; a picture that no view names is none of this table.
+Result<void> JoinMarks(const std::vector<SurveyPicture>& pictures, const std::string& where,
+                       files::BoardFile& board) {
+  std::map<std::string, const SurveyPicture*> by_name;
+  for (const SurveyPicture& picture : pictures) by_name[picture.name] = &picture;
+  for (auto& view : board.measurement.views) {
+    const auto found = by_name.find(fs::path(view.picture).filename().string());
+    if (found == by_name.end()) {
+      return Fail(
+          fmt::format("{}: has no picture {}, which a view names; the table of places and "
+                      "the pictures do not belong together",
+                      where, view.picture));
+    }
+    view.width_px = found->second->width_px;
+    view.height_px = found->second->height_px;
+    view.observations = found->second->observations;
+    view.discs = found->second->discs;
+    by_name.erase(found);
+  }
+  if (by_name.empty()) return {};
+  return Fail(
+      fmt::format("{}: no view names the picture {}; the table of places and the pictures "
+                  "do not belong together",
+                  where, by_name.begin()->first));
+}
+
+Result<int> RunCalibrate(const CLI::App& command, const CalibrateArguments& arguments) {
   if (arguments.grid.empty() == arguments.board.board.empty()) {
-    return PrintError({ErrorKind::kInput, "align calibrate takes either GRID.json or --board"});
+    return Fail("align calibrate takes either GRID.json or --board");
   }
   if (!arguments.board.board.empty()) return RunBoardCalibration(arguments.board);
   for (const char* name : {"--observations", "--keep-observations", "--extra-sigma-px"}) {
     if (command.count(name) == 0) continue;
-    return PrintError(
-        {ErrorKind::kInput, fmt::format("{} is of pictures of a board: add --board", name)});
+    return Fail(fmt::format("{} is of pictures of a board: add --board", name));
   }
-  return RunGridCalibration(arguments);
+  return RunGridCalibration(arguments.grid, arguments.board.answer);
 }
 
 struct CameraArguments {
@@ -132,16 +181,15 @@ Result<part_alignment::ConvertedCamera> Converted(
   return part_alignment::FromOpenCv(foreign, arguments.pixel_pitch_mm, options);
 }
 
-int RunCamera(const CameraArguments& arguments) {
+Result<int> RunCamera(const CameraArguments& arguments) {
   if (!arguments.out.empty()) {
-    const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
-    if (!free) return PrintError(free.error());
+    TRY(RefuseToOverwrite({arguments.out}, arguments.force));
   }
   std::optional<part_alignment::CalibrationRecord> calibration;
   const auto converted = Converted(arguments, calibration);
   if (!converted) {
-    return PrintError({converted.error().kind,
-                       fmt::format("camera {}: {}", arguments.file, converted.error().message)});
+    return Fail(fmt::format("camera {}: {}", arguments.file, converted.error().message),
+                converted.error().kind);
   }
   fmt::print(stderr,
              "the two cameras differ by at most {:.2g} px over the sensor ({:.2g} px root mean "
@@ -152,12 +200,34 @@ int RunCamera(const CameraArguments& arguments) {
     fmt::print("{}", text);
     return kExitGood;
   }
-  const auto written =
-      files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
-  return written ? static_cast<int>(kExitGood) : PrintError(written.error());
+  TRY(files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force)));
+  return kExitGood;
 }
 
 }  // namespace
+
+Result<int> RunBoardCalibration(const BoardArguments& arguments) {
+  TRY(CheckFree(arguments.answer, {arguments.keep_observations}));
+  auto board = TRY(files::ReadBoardFile(arguments.board));
+  const auto reading = TRY(ReadMarks(arguments, board));
+  if (!arguments.keep_observations.empty()) {
+    TRY(WriteOutputs({{arguments.keep_observations, files::SurveyFileText(reading.pictures)}},
+                     arguments.answer.force));
+  }
+  TRY(JoinMarks(reading.pictures,
+                arguments.observations.empty() ? arguments.board : arguments.observations, board));
+  const SlowWork work("calibrating the camera");
+  auto calibration = part_alignment::CalibrateByBoard(board.measurement, {});
+  if (!calibration) {
+    return Fail(fmt::format("{}: {}", arguments.board, calibration.error().message),
+                calibration.error().kind);
+  }
+  calibration->notices.insert(calibration->notices.end(), reading.notices.begin(),
+                              reading.notices.end());
+  return GiveCalibration(arguments.answer, *calibration, board.date, [&] {
+    return AnswerReport{report::CalibrationPage(board.date, *calibration), {}};
+  });
+}
 
 void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
@@ -173,16 +243,11 @@ void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
                       "of the board's pictures, in place of them: what --keep-observations left");
   command->add_option("--keep-observations", arguments.keep_observations,
                       "file for what the board's pictures show");
-  command
-      ->add_option("--extra-sigma-px", arguments.extra_sigma_px,
-                   "of each mark's centre beside the detector's own: lens, vibration")
-      ->check(NumberIn(0, 10))
-      ->capture_default_str();
-  command->add_option("-o,--out", arguments.out, "camera file to write, if the verdict is good");
-  command->add_option("--report", arguments.report, "folder for report.html and the figures");
-  command->add_flag("--json", arguments.json, "one JSON object instead of text");
-  command->add_flag("--force", arguments.force, "overwrite files");
-  command->callback([all, command, &exit_code] { exit_code = RunCalibrate(*command, *all); });
+  AddNumber(*command, "--extra-sigma-px", arguments.extra_sigma_px,
+            "of each mark's centre beside the detector's own: lens, vibration", 0, 10);
+  AddAnswerOptions(*command, arguments.answer, "camera file to write, if the verdict is good",
+                   "folder for report.html and the figures");
+  OnRun(*command, exit_code, [all, command] { return RunCalibrate(*command, *all); });
 }
 
 void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {
@@ -204,7 +269,7 @@ void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("-o,--out", arguments->out, "file to write instead of standard output");
   command->add_flag("--force", arguments->force, "overwrite it");
-  command->callback([arguments, &exit_code] { exit_code = RunCamera(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunCamera(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -1,7 +1,9 @@
 // trammel align solve and correct, from the shell.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -86,6 +88,21 @@ TEST_F(AlignCommand, GaussNewtonSaysTheSameAndJsonLeavesTheWordsOut) {
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(result["part_mm"][i], ceres["part_mm"][i], kExact_mm);
   }
+}
+
+TEST_F(AlignCommand, ATerminalGetsTheTextAndWhereTheJsonIsInPlaceOfTheJson) {
+  const auto shown = [&](const std::string& arguments) {
+    const std::string run = fmt::format(
+        "cd '{}' && script -qec '{} align solve seen.json {}' /dev/null > shown 2>&1 < /dev/null",
+        folder_.path().string(), TRAMMEL_PROGRAM, arguments);
+    EXPECT_EQ(std::system(run.c_str()), 0);
+    return test::ReadWhole(folder_.path() / "shown");
+  };
+  EXPECT_THAT(shown("--out kept.json"),
+              AllOf(HasSubstr("verdict "), HasSubstr("gamma"), HasSubstr("JSON       in kept.json"),
+                    Not(HasSubstr("\"verdict\""))));
+  EXPECT_THAT(shown(""), HasSubstr("JSON       with --json"));
+  EXPECT_THAT(shown("--json"), HasSubstr("\"verdict\": \"good\""));
 }
 
 TEST_F(AlignCommand, UnknownsOfTheCommandLineReplaceTheFiles) {

@@ -13,7 +13,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "part_alignment/commands/align_commands.h"
-#include "part_alignment/commands/linuxcnc_options.h"
+#include "part_alignment/commands/machine_options.h"
 #include "part_alignment/correction/control_text.h"
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/files/alignment_result.h"
@@ -70,72 +70,64 @@ Result<void> CorrectAtControl(const CorrectArguments& arguments, report::Correct
   if (!arguments.tilts) {
     TRY(part_alignment::CheckTilt(output.offset));
   }
-  auto text = TRY(part_alignment::TextFor(control, slot, output.pose(), arguments.tilts));
-  output.text = std::move(text);
+  output.text = TRY(part_alignment::TextFor(control, slot, output.pose(), arguments.tilts));
   return {};
 }
 
-int Write(const CorrectArguments& arguments, const report::CorrectionOutput& output,
-          const std::optional<measurement::Outcome>& result) {
+Result<void> Write(const CorrectArguments& arguments, const report::CorrectionOutput& output,
+                   const std::optional<measurement::Outcome>& result) {
   const Interrupt interrupt;
-  const auto options = ParseLinuxCnc(arguments.linuxcnc);
-  if (!options) return PrintError(options.error());
-  auto machine = machine::LinuxCnc::Connect(*options, interrupt.token());
-  if (!machine) return PrintError(machine.error());
+  const auto options = TRY(ParseLinuxCnc(arguments.linuxcnc));
+  auto machine = TRY(machine::LinuxCnc::Connect(options, interrupt.token()));
   const part_alignment::WorkOffset& offset = output.offset.offset;
-  const auto before = (*machine)->ReadOffsets(output.slot.number, interrupt.token());
-  if (!before) return PrintError(before.error());
+  const auto before = TRY(machine->ReadOffsets(output.slot.number, interrupt.token()));
   if (result) {
-    const auto noted = NoteBegun(
+    TRY(NoteBegun(
         {measurement::Instrument::kPartAlignment, *result, arguments.linuxcnc.address, {}},
-        std::nullopt);
-    if (!noted) return PrintError(noted.error());
+        std::nullopt));
   }
-  const auto written = (*machine)->WriteOffset(
-      output.slot.number, {offset.origin_mm, offset.rotation_z_rad * 180 / std::numbers::pi},
-      interrupt.token());
-  if (!written) return PrintError(written.error());
-  const Eigen::Vector3d& was = before->offset.origin_mm;
+  TRY(machine->WriteOffset(output.slot.number,
+                           {offset.origin_mm, offset.rotation_z_rad * 180 / std::numbers::pi},
+                           interrupt.token()));
+  const Eigen::Vector3d& was = before.offset.origin_mm;
   const Eigen::Vector3d& is = offset.origin_mm;
   fmt::print(
       stderr,
       "changed    X {:.4f} -> {:.4f}, Y {:.4f} -> {:.4f}, Z {:.4f} -> {:.4f} mm, R {:.5f} -> "
       "{:.5f} degrees\n",
-      was.x(), is.x(), was.y(), is.y(), was.z(), is.z(), before->offset.rotation_deg,
+      was.x(), is.x(), was.y(), is.y(), was.z(), is.z(), before.offset.rotation_deg,
       offset.rotation_z_rad * 180 / std::numbers::pi);
   fmt::print(stderr, "written    {} of LinuxCNC at {}: read back and equal\n", output.slot.name,
              arguments.linuxcnc.address);
-  return kExitGood;
+  return {};
 }
 
-int RunCorrect(const CorrectArguments& arguments) {
+Result<int> RunCorrect(const CorrectArguments& arguments) {
   if (!arguments.linuxcnc.address.empty() && arguments.control != "linuxcnc") {
-    return PrintError({ErrorKind::kInput,
-                       "--write needs --control linuxcnc: take the lines to other "
-                       "controls yourself"});
+    return Fail(
+        "--write needs --control linuxcnc: take the lines to other "
+        "controls yourself");
   }
   if (arguments.after_shims && arguments.supports.empty()) {
-    return PrintError({ErrorKind::kInput, "--after-shims needs --supports FILE"});
+    return Fail("--after-shims needs --supports FILE");
   }
-  auto result = files::ReadAlignmentResult(arguments.file);
-  if (!result) return PrintError(result.error());
+  auto result = TRY(files::ReadAlignmentResult(arguments.file));
   report::CorrectionOutput output;
-  output.measured = result->machine_from_part;
-  output.standard_uncertainty = result->standard_uncertainty;
-  output.points = std::move(result->targets);
-  output.notices = std::move(result->notices);
-  if (auto done = CorrectAtFixture(arguments, *result, output); !done)
-    return PrintError(done.error());
-  if (auto done = CorrectAtControl(arguments, output); !done) return PrintError(done.error());
+  output.measured = result.machine_from_part;
+  output.standard_uncertainty = result.standard_uncertainty;
+  output.points = std::move(result.targets);
+  output.notices = std::move(result.notices);
+  TRY(CorrectAtFixture(arguments, result, output));
+  TRY(CorrectAtControl(arguments, output));
   std::fputs((arguments.json ? report::ToJson(output) : report::CorrectionText(output)).c_str(),
              stdout);
   if (arguments.linuxcnc.address.empty()) return kExitGood;
-  const int code = Write(arguments, output, result->result);
-  if (code == kExitGood && result->result) {
+  TRY(Write(arguments, output, result.result));
+  if (result.result) {
     NoteApplied(
-        {measurement::Instrument::kPartAlignment, *result->result, arguments.linuxcnc.address, {}});
+        {measurement::Instrument::kPartAlignment, *result.result, arguments.linuxcnc.address, {}});
   }
-  return code;
+  return kExitGood;
 }
 
 }  // namespace
@@ -165,7 +157,7 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
       *command, "--write",
       "set the work offset and read it back: session, the LinuxCNC that runs on this computer",
       arguments->linuxcnc);
-  command->callback([arguments, &exit_code] { exit_code = RunCorrect(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunCorrect(*arguments); });
 }
 
 }  // namespace trammel::app

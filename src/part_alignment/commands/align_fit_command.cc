@@ -3,42 +3,97 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/slow_work.h"
-#include "files/new_file.h"
-#include "part_alignment/commands/align_cad.h"
+#include "machine/cad/step_file.h"
+#include "machine/net/file_bytes.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
-#include "part_alignment/files/mesh_file.h"
 #include "part_alignment/files/part_fit_file.h"
+#include "part_alignment/files/stl_file.h"
 #include "part_alignment/part_fit/part_fit.h"
-#include "part_alignment/report/part_metrology_figures.h"
-#include "part_alignment/report/part_metrology_page.h"
-#include "part_alignment/report/part_metrology_text.h"
+#include "part_alignment/report/part_fit_report.h"
 
 namespace trammel::app {
 namespace {
 
+std::string Ending(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+bool NamesStep(const std::filesystem::path& path) {
+  constexpr std::array<std::string_view, 5> kEndings = {".step", ".stp", ".p21", ".stpz", ".stepz"};
+  return std::find(kEndings.begin(), kEndings.end(), Ending(path)) != kEndings.end();
+}
+
+bool IsStep(const std::filesystem::path& path) {
+  constexpr std::size_t kLooked = 4096;
+  const auto start = machine::ReadFileStart(path, kLooked);
+  return NamesStep(path) ||
+         (start &&
+          machine::LooksLikeStep({reinterpret_cast<const char*>(start->data()), start->size()}));
+}
+
+/// Whether a file is named as one of STEP or STL is.
+bool NamesCad(const std::filesystem::path& path) {
+  return NamesStep(path) || Ending(path) == ".stl";
+}
+
+/// Reads either as its first bytes, then its name, say (machine/cad/step_file.h, ReadMeshFile).
+/// Errors (kInput) besides: a STEP file that is given a unit, having its own, or may be open.
+Result<files::MeshFile> ReadCadFile(const std::filesystem::path& path,
+                                    const std::optional<files::LengthUnit>& unit, bool open) {
+  if (!IsStep(path)) return files::ReadMeshFile(path, unit, open);
+  if (unit) {
+    return Fail(fmt::format("{}: a STEP file states its unit itself; leave out {}", path.string(),
+                            unit->name));
+  }
+  if (open) {
+    return Fail(fmt::format("{}: an open shell is taken from an STL alone; leave out \"open\"",
+                            path.string()));
+  }
+  auto solid = TRY(machine::ReadStepFile(path));
+  part_alignment::TriangleMesh mesh;
+  mesh.vertices_mm = std::move(solid.vertices_mm);
+  mesh.triangles = std::move(solid.triangles);
+  mesh.lifts.reserve(solid.lifts.size());
+  for (const machine::StepLift& lift : solid.lifts) {
+    mesh.lifts.push_back({lift.middle_mm, lift.left_mm});
+  }
+  auto made =
+      files::MakeMeshFile(path, std::move(mesh), false,
+                          fmt::format("of {} faces; its unit is {}", solid.faces, solid.unit));
+  if (!made) return made;
+  for (const std::string& notice : solid.notices) {
+    made->notices.push_back(fmt::format("{}: {}", path.filename().string(), notice));
+  }
+  return made;
+}
+
 struct FitArguments {
   std::string points;
   std::string part;
-  std::string out;
-  std::string report;
   std::string unit;
   std::optional<double> stock_allowance_mm;
   double least_stock_allowance_mm = 0;
   double target_thickness_mm = 0;
   double target_thickness_sigma_mm = 0;
-  bool json = false;
-  bool force = false;
+  AnswerOptions answer;
 };
 
 /// A mesh alone is all of the ideal part: whatever points call their surface lies on it.
@@ -78,42 +133,33 @@ Result<files::PartFile> ReadPart(const FitArguments& arguments,
   return files::ReadPartFile(arguments.part, ReadCadFile);
 }
 
-int RunFit(const FitArguments& arguments) {
-  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return PrintError(free.error());
-  }
-  auto points = files::ReadPointTable(arguments.points);
-  if (!points) return PrintError(points.error());
+Result<int> RunFit(const FitArguments& arguments) {
+  TRY(CheckFree(arguments.answer));
+  auto points = TRY(files::ReadPointTable(arguments.points));
   const SlowWork work("fitting the part");
-  auto part = ReadPart(arguments, *points);
-  if (!part) return PrintError(part.error());
-  const part_alignment::PartFitInput input{std::move(*points), std::move(part->surfaces),
-                                           std::move(part->bars), part->start};
-  part->options.target_thickness_mm = arguments.target_thickness_mm;
-  part->options.target_thickness_sigma_mm = arguments.target_thickness_sigma_mm;
-  auto fit = part_alignment::FitPart(input, part->options);
+  auto part = TRY(ReadPart(arguments, points));
+  const part_alignment::PartFitInput input{std::move(points), std::move(part.surfaces),
+                                           std::move(part.bars), part.start};
+  part.options.target_thickness_mm = arguments.target_thickness_mm;
+  part.options.target_thickness_sigma_mm = arguments.target_thickness_sigma_mm;
+  auto fit = part_alignment::FitPart(input, part.options);
   if (!fit) {
-    return PrintError({fit.error().kind, fmt::format("{} with {}: {}", arguments.points,
-                                                     arguments.part, fit.error().message)});
+    return Fail(
+        fmt::format("{} with {}: {}", arguments.points, arguments.part, fit.error().message),
+        fit.error().kind);
   }
-  fit->notices.insert(fit->notices.begin(), part->notices.begin(), part->notices.end());
-  const std::string json = report::ToJson(input, *fit);
-  PrintAnswer(arguments.json, json, report::PartFitText(input, *fit));
-  if (!arguments.report.empty()) {
-    std::vector<report::Figure> figures;
-    if (!fit->stock_allowances.empty())
-      figures.push_back(report::StockAllowanceFigure(input, *fit));
-    const auto written = WriteMetrologyReport(
-        arguments.report, report::PartFitPage(input, *fit, figures), figures, arguments.force);
-    if (!written) return PrintError(written.error());
-  }
-  if (fit->verdict != Verdict::kGood) return kExitNotTrusted;
-  if (!arguments.out.empty()) {
-    const auto written =
-        files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
-    if (!written) return PrintError(written.error());
-  }
-  return kExitGood;
+  fit->notices.insert(fit->notices.begin(), part.notices.begin(), part.notices.end());
+  Answer answer{fit->verdict, report::ToJson(input, *fit), report::PartFitText(input, *fit)};
+  answer.report = [&] {
+    AnswerReport report;
+    if (!fit->stock_allowances.empty()) {
+      report.figures.push_back(report::StockAllowanceFigure(input, *fit));
+    }
+    report.page = report::PartFitPage(input, *fit, report.figures);
+    return report;
+  };
+  if (!arguments.answer.out.empty()) answer.files = {{arguments.answer.out, answer.json}};
+  return GiveAnswer(arguments.answer, answer);
 }
 
 }  // namespace
@@ -140,12 +186,9 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
                       "of adhesive targets on the surfaces, mm: subtracted along the normal");
   command->add_option("--target-thickness-sigma", arguments->target_thickness_sigma_mm,
                       "standard uncertainty of it, mm, the same for all targets");
-  command->add_option("-o,--out", arguments->out, "file for the targets, if the verdict is good");
-  command->add_option("--report", arguments->report,
-                      "folder for report.html and the map of stock allowances");
-  command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, &exit_code] { exit_code = RunFit(*arguments); });
+  AddAnswerOptions(*command, arguments->answer, "file for the targets, if the verdict is good",
+                   "folder for report.html and the map of stock allowances");
+  OnRun(*command, exit_code, [arguments] { return RunFit(*arguments); });
 }
 
 }  // namespace trammel::app

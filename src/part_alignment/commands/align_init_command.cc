@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -15,24 +17,259 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/provenance.h"
+#include "app/secrets.h"
 #include "app/slow_work.h"
 #include "app/terminal_person.h"
+#include "app/today.h"
+#include "base/check.h"
+#include "base/json_text.h"
 #include "files/new_file.h"
 #include "part_alignment/camera/calibration_age.h"
 #include "part_alignment/commands/align_commands.h"
-#include "part_alignment/commands/align_start.h"
+#include "part_alignment/commands/machine_options.h"
+#include "part_alignment/correction/control_text.h"
 #include "part_alignment/files/alignment_file.h"
-#include "part_alignment/procedure/start_checks.h"
+#include "part_alignment/procedure/start_dialogue.h"
+#include "part_alignment/views/machine_box.h"
 #include "part_alignment/views/view_plan.h"
 
 namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
+using part_alignment::MachineBox;
+using procedure::ParseBoxes;
+using procedure::ParseNumbers;
 using procedure::StartAnswers;
 using procedure::StartContradiction;
+using procedure::StartQuestion;
+
+struct StartValues {
+  bool c_holds_spindle = false;
+  int joints = 3;
+  Eigen::Vector3d rough_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rough_rad = Eigen::Vector3d::Zero();
+  part_alignment::MachineBox travel;
+  std::vector<part_alignment::MachineBox> obstacles;
+  double safe_z_mm = 0;
+  double distance_mm = 0;
+  int bits = 14;
+  std::string id_prefix;            ///< of the targets
+  procedure::StartAnswers answers;  ///< as they were given, for the commands
+};
+
+struct StartFiles {
+  explicit StartFiles(const std::filesystem::path& in);
+
+  std::filesystem::path folder;
+  std::filesystem::path settings;  ///< observations without views, which align plan reads
+  std::filesystem::path views;     ///< the same with views, for align measure
+};
+
+constexpr double kRadPerMmPerM = 1e-3;
+constexpr double kNearest_mm = 20;
+constexpr double kFarthest_mm = 10'000;
+
+Result<void> IsFile(const std::string& text) {
+  std::error_code fault;
+  if (fs::is_regular_file(text, fault)) return {};
+  return Fail(text + " is no file");
+}
+
+Result<void> IsMachine(const std::string& text) {
+  if (text == "none") return {};
+  LinuxCncArguments arguments;
+  arguments.address = text;
+  TRY(ParseLinuxCnc(arguments));
+  return {};
+}
+
+Result<void> IsSpindle(const std::string& text) {
+  if (text == "c-axis" || text == "locked") return {};
+  return Fail(text + ": say c-axis or locked");
+}
+
+Result<void> IsSource(const std::string& text) {
+  TRY(CameraAddressOf("--source", text));
+  return {};
+}
+
+Result<void> IsWorkOffset(const std::string& text) {
+  TRY(part_alignment::ParseOffsetSlot(part_alignment::Control::kLinuxCnc, text));
+  return {};
+}
+
+auto AreNumbers(std::size_t count) {
+  return [count](const std::string& text) -> Result<void> {
+    TRY(ParseNumbers(text, count));
+    return {};
+  };
+}
+
+Result<void> AreBoxes(const std::string& text) {
+  TRY(ParseBoxes(text));
+  return {};
+}
+
+Result<void> IsDistance(const std::string& text) {
+  const auto number = TRY(ParseNumbers(text, 1));
+  if (number.front() >= kNearest_mm && number.front() <= kFarthest_mm) return {};
+  return Fail(fmt::format("{} mm is not within {} … {}", text, kNearest_mm, kFarthest_mm));
+}
+
+// What the controller tells.
+std::string TravelText(const machine::LinuxCncFacts& facts) {
+  const Eigen::Vector3d& low = facts.travel.low_mm;
+  const Eigen::Vector3d& high = facts.travel.high_mm;
+  return fmt::format("{},{},{},{},{},{}", low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
+}
+
+std::string ObstacleOptions(const StartValues& values) {
+  std::string options;
+  for (const MachineBox& box : values.obstacles) {
+    options += fmt::format(" --obstacle {},{},{},{},{},{}", box.low_mm.x(), box.low_mm.y(),
+                           box.low_mm.z(), box.high_mm.x(), box.high_mm.y(), box.high_mm.z());
+  }
+  return options;
+}
+
+std::string MeasureCommand(const StartFiles& names, const StartValues& values) {
+  std::string command =
+      fmt::format("trammel align measure {} --source {} --out {}", ShellQuoted(names.views),
+                  ShellQuoted(values.answers.at("source")), ShellQuoted(names.folder));
+  if (!values.id_prefix.empty()) command += " --id-prefix " + ShellQuoted(values.id_prefix);
+  if (values.bits != 14) command += fmt::format(" --bits {}", values.bits);
+  if (values.answers.at("machine") == "none") return command;
+  return command + fmt::format(" --machine {} --joints {} {} --safe-z {} --travel {}{}",
+                               ShellQuoted(values.answers.at("machine")), values.joints,
+                               values.c_holds_spindle ? "--c-axis" : "--spindle-locked",
+                               values.safe_z_mm, values.answers.at("travel"),
+                               ObstacleOptions(values));
+}
+
+/// What is asked before the machine is looked at.
+std::vector<StartQuestion> MachineQuestions() {
+  return {{"machine", "the machine: session, the LinuxCNC that runs on this computer, or none",
+           "session", IsMachine}};
+}
+
+/// What is asked after it; where the controller tells something, that is the fallback.
+std::vector<StartQuestion> JobQuestions(const std::optional<machine::LinuxCncFacts>& facts,
+                                        const StartAnswers& answers) {
+  const bool has_c = facts && facts->HasAxis('C');
+  const std::string travel = facts ? TravelText(*facts) : "";
+  const auto given = answers.find("travel");
+  const auto numbers = ParseNumbers(given == answers.end() ? travel : given->second, 6);
+  const std::string highest = numbers ? fmt::format("{}", numbers->back()) : "";
+  return {
+      {"camera", "the camera's file, as align calibrate or align camera left it", "", IsFile,
+       "camera.json"},
+      {"targets", "the file of the part's targets, as align fit or align survey left it", "",
+       IsFile, "targets.json"},
+      {"source", "where its pictures come from: a folder, /dev/videoN, aravis:ID, http://…", "",
+       IsSource, "pictures"},
+      {"spindle", "what holds the spindle: c-axis, or locked (by hand)",
+       has_c ? "c-axis" : "locked", IsSpindle},
+      {"travel", "the spindle's travel: the least X,Y,Z and the most X,Y,Z, mm", travel,
+       AreNumbers(6), "0,0,-500,1000,600,0"},
+      {"safe-z", "machine Z at which the spindle may cross everywhere, mm", highest, AreNumbers(1),
+       "-5"},
+      {"rough", "about where the part's origin is in the machine, X,Y,Z mm", "", AreNumbers(3),
+       "400,250,-450"},
+      {"rough-angles", "about how the part is turned, alpha,beta,gamma mm/m", "0,0,0",
+       AreNumbers(3)},
+      {"obstacle",
+       "boxes about part and fixture that the camera has to keep clear of, least X,Y,Z and most "
+       "X,Y,Z each, with blanks between them; or none",
+       "", AreBoxes, "none"},
+      {"distance", "from camera to target, mm; within what the camera was calibrated for", "300",
+       IsDistance},
+      {"work-offset", "the work offset that is to be set", "G54", IsWorkOffset}};
+}
+
+/// REQUIRES answers to all questions.
+StartValues ValuesOf(const StartAnswers& answers,
+                     const std::optional<machine::LinuxCncFacts>& facts, int joints) {
+  const auto numbers = [&](const std::string& name, std::size_t count) {
+    auto parsed = ParseNumbers(answers.at(name), count);
+    TRAMMEL_CHECK(parsed.has_value(), "{} was not checked", name);
+    return *parsed;
+  };
+  StartValues values;
+  values.answers = answers;
+  values.c_holds_spindle = answers.at("spindle") == "c-axis";
+  values.joints = joints > 0 ? joints : facts ? facts->joints : values.c_holds_spindle ? 4 : 3;
+  const auto rough = numbers("rough", 3);
+  values.rough_mm = {rough[0], rough[1], rough[2]};
+  const auto turn = numbers("rough-angles", 3);
+  values.rough_rad = kRadPerMmPerM * Eigen::Vector3d(turn[0], turn[1], turn[2]);
+  values.travel = BoxOf(numbers("travel", 6), 0);
+  const auto boxes = ParseBoxes(answers.at("obstacle"));
+  TRAMMEL_CHECK(boxes.has_value(), "obstacle was not checked");
+  for (std::size_t i = 0; i < boxes->size(); i += 6) {
+    values.obstacles.push_back(BoxOf(*boxes, i));
+  }
+  values.safe_z_mm = numbers("safe-z", 1)[0];
+  values.distance_mm = numbers("distance", 1)[0];
+  return values;
+}
+
+StartFiles::StartFiles(const fs::path& in)
+    : folder(in), settings(in / "setup.json"), views(in / "views.json") {}
+
+/// Observations without views (docs/formats.md); the files of camera and targets by their paths
+/// from the folder.
+std::string SettingsText(const StartFiles& names, const StartValues& values) {
+  const auto from_folder = [&](const std::string& path) {
+    std::error_code fault;
+    const fs::path relative = fs::proximate(path, names.folder, fault);
+    return fault || relative.empty() ? fs::absolute(path).string() : relative.string();
+  };
+  const nlohmann::ordered_json json = {{"format", 1},
+                                       {"camera", from_folder(values.answers.at("camera"))},
+                                       {"targets", from_folder(values.answers.at("targets"))},
+                                       {"unknowns", {"pose", "clamp_angle"}},
+                                       {"views", nlohmann::ordered_json::array()}};
+  return JsonText(json);
+}
+
+/// The five commands from the clamped camera to the work offset, each with a remark.
+std::string CommandsText(const StartFiles& names, const StartValues& values) {
+  const std::string folder = ShellQuoted(names.folder);
+  const std::string result = ShellQuoted(names.folder / "result.json");
+  const std::string write =
+      values.answers.at("machine") == "none" ? "session" : values.answers.at("machine");
+  const auto& answers = values.answers;
+  std::string text =
+      "# Clamp the camera at the angle at which it was calibrated, C at 0. Then:\n"
+      "# 1. The views are planned; once more where part or fixture stand elsewhere.\n";
+  text += fmt::format(
+      "trammel align plan {} --rough {} --rough-angles {} --travel {}{} "
+      "--distance {} --out {} --force\n",
+      ShellQuoted(names.settings), answers.at("rough"), answers.at("rough-angles"),
+      answers.at("travel"), ObstacleOptions(values), answers.at("distance"),
+      ShellQuoted(names.views));
+  text +=
+      values.answers.at("machine") == "none"
+          ? "# 2. Read the pictures, one of each view. With a machine it drives, too: --machine.\n"
+          : "# 2. Drive through the views, take and read the pictures. THE MACHINE MOVES.\n";
+  text += MeasureCommand(names, values) + "\n";
+  text += "# 3. Solve once more, with a simulation beside it. Of several measurements name one.\n";
+  text += fmt::format(
+      "trammel align solve {}/part_alignment-*Z/observations.json --trials 10000 --result {} "
+      "--report {}\n",
+      folder, result, ShellQuoted(names.folder / "report"));
+  text += "# 4. Look at the work offset, and at what it leaves over. Shims: --supports FILE.\n";
+  text += fmt::format("trammel align correct {} --work-offset {}\n", result,
+                      values.answers.at("work-offset"));
+  text += "# 5. Set it (G10 L2) and read it back.\n";
+  text += fmt::format("trammel align correct {} --work-offset {} --write {} --joints {}\n", result,
+                      values.answers.at("work-offset"), ShellQuoted(write), values.joints);
+  return text;
+}
 
 constexpr const char* kNoMachine = "none";
 
@@ -93,7 +330,7 @@ Result<Begun> BeginSettings(const StartFiles& names, const StartValues& values) 
   TRY(settings.Write(SettingsText(names, values)));
   auto input = TRY(files::ReadAlignmentFile(settings.temporary_path(), 0));
   if (input.measurement.targets.empty()) {
-    return Fail(values.targets + ": no targets");
+    return Fail(values.answers.at("targets") + ": no targets");
   }
   return Begun{std::move(settings), std::move(input)};
 }
@@ -145,47 +382,37 @@ bool TellOfFiles(const files::AlignmentInput& input, const procedure::TargetIds&
   return Tell(ids.contradictions);
 }
 
-int RunInit(InitArguments arguments) {
+Result<int> RunInit(InitArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
   const StartFiles names(arguments.folder);
-  if (auto free = CheckFree(names); !free) return PrintError(free.error());
+  TRY(CheckFree(names));
   TerminalPerson terminal(stop, {});
   procedure::Person* person = terminal.present() ? &terminal : nullptr;
   StartAnswers& answers = arguments.answers;
-  if (auto asked = procedure::AnswerQuestions(MachineQuestions(), person, Say, answers); !asked) {
-    return PrintError(asked.error());
-  }
-  const auto facts = LookAtMachine(answers["machine"], arguments.joints, stop);
-  if (!facts) return PrintError(facts.error());
-  if (auto asked = procedure::AnswerQuestions(JobQuestions(*facts, answers), person, Say, answers);
-      !asked) {
-    return PrintError(asked.error());
-  }
-  StartValues values = ValuesOf(answers, *facts, arguments.joints);
+  TRY(procedure::AnswerQuestions(MachineQuestions(), person, Say, answers));
+  const auto facts = TRY(LookAtMachine(answers["machine"], arguments.joints, stop));
+  TRY(procedure::AnswerQuestions(JobQuestions(facts, answers), person, Say, answers));
+  StartValues values = ValuesOf(answers, facts, arguments.joints);
   values.bits = arguments.bits;
   const procedure::StartRequest request{values.c_holds_spindle, values.travel, values.safe_z_mm};
   bool forbidden = Tell(procedure::CheckRequest(request));
-  if (*facts) forbidden = Tell(procedure::CheckMachine(**facts, request)) || forbidden;
-  if (auto made = MakeFolder(arguments.folder); !made) return PrintError(made.error());
-  auto begun = BeginSettings(names, values);
-  if (!begun) return PrintError(begun.error());
-  const auto book = part_alignment::MakeCodeBook(values.bits);
-  if (!book) return PrintError(book.error());
-  const auto ids = procedure::CheckIds(begun->input.measurement.targets, *book);
+  if (facts) forbidden = Tell(procedure::CheckMachine(*facts, request)) || forbidden;
+  TRY(MakeFolder(arguments.folder));
+  auto begun = TRY(BeginSettings(names, values));
+  const auto book = TRY(part_alignment::MakeCodeBook(values.bits));
+  const auto ids = procedure::CheckIds(begun.input.measurement.targets, book);
   values.id_prefix = ids.prefix;
-  forbidden = TellOfFiles(begun->input, ids) || forbidden;
+  forbidden = TellOfFiles(begun.input, ids) || forbidden;
   if (forbidden) {
-    return PrintError({ErrorKind::kSafety,
-                       "nothing is written while the answers contradict the "
-                       "machine or the targets; mend it and run it again"});
+    return Fail(
+        "nothing is written while the answers contradict the "
+        "machine or the targets; mend it and run it again",
+        ErrorKind::kSafety);
   }
-  const auto views = ViewsText(values, begun->input);
-  if (!views) return PrintError(views.error());
-  if (auto kept = begun->settings.Commit(); !kept) return PrintError(kept.error());
-  if (auto kept = files::WriteWholeFile(names.views, *views, files::IfThere::kRefuse); !kept) {
-    return PrintError(kept.error());
-  }
+  const auto views = TRY(ViewsText(values, begun.input));
+  TRY(begun.settings.Commit());
+  TRY(files::WriteWholeFile(names.views, views, files::IfThere::kRefuse));
   fmt::print("{}", CommandsText(names, values));
   return kExitGood;
 }
@@ -224,7 +451,7 @@ void AddAlignInitCommand(CLI::App& parent, int& exit_code) {
       ->add_option("--joints", arguments->joints,
                    "joints that must be homed, where the controller does not tell how many it has")
       ->check(CLI::Range(1, 16));
-  command->callback([arguments, &exit_code] { exit_code = RunInit(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunInit(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -16,19 +16,19 @@
 #include "app/option_values.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
-#include "base/json_text.h"
+#include "measurement/outcome_file.h"
 #include "part_alignment/commands/align_commands.h"
-#include "part_alignment/commands/align_outcome.h"
-#include "part_alignment/commands/align_record.h"
-#include "part_alignment/commands/align_report.h"
-#include "part_alignment/commands/linuxcnc_options.h"
-#include "part_alignment/commands/machine_boxes.h"
+#include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/commands/machine_options.h"
 #include "part_alignment/pose/disc_centres.h"
 #include "part_alignment/procedure/align_measure.h"
 #include "part_alignment/procedure/align_missing.h"
 #include "part_alignment/procedure/align_picture.h"
+#include "part_alignment/report/alignment_report.h"
 #include "part_alignment/report/alignment_text.h"
 #include "part_alignment/views/plan_room.h"
+#include "part_alignment/views/view_plan.h"
+#include "session/name_stop.h"
 #include "session/session.h"
 
 namespace trammel::app {
@@ -64,18 +64,17 @@ Result<part_alignment::Alignment> SolveOutcome(const MeasureArguments& arguments
                                       outcome.discs, input.measurement);
 }
 
-int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
-           const MeasureOutcome& outcome, AlignmentRecord& record) {
+Result<int> Finish(const MeasureArguments& arguments, files::AlignmentInput input,
+                   const MeasureOutcome& outcome, AlignmentRecord& record) {
   input.measurement = outcome.measurement;
   auto alignment = SolveOutcome(arguments, outcome, input);
-  if (!alignment) return PrintError(record.Stopped(alignment.error(), outcome.notices));
+  if (!alignment) return tl::unexpected(record.Stopped(alignment.error(), outcome.notices));
   alignment->notices.insert(alignment->notices.end(), outcome.notices.begin(),
                             outcome.notices.end());
   const auto missing = procedure::MissingTargets(outcome, *alignment);
   alignment->notices.insert(alignment->notices.end(), missing.begin(), missing.end());
   // Once more, where the centres have been corrected since.
-  if (auto kept = record.KeepObservations(input.measurement); !kept)
-    return PrintError(kept.error());
+  TRY(record.KeepObservations(input.measurement));
   const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
   // The answer is printed whatever becomes of the files.
   const ResultFile result = ResultOf(output, record.folder().string());
@@ -83,15 +82,14 @@ int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
   if (written) {
     written = WriteAlignmentReport(record.folder(), output, nullptr, record.pictures(), false);
   }
-  std::fputs(JsonText(result.details).c_str(), stdout);
+  PrintAlignment(output, result, arguments.json, (record.folder() / files::kResultFile).string());
   if (!arguments.json) {
-    fmt::print(stderr, "{}report     {}\n", report::AlignmentText(output),
-               record.folder().string());
+    fmt::print(stderr, "report     {}\n", record.folder().string());
     if (output.alignment.verdict == Verdict::kGood) {
       SayNext("next", "trammel align correct " + ShellQuoted(record.folder().string()), 11, stderr);
     }
   }
-  if (!written) return PrintError(written.error());
+  if (!written) return tl::unexpected(written.error());
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
@@ -104,35 +102,28 @@ Result<void> CheckNormal(const std::vector<double>& normal) {
 
 Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& arguments) {
   procedure::RouteOptions& route = arguments.options.route;
-  auto obstacles = TRY(ObstaclesOf(arguments.boxes));
-  route.obstacles = std::move(obstacles);
+  route.obstacles = TRY(ObstaclesOf(arguments.boxes));
   if (!arguments.boxes.travel.empty()) route.travel = TravelOf(arguments.boxes);
   route.camera_radius_mm = arguments.boxes.camera_radius_mm;
   route.camera_below_mm = part_alignment::ToolLength(camera, arguments.boxes.camera_below_mm);
   return {};
 }
 
-int RunMeasure(MeasureArguments arguments) {
+Result<int> RunMeasure(MeasureArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
-  auto plan = files::ReadAlignmentFile(arguments.plan);
-  if (!plan) return PrintError(plan.error());
-  auto book = part_alignment::MakeCodeBook(arguments.bits);
-  if (!book) return PrintError(book.error());
-  arguments.options.book = std::move(*book);
-  if (auto read = ReadBoxes(plan->measurement.camera, arguments); !read) {
-    return PrintError(read.error());
-  }
-  if (auto sound = CheckNormal(arguments.normal); !sound) return PrintError(sound.error());
-  AlignmentRecord record(arguments.out, *plan);
-  if (auto fit = record.CheckPlace(); !fit) return PrintError(fit.error());
+  auto plan = TRY(files::ReadAlignmentFile(arguments.plan));
+  arguments.options.book = TRY(part_alignment::MakeCodeBook(arguments.bits));
+  TRY(ReadBoxes(plan.measurement.camera, arguments));
+  TRY(CheckNormal(arguments.normal));
+  AlignmentRecord record(arguments.out, plan);
+  TRY(record.CheckPlace());
   machine::CameraOptions camera;
-  camera.width_px = plan->measurement.camera.width_px;
-  camera.height_px = plan->measurement.camera.height_px;
-  const auto address = CameraAddressOf("--source", arguments.source);
-  if (!address) return PrintError(address.error());
-  const auto source = machine::OpenCamera(*address, camera, stop);
-  if (!source) return PrintError(procedure::NameStop(stop, source.error()));
+  camera.width_px = plan.measurement.camera.width_px;
+  camera.height_px = plan.measurement.camera.height_px;
+  const auto address = TRY(CameraAddressOf("--source", arguments.source));
+  const auto source = machine::OpenCamera(address, camera, stop);
+  if (!source) return tl::unexpected(procedure::NameStop(stop, source.error()));
   procedure::StillPictures pictures(**source, arguments.settle_s);
   procedure::MeasurementHooks shop;
   shop.take_picture = [&] { return pictures.Take(stop); };
@@ -146,7 +137,7 @@ int RunMeasure(MeasureArguments arguments) {
   std::unique_ptr<machine::LinuxCnc> linuxcnc;
   if (!arguments.linuxcnc.address.empty()) {
     auto connected = ConnectLinuxCnc(arguments.linuxcnc, stop);
-    if (!connected) return PrintError(procedure::NameStop(stop, connected.error()));
+    if (!connected) return tl::unexpected(procedure::NameStop(stop, connected.error()));
     linuxcnc = std::move(*connected);
     shop.move_to = [&](const Eigen::Vector3d& mm) {
       return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
@@ -156,9 +147,9 @@ int RunMeasure(MeasureArguments arguments) {
       return StandsAt(*linuxcnc, c_axis ? std::optional(0.0) : std::nullopt, stop);
     };
   }
-  auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
+  auto outcome = procedure::MeasurePart(plan.measurement, arguments.options, shop);
   if (!outcome) {
-    return PrintError(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
+    return tl::unexpected(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
   }
   if (linuxcnc && arguments.options.route.obstacles.empty()) {
     outcome->notices.push_back(
@@ -168,7 +159,7 @@ int RunMeasure(MeasureArguments arguments) {
     outcome->notices.push_back(
         "there are more pictures than views: were they taken by this plan, in this order?");
   }
-  return Finish(arguments, std::move(*plan), *outcome, record);
+  return Finish(arguments, std::move(plan), *outcome, record);
 }
 
 void AddRoute(CLI::App& command, MeasureArguments& arguments) {
@@ -180,10 +171,7 @@ void AddRoute(CLI::App& command, MeasureArguments& arguments) {
                           ->check(NumberIn(-1e6, 1e6))
                           ->group(kGroup);
   command.get_option("--machine")->needs(safe);
-  command.add_option("--feed", arguments.feed_mm_min, "mm/min")
-      ->check(NumberIn(10.0, 1e5))
-      ->capture_default_str()
-      ->group(kGroup);
+  AddNumber(command, "--feed", arguments.feed_mm_min, "mm/min", 10.0, 1e5, kGroup);
   AddMachineBoxes(command, arguments.boxes, kGroup);
 }
 
@@ -197,12 +185,8 @@ void AddReading(CLI::App& command, MeasureArguments& arguments) {
       .add_option("--id-prefix", arguments.options.id_prefix,
                   "before the number in the ids of the plan, as in T7")
       ->group(kGroup);
-  command
-      .add_option("--extra-sigma-px", arguments.options.extra_sigma_px,
-                  "of a centre, beside what the detector states")
-      ->check(NumberIn(0.0, 10.0))
-      ->capture_default_str()
-      ->group(kGroup);
+  AddNumber(command, "--extra-sigma-px", arguments.options.extra_sigma_px,
+            "of a centre, beside what the detector states", 0.0, 10.0, kGroup);
   command
       .add_option("--disc-radius", arguments.disc_radius_mm,
                   "mm, of the targets' discs; without it as they look in the pictures")
@@ -217,12 +201,9 @@ void AddReading(CLI::App& command, MeasureArguments& arguments) {
       ->delimiter(',')
       ->capture_default_str()
       ->group(kGroup);
-  command
-      .add_option("--settle", arguments.settle_s,
-                  "s between standing and the picture; more than the camera is late by")
-      ->check(NumberIn(0.0, 60.0))
-      ->capture_default_str()
-      ->group(kGroup);
+  AddNumber(command, "--settle", arguments.settle_s,
+            "s between standing and the picture; more than the camera is late by", 0.0, 60.0,
+            kGroup);
 }
 
 }  // namespace
@@ -242,14 +223,14 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
       ->required();
   command->add_option("-o,--out", arguments->out, "where the dated folder is made")
       ->capture_default_str();
-  command->add_flag("--json", arguments->json, "no words on standard error at the end");
+  command->add_flag("--json", arguments->json, "JSON alone, without the text");
   AddReading(*command, *arguments);
   AddLinuxCncOptions(
       *command, "--machine",
       "what moves: session, the LinuxCNC that runs on this computer; without it nothing does",
       arguments->linuxcnc);
   AddRoute(*command, *arguments);
-  command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunMeasure(*arguments); });
 }
 
 }  // namespace trammel::app

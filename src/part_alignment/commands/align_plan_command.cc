@@ -10,15 +10,16 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/provenance.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
-#include "part_alignment/commands/machine_boxes.h"
+#include "part_alignment/commands/machine_options.h"
 #include "part_alignment/files/alignment_file.h"
-#include "part_alignment/report/alignment_text.h"
+#include "part_alignment/report/alignment_report.h"
 #include "part_alignment/views/view_plan.h"
 
 namespace trammel::app {
@@ -49,21 +50,16 @@ void Tell(const ViewPlan& plan) {
   fmt::print(stderr, "{}", report::ObservabilityText(plan.observability, plan.reason));
 }
 
-int RunPlan(PlanArguments arguments) {
+Result<int> RunPlan(PlanArguments arguments) {
   constexpr double kRadPerMmPerM = 1e-3;
   if (!arguments.out.empty()) {
-    if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
-      return PrintError(may.error());
-    }
+    TRY(RefuseToOverwrite({arguments.out}, arguments.force));
   }
-  auto input = files::ReadAlignmentFile(arguments.file, 0);
-  if (!input) return PrintError(input.error());
-  auto obstacles = ObstaclesOf(arguments.boxes);
-  if (!obstacles) return PrintError(obstacles.error());
+  auto input = TRY(files::ReadAlignmentFile(arguments.file, 0));
   part_alignment::ViewPlanOptions& options = arguments.options;
-  options.unknowns = input->unknowns;
+  options.unknowns = input.unknowns;
   options.travel = TravelOf(arguments.boxes);
-  options.obstacles = std::move(*obstacles);
+  options.obstacles = TRY(ObstaclesOf(arguments.boxes));
   options.tool_radius_mm = arguments.boxes.camera_radius_mm;
   options.tool_length_mm = arguments.boxes.camera_below_mm;
   const std::vector<double>& mm = arguments.rough_mm;
@@ -72,32 +68,28 @@ int RunPlan(PlanArguments arguments) {
       {mm[0], mm[1], mm[2]},
       {turn[0] * kRadPerMmPerM, turn[1] * kRadPerMmPerM, turn[2] * kRadPerMmPerM}};
   const SlowWork work("planning the views");
-  const auto plan = part_alignment::PlanViews(input->measurement.camera, input->measurement.targets,
-                                              rough, options);
-  if (!plan) return PrintError(plan.error());
-  input->measurement.views.clear();
-  input->pictures.clear();
-  for (const part_alignment::PlannedView& view : plan->views) {
-    input->measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
+  const auto plan = TRY(part_alignment::PlanViews(input.measurement.camera,
+                                                  input.measurement.targets, rough, options));
+  input.measurement.views.clear();
+  input.pictures.clear();
+  for (const part_alignment::PlannedView& view : plan.views) {
+    input.measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
-  Tell(*plan);
+  Tell(plan);
   // Views that do not do are no plan: nothing is written that measure would drive through.
-  if (plan->verdict != Verdict::kGood) {
-    fmt::print(stderr, "trammel: no plan is written: {}\n", plan->reason);
+  if (plan.verdict != Verdict::kGood) {
+    fmt::print(stderr, "trammel: no plan is written: {}\n", plan.reason);
     return kExitNotTrusted;
   }
-  const std::string text = files::AlignmentFileText(*input);
+  const std::string text = files::AlignmentFileText(input);
   if (arguments.out.empty()) {
     std::fputs(text.c_str(), stdout);
-  } else if (auto written =
-                 files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
-             !written) {
-    return PrintError(written.error());
-  } else {
-    SayNext("next",
-            fmt::format("trammel align measure {} --source CAMERA", ShellQuoted(arguments.out)), 11,
-            stderr);
+    return kExitGood;
   }
+  TRY(files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force)));
+  SayNext("next",
+          fmt::format("trammel align measure {} --source CAMERA", ShellQuoted(arguments.out)), 11,
+          stderr);
   return kExitGood;
 }
 
@@ -123,26 +115,20 @@ void AddAlignPlanCommand(CLI::App& parent, int& exit_code) {
       ->delimiter(',');
   AddMachineBoxes(*command, arguments->boxes);
   command->get_option("--travel")->required();
-  command->add_option("--distance", options.working_distance_mm, "from camera to target, mm")
-      ->check(NumberIn(20.0, 10000.0))
-      ->capture_default_str();
-  command->add_option("--sigma-px", options.sigma_px, "expected of a centre")
-      ->check(NumberIn(1e-4, 10.0))
-      ->capture_default_str();
-  command->add_option("--goal", options.weakest_goal_mm, "wanted of the weakest direction, mm")
-      ->check(NumberIn(1e-4, 10.0))
-      ->capture_default_str();
-  command
-      ->add_option("--clearance", options.clearance_mm,
-                   "kept between camera and obstacles, mm: for how roughly the place is known")
-      ->check(NumberIn(0.0, 1000.0))
-      ->capture_default_str();
+  AddNumber(*command, "--distance", options.working_distance_mm, "from camera to target, mm", 20.0,
+            10000.0);
+  AddNumber(*command, "--sigma-px", options.sigma_px, "expected of a centre", 1e-4, 10.0);
+  AddNumber(*command, "--goal", options.weakest_goal_mm, "wanted of the weakest direction, mm",
+            1e-4, 10.0);
+  AddNumber(*command, "--clearance", options.clearance_mm,
+            "kept between camera and obstacles, mm: for how roughly the place is known", 0.0,
+            1000.0);
   command->add_option("--most-views", options.most_views)
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
   command->add_option("-o,--out", arguments->out, "a file for align measure; else standard output");
   command->add_flag("--force", arguments->force, "overwrite that file");
-  command->callback([arguments, &exit_code] { exit_code = RunPlan(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunPlan(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -20,14 +20,11 @@
 #include "base/json_text.h"
 #include "base/random.h"
 #include "part_alignment/commands/align_commands.h"
-#include "part_alignment/commands/align_outcome.h"
 #include "part_alignment/commands/align_outputs.h"
-#include "part_alignment/commands/align_report.h"
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
-#include "part_alignment/report/alignment_json.h"
-#include "part_alignment/report/alignment_text.h"
+#include "part_alignment/report/alignment_report.h"
 
 namespace trammel::app {
 namespace {
@@ -90,10 +87,9 @@ CLI::Validator NumberOfTrials() {
 }
 
 Result<void> Write(const SolveArguments& arguments, const files::AlignmentInput& input,
-                   const report::AlignmentOutput& output, const ResultFile& result,
-                   const std::string& json) {
+                   const report::AlignmentOutput& output, const ResultFile& result) {
   std::vector<OutputFile> files;
-  if (!arguments.out.empty()) files.push_back({arguments.out, json});
+  if (!arguments.out.empty()) files.push_back({arguments.out, JsonText(result.details)});
   if (!arguments.result.empty()) files.push_back(OutputOf(arguments.result, result));
   TRY(WriteOutputs(files, arguments.force));
   if (arguments.report.empty()) return {};
@@ -101,39 +97,33 @@ Result<void> Write(const SolveArguments& arguments, const files::AlignmentInput&
                               arguments.force);
 }
 
-int RunSolve(const SolveArguments& arguments) {
-  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return PrintError(free.error());
-  }
-  if (auto may = CheckOutputs({.result = arguments.result, .force = arguments.force}); !may) {
-    return PrintError(may.error());
-  }
-  auto input = files::ReadAlignmentFile(arguments.file);
-  if (!input) return PrintError(input.error());
+Result<int> RunSolve(const SolveArguments& arguments) {
+  TRY(CheckFree({arguments.out, arguments.report, arguments.json, arguments.force}));
+  TRY(CheckOutputs({.result = arguments.result, .force = arguments.force}));
+  auto input = TRY(files::ReadAlignmentFile(arguments.file));
   if (!arguments.unknowns.empty()) {
     const auto unknowns = files::ParseUnknowns(arguments.unknowns);
-    if (!unknowns) return PrintError({ErrorKind::kInput, "--unknowns " + unknowns.error().message});
-    input->unknowns = *unknowns;
+    if (!unknowns) return Fail("--unknowns " + unknowns.error().message);
+    input.unknowns = *unknowns;
   }
-  part_alignment::SolveOptions options = SolveOptionsOf(*input);
+  part_alignment::SolveOptions options = SolveOptionsOf(input);
   options.robust = !arguments.not_robust;
   options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
                                                       : part_alignment::SolveMethod::kCeres;
   const SlowWork work("solving the views");
-  auto alignment = part_alignment::Solve(input->measurement, options);
+  auto alignment = part_alignment::Solve(input.measurement, options);
   if (!alignment) {
-    return PrintError({alignment.error().kind, arguments.file + ": " + alignment.error().message});
+    return Fail(arguments.file + ": " + alignment.error().message, alignment.error().kind);
   }
-  auto simulated = Simulate(arguments, *input, options, *alignment);
-  report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
+  auto simulated = Simulate(arguments, input, options, *alignment);
+  report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
   output.simulated = std::move(simulated);
   // The answer is printed whatever becomes of the files.
   const ResultFile result = ResultOf(output, arguments.file);
-  const std::string json = JsonText(result.details);
-  const auto written = Write(arguments, *input, output, result, json);
-  std::fputs(json.c_str(), stdout);
-  if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);
-  if (!written) return PrintError(written.error());
+  const auto written = Write(arguments, input, output, result);
+  PrintAlignment(output, result, arguments.json,
+                 arguments.out.empty() ? arguments.result : arguments.out);
+  if (!written) return tl::unexpected(written.error());
   if (!arguments.json && output.alignment.verdict == Verdict::kGood) {
     SayNext("next",
             arguments.result.empty() ? "with --result FILE: trammel align correct FILE"
@@ -168,7 +158,7 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of the simulation")
       ->check(SeedNumber())
       ->capture_default_str();
-  command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
+  command->add_flag("--json", arguments->json, "JSON alone, without the text");
   command->add_option("-o,--out", arguments->out, "write the JSON to this file, too");
   command->add_option("--result", arguments->result,
                       "keep the answer as JSON here, for align correct");
@@ -176,7 +166,7 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--report", arguments->report,
                       "a folder for a page with every view: what was found, projected and left "
                       "over, on the pictures that the file names");
-  command->callback([arguments, &exit_code] { exit_code = RunSolve(*arguments); });
+  OnRun(*command, exit_code, [arguments] { return RunSolve(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -19,6 +19,7 @@
 #include "app/provenance.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/commands/machine_options.h"
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/procedure/survey_pictures.h"
 #include "part_alignment/report/survey_report.h"
@@ -39,11 +40,8 @@ struct SurveyArguments {
   bool plain = false;
   std::string surface;
   std::string keep_observations;
-  std::string out;
   std::string points;
-  std::string report;
-  bool json = false;
-  bool force = false;
+  AnswerOptions answer;
 };
 
 bool IsPicture(const fs::path& path) {
@@ -86,29 +84,12 @@ Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& argumen
     return procedure::SurveyReading{std::move(pictures), {}};
   }
   procedure::SurveyReadOptions options;
-  auto book = TRY(part_alignment::MakeCodeBook(arguments.bits));
-  options.book = std::move(book);
+  options.book = TRY(part_alignment::MakeCodeBook(arguments.bits));
   options.extra_sigma_px = arguments.extra_sigma_px;
   options.plain = arguments.plain;
   const auto paths = TRY(PicturesOf(arguments.pictures));
   return procedure::ReadSurveyPictures(
       paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
-}
-
-Result<void> Write(const SurveyArguments& arguments, const part_alignment::Survey& survey,
-                   const std::string& json) {
-  if (!arguments.report.empty()) {
-    std::vector<report::Figure> figures;
-    if (survey.verdict == Verdict::kGood) figures.push_back(report::SurveyNetworkFigure(survey));
-    TRY(WriteMetrologyReport(arguments.report, report::SurveyPage(Today(), survey, figures),
-                             figures, arguments.force));
-  }
-  if (survey.verdict != Verdict::kGood) return {};
-  std::vector<OutputFile> files;
-  if (!arguments.out.empty()) files.push_back({arguments.out, json});
-  if (!arguments.points.empty())
-    files.push_back({arguments.points, report::SurveyPoints(survey, arguments.surface)});
-  return WriteOutputs(files, arguments.force);
 }
 
 // A name that a table of points can hold.
@@ -120,39 +101,36 @@ Result<void> CheckSurface(const std::string& surface) {
                   surface));
 }
 
-Result<void> CheckPlaces(const SurveyArguments& arguments) {
-  TRY(CheckFree(arguments.out, arguments.report, arguments.force));
-  std::vector<fs::path> others;
-  if (!arguments.points.empty()) others.emplace_back(arguments.points);
-  if (!arguments.keep_observations.empty()) others.emplace_back(arguments.keep_observations);
-  return RefuseToOverwrite(others, arguments.force);
-}
-
-int RunSurvey(const SurveyArguments& arguments) {
-  if (auto free = CheckPlaces(arguments); !free) return PrintError(free.error());
-  if (auto name = CheckSurface(arguments.surface); !name) return PrintError(name.error());
+Result<int> RunSurvey(const SurveyArguments& arguments) {
+  const AnswerOptions& options = arguments.answer;
+  TRY(CheckFree(options, {arguments.points, arguments.keep_observations}));
+  TRY(CheckSurface(arguments.surface));
   part_alignment::SurveyInput input;
   input.focal_length_px = arguments.focal_length_px;
   if (!arguments.scale_bars.empty()) {
-    auto bars = files::ReadScaleBarFile(arguments.scale_bars);
-    if (!bars) return PrintError(bars.error());
-    input.bars = std::move(*bars);
+    input.bars = TRY(files::ReadScaleBarFile(arguments.scale_bars));
   }
-  auto reading = ReadObservations(arguments);
-  if (!reading) return PrintError(reading.error());
-  input.pictures = std::move(reading->pictures);
+  auto reading = TRY(ReadObservations(arguments));
+  input.pictures = std::move(reading.pictures);
   if (!arguments.keep_observations.empty()) {
-    const auto kept = WriteOutputs(
-        {{arguments.keep_observations, files::SurveyFileText(input.pictures)}}, arguments.force);
-    if (!kept) return PrintError(kept.error());
+    TRY(WriteOutputs({{arguments.keep_observations, files::SurveyFileText(input.pictures)}},
+                     options.force));
   }
-  auto survey = part_alignment::SolveSurvey(input, {});
-  if (!survey) return PrintError(survey.error());
-  survey->notices.insert(survey->notices.end(), reading->notices.begin(), reading->notices.end());
-  const std::string json = report::ToJson(*survey);
-  PrintAnswer(arguments.json, json, report::SurveyText(*survey));
-  if (auto written = Write(arguments, *survey, json); !written) return PrintError(written.error());
-  return survey->verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
+  auto survey = TRY(part_alignment::SolveSurvey(input, {}));
+  survey.notices.insert(survey.notices.end(), reading.notices.begin(), reading.notices.end());
+  const bool good = survey.verdict == Verdict::kGood;
+  Answer answer{survey.verdict, report::ToJson(survey), report::SurveyText(survey)};
+  answer.report = [&] {
+    AnswerReport report;
+    if (good) report.figures.push_back(report::SurveyNetworkFigure(survey));
+    report.page = report::SurveyPage(Today(), survey, report.figures);
+    return report;
+  };
+  if (!options.out.empty()) answer.files.push_back({options.out, answer.json});
+  if (good && !arguments.points.empty()) {
+    answer.files.push_back({arguments.points, report::SurveyPoints(survey, arguments.surface)});
+  }
+  return GiveAnswer(options, answer);
 }
 
 }  // namespace
@@ -176,24 +154,19 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
       ->add_option("--bits", arguments->bits, "of the code: 12 (16 targets), 14 (44) or 20 (1022)")
       ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))
       ->capture_default_str();
-  command
-      ->add_option("--extra-sigma-px", arguments->extra_sigma_px,
-                   "of each centre beside the detector's own: lens, vibration")
-      ->check(NumberIn(0, 10))
-      ->capture_default_str();
+  AddNumber(*command, "--extra-sigma-px", arguments->extra_sigma_px,
+            "of each centre beside the detector's own: lens, vibration", 0, 10);
   command->add_flag("--plain", arguments->plain,
                     "also plain white discs, matched over the pictures: P1, P2, …");
   command->add_option("--surface", arguments->surface,
                       "name of the surface for plain targets in the table of --points");
   command->add_option("--keep-observations", arguments->keep_observations,
                       "file for what the pictures show");
-  command->add_option("-o,--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--points", arguments->points,
                       "table of points for align fit, if the verdict is good");
-  command->add_option("--report", arguments->report, "folder for report.html");
-  command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, &exit_code] { exit_code = RunSurvey(*arguments); });
+  AddAnswerOptions(*command, arguments->answer, "file for the targets, if the verdict is good",
+                   "folder for report.html");
+  OnRun(*command, exit_code, [arguments] { return RunSurvey(*arguments); });
 }
 
 }  // namespace trammel::app

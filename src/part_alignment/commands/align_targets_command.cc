@@ -13,10 +13,10 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
-#include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/report/target_pages.h"
-#include "part_alignment/targets/target_layout.h"
+#include "part_alignment/targets/target.h"
 #include "part_alignment/targets/target_sheet.h"
 
 namespace trammel::app {
@@ -81,15 +81,10 @@ std::string LayoutJson(const TargetSheet& sheet) {
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-struct File {
-  fs::path path;
-  std::string bytes;
-};
-
-Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
-                                    const TargetSheet& sheet) {
+Result<std::vector<OutputFile>> DrawFiles(const AlignTargetsArguments& arguments,
+                                          const TargetSheet& sheet) {
   const fs::path out = arguments.out;
-  std::vector<File> files;
+  std::vector<OutputFile> files;
   if (out.extension() == ".pdf" && out.has_stem()) {
     files.push_back({out, report::TargetPagesPdf(sheet)});
   } else if (out.extension() == ".svg" && out.has_stem()) {
@@ -115,20 +110,14 @@ void TellWhatIsPrinted(const TargetSheet& sheet) {
              sheet.scale_bar.length_mm);
 }
 
-Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
+Result<int> RunAlignTargets(AlignTargetsArguments arguments) {
   TRY(SetPage(arguments.page, arguments.request));
   const TargetSheet sheet = TRY(PlanTargetSheet(arguments.request));
-  const Result<std::vector<File>> files = DrawFiles(arguments, sheet);
-  if (!files) return tl::unexpected(files.error());
-  std::vector<fs::path> paths;
-  for (const File& file : *files) paths.push_back(file.path);
-  TRY(RefuseToOverwrite(paths, arguments.force));
-  for (const File& file : *files) {
-    TRY(files::WriteWholeFile(file.path, file.bytes, files::ReplaceIf(arguments.force)));
-    fmt::print("wrote      {}\n", file.path.string());
-  }
+  const auto files = TRY(DrawFiles(arguments, sheet));
+  TRY(WriteOutputs(files, arguments.force));
+  for (const OutputFile& file : files) fmt::print("wrote      {}\n", file.path.string());
   TellWhatIsPrinted(sheet);
-  return {};
+  return kExitGood;
 }
 
 }  // namespace
@@ -150,9 +139,7 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--layout", arguments->layout, "JSON file: which target stands where");
   command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, &exit_code] {
-    if (const auto done = RunAlignTargets(*arguments); !done) exit_code = PrintError(done.error());
-  });
+  OnRun(*command, exit_code, [arguments] { return RunAlignTargets(*arguments); });
 }
 
 }  // namespace trammel::app

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -28,8 +27,6 @@ constexpr std::size_t kMostViews = 10'000;
 constexpr double kMostPlace_mm = 1e6;
 constexpr double kMostSigma_px = 1e3;
 constexpr std::size_t kLongestName = 1000;  // of a picture
-// Written with six digits a rotation is off by less.
-constexpr double kRotationTolerance = 1e-5;
 
 struct NamedUnknown {
   const char* name;
@@ -70,8 +67,7 @@ constexpr const char* kInputsKey = "input_uncertainty";
 Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, TargetList& list) {
   const nlohmann::json* value = root.Find("targets");
   if (value == nullptr || !value->is_string()) {
-    auto own = TRY(ReadTargetList(root));
-    list = std::move(own);
+    list = TRY(ReadTargetList(root));
     return {};
   }
   const auto named = path.parent_path() / value->get<std::string>();
@@ -81,8 +77,7 @@ Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, Ta
     root.Fault("targets", fmt::format("names {}, which is not a regular file", Show(*value)));
     return root.Faults();
   }
-  auto file = TRY(ReadTargetFile(named));
-  list = std::move(file);
+  list = TRY(ReadTargetFile(named));
   return {};
 }
 
@@ -104,35 +99,6 @@ void ReadObservation(JsonObject& object, const Camera& camera, const std::set<st
     }
   }
   view.observations.push_back(std::move(seen));
-}
-
-void ReadRotation(JsonObject& object, View& view) {
-  const nlohmann::json* rows = object.OptionalList("spindle_rotation", 3, 3);
-  if (rows == nullptr) return;
-  for (int i = 0; i < 3; ++i) {
-    const nlohmann::json& row = (*rows)[static_cast<std::size_t>(i)];
-    if (!row.is_array() || row.size() != 3) {
-      object.Fault("spindle_rotation",
-                   fmt::format("has the row {}; it must have three numbers", Show(row)));
-      return;
-    }
-    for (int k = 0; k < 3; ++k) {
-      const nlohmann::json& value = row[static_cast<std::size_t>(k)];
-      if (!value.is_number()) {
-        object.Fault("spindle_rotation", fmt::format("has {}; it must be a number", Show(value)));
-        return;
-      }
-      view.spindle_rotation(i, k) = value.get<double>();
-    }
-  }
-  const Eigen::Matrix3d& r = view.spindle_rotation;
-  const double skew = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(skew <= kRotationTolerance) || r.determinant() < 0) {
-    object.Fault("spindle_rotation",
-                 fmt::format("is no rotation: its columns are {:.3g} away from right-angled unit "
-                             "vectors, its determinant is {:.6g}",
-                             skew, r.determinant()));
-  }
 }
 
 // Not looked for here; empty where there is none.
@@ -157,7 +123,7 @@ Result<void> ReadViews(JsonObject& root, std::size_t least, AlignmentInput& inpu
     JsonObject object = root.Inner(entry, at);
     View view;
     const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
-    ReadRotation(object, view);
+    view.spindle_rotation = ReadRotation(object, "spindle_rotation");
     input.pictures.push_back(ReadPictureName(object));
     static const nlohmann::json kNone = nlohmann::json::array();
     const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMostTargets);
@@ -207,8 +173,7 @@ Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
   TRY(object.Finish());
   const nlohmann::json* calibration = root.Find("calibration");
   if (calibration == nullptr) return {};
-  const auto record = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
-  input.calibration = record;
+  input.calibration = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
   return {};
 }
 

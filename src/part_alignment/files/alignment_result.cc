@@ -8,6 +8,7 @@
 
 #include "files/json_object.h"
 #include "measurement/outcome_file.h"
+#include "part_alignment/files/target_file.h"
 
 namespace trammel::files {
 namespace {
@@ -18,28 +19,9 @@ constexpr std::size_t kMostBytes = 100'000'000;
 constexpr double kMost_mm = 1e6;
 constexpr double kMost_rad = 2 * std::numbers::pi;
 
-Eigen::Vector3d Three(JsonObject& object, const char* key, double most) {
-  const auto numbers = object.Numbers(key, 3, 3, {-most, most});
-  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 std::optional<Eigen::Vector3d> OptionalThree(JsonObject& object, const char* key, double most) {
   if (object.Find(key) == nullptr) return std::nullopt;
-  return Three(object, key, most);
-}
-
-std::string Id(JsonObject& object) {
-  const json* value = object.Find("id");
-  if (value == nullptr) {
-    object.Fault("id", "is missing");
-    return {};
-  }
-  if (value->is_string()) return value->get<std::string>();
-  if (value->is_number_integer())
-    return value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  object.Fault("id", fmt::format("is {}; it must be a whole number or a text", Show(*value)));
-  return {};
+  return ReadThree(object, key, {-most, most});
 }
 
 void ReadUncertainty(JsonObject& root, AlignmentResult& result) {
@@ -67,7 +49,8 @@ Result<std::vector<part_alignment::PartTarget>> ReadTargets(JsonObject& owner) {
   TRY(owner.Faults());
   for (const json& entry : list != nullptr ? *list : json::array()) {
     JsonObject object = owner.Inner(entry, fmt::format("targets[{}]", targets.size()));
-    part_alignment::PartTarget target{Id(object), Three(object, "ideal_mm", kMost_mm)};
+    part_alignment::PartTarget target{ReadTargetId(object, "id", nullptr),
+                                      ReadThree(object, "ideal_mm", {-kMost_mm, kMost_mm})};
     TRY(object.Faults());
     targets.push_back(std::move(target));
   }
@@ -105,8 +88,7 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
   result.result = outcome;
   if (const json* const found = root.Find("details"); found != nullptr) {
     JsonObject details = root.Inner(*found, "details");
-    auto targets = TRY(ReadTargets(details));
-    result.targets = std::move(targets);
+    result.targets = TRY(ReadTargets(details));
   }
   return result;
 }
@@ -123,15 +105,14 @@ Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
         NotGood(file, verdict, said ? reason->get<std::string>() : "no reason given"));
   }
   AlignmentResult result;
-  result.machine_from_part = {Three(root, "part_mm", kMost_mm),
-                              Three(root, "part_angles_rad", kMost_rad)};
+  result.machine_from_part = {ReadThree(root, "part_mm", {-kMost_mm, kMost_mm}),
+                              ReadThree(root, "part_angles_rad", {-kMost_rad, kMost_rad})};
   ReadUncertainty(root, result);
   const json* notices = root.OptionalList("notices", 0, 10'000);
   for (const json& notice : notices != nullptr ? *notices : json::array()) {
     if (notice.is_string()) result.notices.push_back(notice.get<std::string>());
   }
-  auto targets = TRY(ReadTargets(root));
-  result.targets = std::move(targets);
+  result.targets = TRY(ReadTargets(root));
   return result;
 }
 
@@ -156,9 +137,9 @@ Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
   for (const json& entry : root.List("supports", 1, kMostSupports)) {
     JsonObject object = root.Inner(entry, fmt::format("supports[{}]", file.supports.size()));
     part_alignment::Support support;
-    support.id = Id(object);
-    support.part_mm = Three(object, "part_mm", kMost_mm);
-    support.direction_machine = Three(object, "direction", kMost_mm);
+    support.id = ReadTargetId(object, "id", nullptr);
+    support.part_mm = ReadThree(object, "part_mm", {-kMost_mm, kMost_mm});
+    support.direction_machine = ReadThree(object, "direction", {-kMost_mm, kMost_mm});
     const double length = support.direction_machine.norm();
     constexpr double kLeastLength = 1e-6;
     if (length < kLeastLength) object.Fault("direction", "has no length; give three numbers");

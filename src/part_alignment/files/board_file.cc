@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -15,7 +14,6 @@
 #include "geometry/euler.h"
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/target_file.h"
-#include "part_alignment/files/three_numbers.h"
 
 namespace trammel::files {
 namespace {
@@ -30,34 +28,13 @@ constexpr std::size_t kMostTouches = 1000;
 constexpr double kMost_mm = 1e6;
 constexpr double kMostSigma_mm = 1000;
 
-Eigen::Matrix3d ReadRotation(JsonObject& view) {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  const nlohmann::json* rows = view.OptionalList("spindle_rotation", 3, 3);
+Eigen::Matrix3d ReadSpindle(JsonObject& view) {
   const auto c_deg = view.OptionalNumber("c_deg", {-720, 720});
-  if (rows != nullptr && c_deg) {
+  if (c_deg && view.has("spindle_rotation")) {
     view.Fault("c_deg", "stands beside spindle_rotation; leave out one of them");
-    return rotation;
   }
-  if (c_deg) {
-    return geometry::RotationFromAngles({0, 0, *c_deg * std::numbers::pi / 180});
-  }
-  if (rows == nullptr) return rotation;
-  for (int i = 0; i < 3; ++i) {
-    const nlohmann::json& row = (*rows)[static_cast<std::size_t>(i)];
-    for (int k = 0; k < 3; ++k) {
-      if (!row.is_array() || row.size() != 3 || !row[static_cast<std::size_t>(k)].is_number()) {
-        view.Fault("spindle_rotation",
-                   fmt::format("has the row {}; it must have three numbers", Show(row)));
-        return rotation;
-      }
-      rotation(i, k) = row[static_cast<std::size_t>(k)].get<double>();
-    }
-  }
-  const Eigen::Matrix3d square = rotation.transpose() * rotation;
-  if (!square.isApprox(Eigen::Matrix3d::Identity(), 1e-6) || rotation.determinant() < 0) {
-    view.Fault("spindle_rotation", "is no rotation");
-  }
-  return rotation;
+  if (c_deg) return geometry::RotationFromAngles({0, 0, *c_deg * std::numbers::pi / 180});
+  return ReadRotation(view, "spindle_rotation");
 }
 
 Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
@@ -67,7 +44,7 @@ Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
     BoardView view;
     view.picture = object.Text("picture");
     view.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
-    view.spindle_rotation = ReadRotation(object);
+    view.spindle_rotation = ReadSpindle(object);
     if (!object.failed() && (view.picture.empty() || !names.insert(view.picture).second)) {
       object.Fault("picture", "must be the name of a file, and of another one in each view");
     }

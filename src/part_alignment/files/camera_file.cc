@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
 
 #include "base/json_text.h"
+#include "files/json_object.h"
 #include "files/whole_file.h"
+#include "part_alignment/files/target_file.h"
 
 namespace trammel::files {
 namespace {
@@ -17,6 +20,7 @@ using part_alignment::CalibrationRecord;
 using part_alignment::Camera;
 using part_alignment::CameraConvention;
 using part_alignment::CameraCovariance;
+using part_alignment::GridMeasurement;
 using part_alignment::LooksAlong;
 
 constexpr const char* kMeasuredToIdeal = "brown_measured_to_ideal";
@@ -102,6 +106,46 @@ std::optional<CameraCovariance> ReadCovariance(JsonObject& object) {
 }
 
 Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json FileJson(const CameraFile& file) {
+  Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
+  if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
+  return json;
+}
+
+constexpr double kMost_mm = 1e6;
+constexpr double kMostSigma_mm = 100;
+constexpr double kMostSigma_rad = 0.1;
+
+// An object within an object: `read` fills it, its faults are the outer one's.
+template <class Read>
+Result<void> Within(JsonObject& outer, const char* key, const Read& read) {
+  const nlohmann::json* value = outer.Find(key);
+  if (value == nullptr) {
+    outer.Fault(key, "is missing");
+    return outer.Faults();
+  }
+  JsonObject inner = outer.Inner(*value, key);
+  read(inner);
+  return inner.Finish();
+}
+
+Result<void> ReadSetUp(JsonObject& root, GridMeasurement& grid) {
+  auto read = Within(root, "camera", [&](JsonObject& o) { ReadCameraFrame(o, grid.camera); });
+  if (!read) return read;
+  read = Within(root, "cmm_from_taper", [&](JsonObject& o) {
+    grid.cmm_from_taper.translation_mm = ReadThree(o, "translation_mm", {-kMost_mm, kMost_mm});
+    constexpr double kTurn = 2 * std::numbers::pi;  // degrees by mistake are mostly beyond
+    grid.cmm_from_taper.angles_rad = ReadThree(o, "angles_rad", {-kTurn, kTurn});
+    grid.taper_sigma << ReadThree(o, "sigma_mm", {0, kMostSigma_mm}),
+        ReadThree(o, "sigma_rad", {0, kMostSigma_rad});
+  });
+  if (!read) return read;
+  return Within(root, "target_from_tip", [&](JsonObject& o) {
+    grid.target_from_tip_mm = ReadThree(o, "offset_mm", {-1000, 1000});
+    grid.target_from_tip_sigma_mm = ReadThree(o, "sigma_mm", {0, kMostSigma_mm});
+  });
+}
 
 }  // namespace
 
@@ -213,21 +257,10 @@ Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   file.camera = ReadCamera(object);
   TRY(object.Finish());
   if (calibration != nullptr) {
-    const auto read = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
-    file.calibration = read;
+    file.calibration = TRY(ReadCalibration(root.Inner(*calibration, "calibration")));
   }
   return file;
 }
-
-namespace {
-
-Json FileJson(const CameraFile& file) {
-  Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
-  if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
-  return json;
-}
-
-}  // namespace
 
 std::string CameraFileText(const CameraFile& file) { return JsonText(FileJson(file)); }
 
@@ -235,6 +268,38 @@ std::string CalibratedCameraText(const CameraFile& file, double residual_rms_px)
   Json json = FileJson(file);
   json["calibration"]["x_residual_rms_px"] = residual_rms_px;
   return JsonText(json);
+}
+
+Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = 100'000'000;
+  constexpr std::size_t kMostViews = 20'000;
+  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  JsonObject root(json, path.string());
+  root.Integer("format", {1, 1});
+  CalibrationGridFile file;
+  file.date = ReadDate(root);
+  TRY(ReadSetUp(root, file.grid));
+  file.grid.position_sigma_mm = root.Number("position_sigma_mm", {0, kMostSigma_mm});
+  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+    JsonObject view = root.Inner(entry, fmt::format("views[{}]", file.grid.views.size()));
+    part_alignment::GridView seen;
+    seen.tip_mm = ReadThree(view, "tip_mm", {-kMost_mm, kMost_mm});
+    const part_alignment::Camera& camera = file.grid.camera;
+    seen.column_px = view.Number("column_px", {-0.5, camera.width_px - 0.5});
+    seen.row_px = view.Number("row_px", {-0.5, camera.height_px - 0.5});
+    seen.sigma_px = view.Number("sigma_px", {1e-9, 1e3});
+    TRY(view.Finish());
+    file.grid.views.push_back(seen);
+  }
+  TRY(root.Finish());
+  return file;
+}
+
+std::string CalibratedCameraText(const part_alignment::CameraCalibration& calibration,
+                                 const std::string& date) {
+  const part_alignment::CalibrationRecord record{date, calibration.nearest_mm,
+                                                 calibration.farthest_mm, calibration.covariance};
+  return CalibratedCameraText({calibration.camera, record}, calibration.residual_rms_px);
 }
 
 }  // namespace trammel::files

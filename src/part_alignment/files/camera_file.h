@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "files/json_object.h"
+#include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/calibration_record.h"
 #include "part_alignment/camera/camera.h"
 
@@ -48,5 +49,18 @@ void ReadCameraFrame(JsonObject& object, part_alignment::Camera& camera);
 
 [[nodiscard]] nlohmann::ordered_json CalibrationJson(
     const part_alignment::CalibrationRecord& calibration);
+
+struct CalibrationGridFile {
+  part_alignment::GridMeasurement grid;
+  std::string date;  ///< YYYY-MM-DD
+};
+
+/// GRID.json (docs/formats.md). Errors (kInput) name file and place: not JSON, a key that is
+/// missing, unknown or out of its range.
+[[nodiscard]] Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path);
+
+/// The camera file of a good calibration: readable as any other, with the covariance beside.
+[[nodiscard]] std::string CalibratedCameraText(const part_alignment::CameraCalibration& calibration,
+                                               const std::string& date);
 
 }  // namespace trammel::files

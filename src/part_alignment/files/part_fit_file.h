@@ -1,14 +1,16 @@
-// What the fit of the ideal part reads: a table of measured points, and the part's surfaces.
+// Measured points, the ideal part, and the scene of an uncertainty budget.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "files/json_object.h"
-#include "part_alignment/files/mesh_file.h"
+#include "part_alignment/budget/budget.h"
+#include "part_alignment/files/stl_file.h"
 #include "part_alignment/part_fit/part_fit.h"
 
 namespace trammel::files {
@@ -37,5 +39,14 @@ struct PartFile {
     const std::filesystem::path& path);
 [[nodiscard]] Result<std::vector<part_alignment::MeasuredPoint>> ParsePointTable(
     std::string_view text, const std::string& file);
+
+struct BudgetFile {
+  part_alignment::BudgetScene scene;
+  std::optional<std::pair<double, double>> tolerance_mm;  ///< lower and upper limit
+  std::vector<part_alignment::MeasuredLength> lengths;
+};
+
+/// SCENE.json (docs/formats.md). Errors (kInput) name file and place.
+[[nodiscard]] Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path);
 
 }  // namespace trammel::files

@@ -5,8 +5,6 @@
 #include <algorithm>
 
 #include "part_alignment/camera/camera_convert.h"
-#include "part_alignment/files/budget_file.h"
-#include "part_alignment/files/calibration_grid_file.h"
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/stl_file.h"

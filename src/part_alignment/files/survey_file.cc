@@ -77,8 +77,7 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
     TRY(inner.Finish());
     picture.observations.push_back(std::move(observation));
   }
-  auto plain = TRY(ReadPlainPoints(object));
-  picture.plain = std::move(plain);
+  picture.plain = TRY(ReadPlainPoints(object));
   TRY(object.Finish());
   return picture;
 }
@@ -91,9 +90,8 @@ Result<std::vector<SurveyPicture>> ReadSurveyFile(const std::filesystem::path& p
   root.Integer("format", {1, 1});
   std::vector<SurveyPicture> pictures;
   for (const nlohmann::json& entry : root.List("pictures", 1, kMostPictures)) {
-    auto picture =
-        TRY(ReadPicture(root.Inner(entry, fmt::format("pictures[{}]", pictures.size()))));
-    pictures.push_back(std::move(picture));
+    pictures.push_back(
+        TRY(ReadPicture(root.Inner(entry, fmt::format("pictures[{}]", pictures.size())))));
   }
   TRY(root.Finish());
   return pictures;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
 
@@ -135,6 +136,26 @@ nlohmann::ordered_json TargetCovarianceJson(const Eigen::MatrixXd& covariance) {
     rows.push_back(std::vector<double>(row.begin(), row.end()));
   }
   return rows;
+}
+
+Eigen::Matrix3d ReadRotation(JsonObject& object, const char* key) {
+  const nlohmann::json* rows = object.OptionalList(key, 3, 3);
+  if (rows == nullptr) return Eigen::Matrix3d::Identity();
+  Eigen::MatrixXd rotation(3, 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (ReadRow((*rows)[i], static_cast<Eigen::Index>(i), rotation)) continue;
+    object.Fault(key, fmt::format("has the row {}; it must have three numbers", Show((*rows)[i])));
+    return Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Matrix3d r = rotation;
+  const double skew = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  constexpr double kTolerance = 1e-5;
+  if (!(skew <= kTolerance) || r.determinant() < 0) {
+    object.Fault(key, fmt::format("is no rotation: its columns are {:.3g} away from right-angled "
+                                  "unit vectors, its determinant is {:.6g}",
+                                  skew, r.determinant()));
+  }
+  return r;
 }
 
 }  // namespace trammel::files

@@ -40,4 +40,16 @@ void DropBarEnds(const std::set<std::string>& kept, TargetList& list);
 
 [[nodiscard]] nlohmann::ordered_json TargetCovarianceJson(const Eigen::MatrixXd& covariance);
 
+/// Three numbers under a key; zeros after a fault, which is kept in `object`.
+[[nodiscard]] inline Eigen::Vector3d ReadThree(JsonObject& object, const char* key,
+                                               NumberRange range) {
+  const auto numbers = object.Numbers(key, 3, 3, range);
+  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+/// Three rows of three numbers under a key, right to 1e-5: written with six digits a rotation is
+/// off by less. The identity where the key is absent, and after a fault.
+[[nodiscard]] Eigen::Matrix3d ReadRotation(JsonObject& object, const char* key);
+
 }  // namespace trammel::files

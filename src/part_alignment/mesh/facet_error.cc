@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "part_alignment/mesh/mesh_topology.h"
+#include "part_alignment/mesh/triangle_mesh.h"
 
 namespace trammel::part_alignment {
 namespace {

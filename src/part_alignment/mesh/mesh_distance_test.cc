@@ -10,7 +10,6 @@
 
 #include "base/random.h"
 #include "part_alignment/mesh/mesh_test_support.h"
-#include "part_alignment/mesh/nearest_on_triangle.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -7,8 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "part_alignment/mesh/mesh_parts.h"
-#include "part_alignment/mesh/mesh_topology.h"
+#include "part_alignment/mesh/triangle_mesh.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -6,8 +6,7 @@
 #include <limits>
 
 #include "part_alignment/mesh/mesh_test_support.h"
-#include "part_alignment/mesh/mesh_topology.h"
-#include "part_alignment/mesh/vertex_weld.h"
+#include "part_alignment/mesh/triangle_mesh.h"
 
 namespace trammel::part_alignment {
 namespace {

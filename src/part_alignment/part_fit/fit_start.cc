@@ -13,7 +13,7 @@
 #include "base/parallel.h"
 #include "geometry/decompositions.h"
 #include "geometry/euler.h"
-#include "part_alignment/part_fit/surface_descent.h"
+#include "part_alignment/part_fit/part_fit_problem.h"
 
 namespace trammel::part_alignment {
 namespace {

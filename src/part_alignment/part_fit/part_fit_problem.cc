@@ -8,6 +8,8 @@
 #include <string>
 
 #include "base/parallel.h"
+#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/mesh/facet_error.h"
 
 namespace trammel::part_alignment {
@@ -17,6 +19,8 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Eigen::MatrixXd;
 
 // How far a point stands out of the ideal part, and in which direction that grows.
 struct StockAllowance {
@@ -49,6 +53,82 @@ void WeighSurfacesAlike(Problem& problem) {
   std::map<const IdealSurface*, int> counts;
   for (const SurfaceContact& contact : problem.contacts) ++counts[contact.surface];
   for (SurfaceContact& contact : problem.contacts) contact.weight = 1.0 / counts[contact.surface];
+}
+
+// How much of the normal matrix the triangles' own tilt could be.
+Matrix6 TiltMatrix(const Problem& problem, const Linear& linear, const Motion& motion) {
+  Matrix6 sum = Matrix6::Zero();
+  if (!problem.has_mesh) return sum;
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const SurfaceContact& contact = problem.contacts[i];
+    if (contact.surface->kind != SurfaceKind::kMesh) continue;
+    const double tilt_rad = FacetErrorOf(*contact.surface->mesh, linear.triangles[i]).tilt_rad;
+    const Eigen::Vector3d from_middle = motion(contact.at_mm) - linear.middle_mm;
+    Eigen::Matrix<double, 3, 6> displaced;
+    displaced.leftCols<3>().setIdentity();
+    for (int axis = 0; axis < 3; ++axis) {
+      displaced.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(from_middle) / problem.size_mm;
+    }
+    sum += tilt_rad * tilt_rad * displaced.transpose() * displaced;
+  }
+  return sum;
+}
+
+std::string WordsOf(const Vector6& motion) {
+  constexpr const char* kNames[] = {"a shift along x", "a shift along y", "a shift along z",
+                                    "a turn about x",  "a turn about y",  "a turn about z"};
+  std::string words;
+  constexpr double kShare = 0.3;
+  for (int i = 0; i < 6; ++i) {
+    if (std::abs(motion[i]) > kShare)
+      words += (words.empty() ? "" : " with ") + std::string(kNames[i]);
+  }
+  return words;
+}
+
+VectorXd SolveFor(const MatrixXd& e, const VectorXd& f, const std::vector<Index>& columns) {
+  MatrixXd picked(e.rows(), static_cast<Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    picked.col(static_cast<Index>(k)) = e.col(columns[k]);
+  }
+  return geometry::SolveLeastSquares(picked, f);
+}
+
+// min |e u - f|, u >= 0: variables enter one by one and leave where they would become negative.
+VectorXd NonNegative(const MatrixXd& e, const VectorXd& f) {
+  VectorXd u = VectorXd::Zero(e.cols());
+  std::vector<Index> passive;
+  const Index most_rounds = 3 * e.cols() + 100;
+  constexpr double kEnough = 1e-12;
+  for (Index round = 0; round < most_rounds; ++round) {
+    VectorXd gradient = e.transpose() * (f - e * u);
+    for (const Index i : passive) gradient[i] = 0;
+    Index enters = 0;
+    if (!(gradient.maxCoeff(&enters) > kEnough) || std::ssize(passive) == e.rows()) break;
+    passive.push_back(enters);
+    while (!passive.empty()) {
+      const VectorXd wanted = SolveFor(e, f, passive);
+      double step = 1;
+      for (std::size_t k = 0; k < passive.size(); ++k) {
+        const double from = u[passive[k]];
+        const double to = wanted[static_cast<Index>(k)];
+        if (to <= 0) step = std::min(step, from / (from - to));
+      }
+      if (!(step >= 0)) step = 0;
+      for (std::size_t k = 0; k < passive.size(); ++k) {
+        double& value = u[passive[k]];
+        value += step * (wanted[static_cast<Index>(k)] - value);
+      }
+      if (step >= 1) break;
+      std::erase_if(passive, [&u](Index i) {
+        constexpr double kGone = 1e-14;
+        if (u[i] > kGone) return false;
+        u[i] = 0;
+        return true;
+      });
+    }
+  }
+  return u;
 }
 
 }  // namespace
@@ -172,6 +252,83 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
   problem.size_mm = std::max(1.0, std::sqrt(square));
   WeighSurfacesAlike(problem);
   return problem;
+}
+
+std::string FreeMotions(const Problem& problem, const Linear& linear, const Motion& motion) {
+  if (problem.contacts.empty()) return "everything";
+  const Matrix6 normal = linear.by_motion.transpose() * linear.by_motion;
+  const Matrix6 tilt = TiltMatrix(problem, linear, motion);
+  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(normal);
+  constexpr double kFree = 1e-8;
+  std::string words;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6 vector = of.vectors.col(i);
+    const double by_tilt = vector.dot(tilt * vector);
+    if (of.values[i] > std::max(kFree * of.values[5], by_tilt)) continue;
+    words += (words.empty() ? "" : ", and ") + WordsOf(vector);
+  }
+  return words;
+}
+
+std::optional<LeastDistance> SolveLeastDistance(const MatrixXd& rows, const VectorXd& right) {
+  const Index n = rows.cols();
+  // Rows of one size, right sides of about 1: the test for infeasibility is one of pure numbers.
+  const double size = std::max(right.cwiseAbs().maxCoeff(), 1e-300);
+  MatrixXd e(n + 1, rows.rows());
+  e.topRows(n) = rows.transpose();
+  e.row(n) = right.transpose() / size;
+  VectorXd f = VectorXd::Zero(n + 1);
+  f[n] = 1;
+  const VectorXd u = NonNegative(e, f);
+  const VectorXd residual = e * u - f;
+  constexpr double kInfeasible = 1e-9;
+  if (!(residual.norm() > kInfeasible) || !(std::abs(residual[n]) > kInfeasible * kInfeasible)) {
+    return std::nullopt;
+  }
+  LeastDistance nearest;
+  nearest.point = -residual.head(n) / residual[n] * size;
+  constexpr double kHolds = 1e-7;
+  if (!((rows * nearest.point - right).minCoeff() > -kHolds * size)) return std::nullopt;
+  for (Index i = 0; i < u.size(); ++i) {
+    if (u[i] > 0) nearest.binding.push_back(i);
+  }
+  return nearest;
+}
+
+Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds) {
+  constexpr double kStill_mm = 1e-9;
+  // Of the cost; what is left of the way is gone by the steps under the least stock allowance.
+  const double least_gain = problem.has_mesh ? 1e-6 : 0;
+  const Eigen::VectorXd weights = Weights(problem);
+  const Eigen::VectorXd wanted = Wanted(problem);
+  const auto cost_of = [&](const Linear& linear) {
+    return (linear.stock_allowance_mm - wanted).cwiseAbs2().dot(weights);
+  };
+  Linear linear = Linearise(problem, motion);
+  double cost = cost_of(linear);
+  double damping = 1e-3;
+  for (int round = 0; round < most_rounds && damping < 1e12; ++round) {
+    const Eigen::MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
+    Eigen::Matrix<double, 6, 6> normal = linear.by_motion.transpose() * weighted;
+    normal.diagonal().array() += damping * normal.trace() / 6;
+    const Vector6 step = -geometry::SolveSymmetric(
+        normal, weighted.transpose() * (linear.stock_allowance_mm - wanted));
+    const Motion trial = Moved(motion, linear, step, problem.size_mm);
+    Linear there = Linearise(problem, trial);
+    const double reached = cost_of(there);
+    if (reached <= cost) {
+      const bool enough = cost - reached < least_gain * cost;
+      motion = trial;
+      linear = std::move(there);
+      cost = reached;
+      damping *= 0.1;
+      if (step.norm() < kStill_mm || enough) break;
+    } else {
+      damping *= 10;
+      if (problem.has_mesh && step.norm() < 1e-5) break;
+    }
+  }
+  return motion;
 }
 
 }  // namespace trammel::part_alignment

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "part_alignment/part_fit/part_fit.h"
@@ -77,5 +79,26 @@ struct Linear {
 /// REQUIRES a checked input, which must outlive the problem.
 [[nodiscard]] Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options,
                                 double scale);
+
+/// Motions that change no stock allowance, in words; empty where there are none. On triangles: none
+/// by more than their normals leave those of the smooth surface, so that a cylinder of facets is
+/// as free as a round one. `linear` at the placement.
+[[nodiscard]] std::string FreeMotions(const Problem& problem, const Linear& linear,
+                                      const Motion& motion);
+
+struct LeastDistance {
+  Eigen::VectorXd point;
+  std::vector<Eigen::Index> binding;  ///< rows that hold with equality and press on the point
+};
+
+/// min |z| subject to rows z >= right (Lawson & Hanson 1974, chapter 23, by non-negative least
+/// squares). Absent where no z satisfies all of them.
+/// Accuracy: constraints hold to 1e-9 of the size of `right`.
+[[nodiscard]] std::optional<LeastDistance> SolveLeastDistance(const Eigen::MatrixXd& rows,
+                                                              const Eigen::VectorXd& right);
+
+/// Towards what is wanted, damped, without regard to the least stock allowance. On triangles, whose
+/// normals jump, until a round gains next to nothing.
+[[nodiscard]] Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds = 240);
 
 }  // namespace trammel::part_alignment

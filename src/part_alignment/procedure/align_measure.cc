@@ -9,8 +9,10 @@
 
 #include "base/frame.h"
 #include "base/page.h"
-#include "part_alignment/targets/grey_picture.h"
-#include "part_alignment/targets/reject_words.h"
+#include "machine/net/host_clock.h"
+#include "part_alignment/pose/solution.h"
+#include "part_alignment/targets/ring_finder.h"
+#include "part_alignment/targets/target.h"
 
 namespace trammel::procedure {
 namespace {
@@ -18,10 +20,13 @@ namespace {
 using part_alignment::FoundTarget;
 using part_alignment::FoundTargets;
 using part_alignment::Measurement;
+using part_alignment::Observation;
 using part_alignment::PartTarget;
 using part_alignment::RejectedTarget;
 using part_alignment::RejectReason;
 using part_alignment::View;
+
+constexpr double kPictureLimit_s = 10;
 
 std::string IdOf(int number, const MeasureOptions& options) {
   return options.id_prefix + std::to_string(number);
@@ -155,11 +160,78 @@ class Measuring {
   MeasureOutcome outcome_;
 };
 
+bool Seen(const View& view, const std::string& id) {
+  return std::any_of(view.observations.begin(), view.observations.end(),
+                     [&id](const Observation& seen) { return seen.target == id; });
+}
+
+// Why what lies there was not read; empty where nothing was seen there.
+std::string Rejected(const FoundTargets& found, const Eigen::Vector2d& pixel) {
+  // A ring's parts lie within three radii of its middle.
+  constexpr double kRadii = 3;
+  constexpr double kLeast_px = 20;
+  for (const part_alignment::RejectedTarget& rejected : found.rejected) {
+    const double away_px = std::hypot(rejected.column_px - pixel.x(), rejected.row_px - pixel.y());
+    if (away_px > std::max(kLeast_px, kRadii * rejected.radius_px)) continue;
+    return fmt::format(": what is there was rejected, because {}",
+                       part_alignment::WordsFor(rejected.reason));
+  }
+  return {};
+}
+
 }  // namespace
+
+StillPictures::StillPictures(machine::FrameSource& source, double settle_s)
+    : source_(source), settle_s_(settle_s) {
+  if (source.live()) reader_.emplace(source, kPictureLimit_s);
+}
+
+Result<machine::CapturedFrame> StillPictures::Take(const std::stop_token& stop) {
+  if (!reader_) {
+    auto frame = TRY(source_.Next(kPictureLimit_s, stop));
+    if (!frame) {
+      return Fail("there is no further picture: one is wanted for each view of the plan",
+                  ErrorKind::kMeasurement);
+    }
+    return std::move(*frame);
+  }
+  const double settled_s = machine::HostNow() + settle_s_;
+  const double end_s = settled_s + kPictureLimit_s;
+  while (machine::HostNow() < end_s) {
+    auto frame = reader_->NextFrame(end_s - machine::HostNow(), stop);
+    if (!frame) return frame;
+    const bool told = OnOurClock(*frame);
+    // A camera that else says when it took its pictures may have been late with this one.
+    if (!told && times_are_told_) continue;
+    times_are_told_ = told;
+    const double taken_s = told ? frame->captured->time_s : frame->arrival_s;
+    if (taken_s >= settled_s) return frame;
+  }
+  return Fail("no picture came after the machine had settled", ErrorKind::kMachine);
+}
 
 Result<MeasureOutcome> MeasurePart(const Measurement& plan, const MeasureOptions& options,
                                    const MeasurementHooks& shop) {
   return Measuring(plan, options, shop).Run();
+}
+
+std::vector<std::string> MissingTargets(const MeasureOutcome& outcome,
+                                        const part_alignment::Alignment& alignment) {
+  std::vector<std::string> lines;
+  if (alignment.verdict != Verdict::kGood) return lines;
+  const part_alignment::Measurement& measurement = outcome.measurement;
+  const std::vector<View>& views = measurement.views;
+  for (std::size_t i = 0; i < views.size() && i < outcome.found.size(); ++i) {
+    for (const PartTarget& target : measurement.targets) {
+      if (Seen(views[i], target.id)) continue;
+      const auto pixel = part_alignment::ImageOf(measurement, alignment, views[i], target);
+      if (!pixel) continue;
+      lines.push_back(fmt::format(
+          "view {}: target {} should be at column {:.0f}, row {:.0f} and was not read{}", i + 1,
+          target.id, pixel->x(), pixel->y(), Rejected(outcome.found[i], *pixel)));
+    }
+  }
+  return lines;
 }
 
 }  // namespace trammel::procedure

@@ -1,21 +1,45 @@
-// Takes the pictures of a part from the planned places, and reads the targets in them.
+// Drives through the planned views, takes and reads their pictures.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "machine/camera/camera.h"
 #include "part_alignment/pose/disc_centres.h"
 #include "part_alignment/pose/measurement.h"
+#include "part_alignment/pose/solve.h"
 #include "part_alignment/procedure/align_route.h"
-#include "part_alignment/procedure/view_drive.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/targets/ring_finder.h"
+#include "session/frame_recorder.h"
 
 namespace trammel::procedure {
+
+/// A live camera is read all the time, so that what it took during a move is never mistaken for
+/// what it took after it.
+class StillPictures {
+ public:
+  /// @param source    must outlive this
+  /// @param settle_s  >= 0, between the call and the beginning of a live picture, or its arrival
+  ///                  where the camera does not say when it was taken; a recording's are not timed
+  StillPictures(machine::FrameSource& source, double settle_s);
+
+  /// Errors: the camera's; kMeasurement for a recording that has come to its end or whose picture
+  /// is damaged; kMachine where no sound picture comes for 10 s; kInterrupted.
+  [[nodiscard]] Result<machine::CapturedFrame> Take(const std::stop_token& stop);
+
+ private:
+  machine::FrameSource& source_;
+  double settle_s_;
+  std::optional<FrameRecorder> reader_;  ///< of a live camera
+  bool times_are_told_ = false;          ///< by this camera, on our clock
+};
 
 /// The outside of a measurement.
 struct MeasurementHooks : ViewHooks {
@@ -52,5 +76,10 @@ struct MeasureOutcome {
 [[nodiscard]] Result<MeasureOutcome> MeasurePart(const part_alignment::Measurement& plan,
                                                  const MeasureOptions& options,
                                                  const MeasurementHooks& shop);
+
+/// One line for each target that a view should show by the solution and that was not read, with why
+/// what is there was rejected, if it was; none unless the verdict is good.
+[[nodiscard]] std::vector<std::string> MissingTargets(const MeasureOutcome& outcome,
+                                                      const part_alignment::Alignment& alignment);
 
 }  // namespace trammel::procedure

@@ -13,7 +13,7 @@
 #include "geometry/euler.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_poses.h"
-#include "part_alignment/targets/grey_picture.h"
+#include "part_alignment/targets/ring_finder.h"
 
 namespace trammel::procedure {
 namespace {

@@ -11,7 +11,6 @@
 #include "part_alignment/board/board_calibration.h"
 #include "part_alignment/procedure/align_route.h"
 #include "part_alignment/procedure/survey_pictures.h"
-#include "part_alignment/procedure/view_drive.h"
 
 namespace trammel::procedure {
 

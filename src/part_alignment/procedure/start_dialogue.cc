@@ -1,7 +1,9 @@
 #include "part_alignment/procedure/start_dialogue.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -11,6 +13,10 @@
 
 namespace trammel::procedure {
 namespace {
+
+using machine::LinuxCncFacts;
+using machine::LinuxCncState;
+using part_alignment::MachineBox;
 
 Result<std::string> AskOne(const StartQuestion& question, Person& person,
                            const std::function<void(const std::string&)>& say) {
@@ -42,6 +48,62 @@ Result<std::string> AskOne(const StartQuestion& question, Person& person,
   }
 }
 
+constexpr bool kForbids = true;
+
+std::string Text(const MachineBox& box) {
+  const auto axis = [&](char name, int i) {
+    return fmt::format("{} {:g} … {:g}", name, box.low_mm[i], box.high_mm[i]);
+  };
+  return fmt::format("{}, {}, {} mm", axis('X', 0), axis('Y', 1), axis('Z', 2));
+}
+
+MachineBox TravelOf(const LinuxCncFacts& facts) {
+  return {facts.travel.low_mm, facts.travel.high_mm};
+}
+
+bool IsBox(const MachineBox& box) { return (box.low_mm.array() < box.high_mm.array()).all(); }
+
+bool Holds(const MachineBox& outer, const MachineBox& inner) {
+  constexpr double kRounding_mm = 1e-6;
+  return (inner.low_mm.array() >= outer.low_mm.array() - kRounding_mm).all() &&
+         (inner.high_mm.array() <= outer.high_mm.array() + kRounding_mm).all();
+}
+
+// What forbids a motion and passes.
+void AddState(const LinuxCncFacts& facts, const StartRequest& request,
+              std::vector<StartContradiction>& found) {
+  const LinuxCncState& state = facts.state;
+  if (state.estop) found.push_back({"LinuxCNC is in emergency stop", "release it at the machine"});
+  if (!state.estop && !state.on) {
+    found.push_back({"LinuxCNC's machine power is off", "switch it on at the machine"});
+  }
+  if (!facts.not_homed.empty()) {
+    found.push_back({fmt::format("joint {} of 0 … {} is not homed",
+                                 fmt::join(facts.not_homed, ", "), facts.joints - 1),
+                     "home the machine: until then its places mean nothing"});
+  }
+  if (!state.idle) {
+    found.push_back({"LinuxCNC runs a program or a move, or is in AUTO mode",
+                     "wait for its end or abort it, and choose MANUAL"});
+  }
+  if (!state.spindle_stopped) {
+    found.push_back({"the spindle turns", "stop it: a camera is to sit in it"});
+  }
+  if (state.feed_override == 0) {
+    found.push_back({"the feed override stands at 0", "turn it up: nothing moves there"});
+  }
+  constexpr double kOriented_deg = 0.01;
+  if (request.c_holds_spindle && state.c_axis && std::abs(state.c_deg) > kOriented_deg) {
+    found.push_back({fmt::format("C stands at {:.4f} degrees", state.c_deg),
+                     "turn it to 0, where the plan has it"});
+  }
+  if (facts.tool > 0) {
+    found.push_back({fmt::format("tool {} is in the spindle, by the tool table {:g} mm long",
+                                 facts.tool, facts.tool_length_mm),
+                     "take it out: the camera takes its place (T0 M6 where a changer does it)"});
+  }
+}
+
 }  // namespace
 
 Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Person* person,
@@ -67,8 +129,7 @@ Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Person
       answers[question.name] = question.fallback;
       continue;
     }
-    auto answer = TRY(AskOne(question, *person, say));
-    answers[question.name] = std::move(answer);
+    answers[question.name] = TRY(AskOne(question, *person, say));
   }
   return {};
 }
@@ -104,6 +165,84 @@ Result<std::vector<double>> ParseBoxes(const std::string& text) {
     all.insert(all.end(), box->begin(), box->end());
   }
   return all;
+}
+
+std::vector<StartContradiction> CheckMachine(const LinuxCncFacts& facts,
+                                             const StartRequest& request) {
+  std::vector<StartContradiction> found;
+  if (!facts.state.metric) {
+    found.push_back({facts.unit_mm != 1
+                         ? fmt::format("LinuxCNC's own unit is {:g} mm", facts.unit_mm)
+                         : std::string("LinuxCNC's own units are not millimetre and degree"),
+                     "only metric machines are driven: [TRAJ] LINEAR_UNITS = mm and "
+                     "ANGULAR_UNITS = degree in its INI file",
+                     kForbids});
+  }
+  if (request.c_holds_spindle && !(facts.state.c_axis && facts.HasAxis('C'))) {
+    found.push_back(
+        {fmt::format("LinuxCNC has no axis C among {} that could hold the spindle", facts.axes),
+         "orient and lock the spindle by hand, and say --spindle locked", kForbids});
+  }
+  for (const char axis : {'X', 'Y', 'Z'}) {
+    if (facts.HasAxis(axis)) continue;
+    found.push_back({fmt::format("LinuxCNC has no axis {} among {}", axis, facts.axes),
+                     "the camera is moved along X, Y and Z: another machine is needed", kForbids});
+  }
+  const MachineBox told = TravelOf(facts);
+  if (!IsBox(told)) {
+    found.push_back({"LinuxCNC tells the travel " + Text(told) + ", which is none",
+                     "look at MIN_LIMIT and MAX_LIMIT of its axes in its INI file", kForbids});
+  } else if (!Holds(told, request.travel)) {
+    found.push_back({fmt::format("--travel {} reaches beyond LinuxCNC's limits, {}",
+                                 Text(request.travel), Text(told)),
+                     "stay within them, or leave --travel out", kForbids});
+  }
+  AddState(facts, request, found);
+  return found;
+}
+
+std::vector<StartContradiction> CheckRequest(const StartRequest& request) {
+  std::vector<StartContradiction> found;
+  if (!IsBox(request.travel)) {
+    found.push_back({"--travel " + Text(request.travel) + " is no travel",
+                     "give the least X,Y,Z, then the most X,Y,Z", kForbids});
+  } else if (!(request.safe_z_mm >= request.travel.low_mm.z() &&
+               request.safe_z_mm <= request.travel.high_mm.z())) {
+    found.push_back({fmt::format("--safe-z {:g} lies outside of the travel, {}", request.safe_z_mm,
+                                 Text(request.travel)),
+                     "give a machine Z within it at which the spindle may cross everywhere",
+                     kForbids});
+  }
+  return found;
+}
+
+TargetIds CheckIds(const std::vector<part_alignment::PartTarget>& targets,
+                   const part_alignment::CodeBook& book) {
+  TargetIds ids;
+  for (const part_alignment::PartTarget& target : targets) {
+    const std::size_t last = target.id.find_last_not_of("0123456789");
+    const std::string prefix =
+        last == std::string::npos ? std::string() : target.id.substr(0, last + 1);
+    const std::string number = target.id.substr(prefix.size());
+    if (&target == &targets.front()) ids.prefix = prefix;
+    constexpr std::size_t kMostDigits = 6;
+    const bool plain = !number.empty() && number.size() <= kMostDigits && number[0] != '0';
+    if (plain && prefix == ids.prefix && std::stoul(number) <= book.words.size()) continue;
+    ids.contradictions.push_back(
+        {fmt::format("target {} is no code {}1 … {}{} of the {} bits", target.id, ids.prefix,
+                     ids.prefix, book.words.size(), book.bits),
+         "name the targets by the numbers of their codes, all with the same letters before them, "
+         "or say --bits as they were printed",
+         kForbids});
+  }
+  return ids;
+}
+
+std::string FactsText(const LinuxCncFacts& facts) {
+  const std::string tool =
+      facts.tool > 0 ? fmt::format("tool {} in the spindle", facts.tool) : "no tool in the spindle";
+  return fmt::format("axes {}, unit {:g} mm, {}, {}, {} in the table", facts.axes, facts.unit_mm,
+                     Text(TravelOf(facts)), tool, facts.tools);
 }
 
 }  // namespace trammel::procedure

@@ -5,7 +5,6 @@
 
 #include <deque>
 
-#include "part_alignment/procedure/start_checks.h"
 #include "part_alignment/procedure/start_dialogue.h"
 
 namespace trammel::procedure {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "machine/page/page_file.h"
-#include "part_alignment/targets/grey_picture.h"
-#include "part_alignment/targets/reject_words.h"
+#include "part_alignment/targets/ring_finder.h"
+#include "part_alignment/targets/target.h"
 
 namespace trammel::procedure {
 namespace {

@@ -2,9 +2,35 @@
 
 #include <fmt/format.h>
 
+#include "document/html.h"
+#include "document/json_number.h"
+#include <nlohmann/json.hpp>
 #include "document/page.h"
 
 namespace trammel::report {
+
+nlohmann::ordered_json List(const Eigen::VectorXd& values) {
+  auto list = nlohmann::ordered_json::array();
+  for (const double value : values) list.push_back(Number(value));
+  return list;
+}
+
+nlohmann::ordered_json Rows(const Eigen::MatrixXd& matrix) {
+  auto rows = nlohmann::ordered_json::array();
+  for (const auto& row : matrix.rowwise()) rows.push_back(List(row.transpose()));
+  return rows;
+}
+
+std::string VerdictLine(Verdict verdict, const std::string& reason) {
+  return fmt::format("verdict   {}{}{}\n", VerdictWords(verdict), reason.empty() ? "" : ": ",
+                     reason);
+}
+
+std::string Lines(const char* label, const std::vector<std::string>& texts) {
+  std::string lines;
+  for (const std::string& text : texts) lines += fmt::format("{:<9} {}\n", label, text);
+  return lines;
+}
 
 std::string AnswerPageHtml(const AnswerPage& page, std::span<const Figure> figures) {
   std::string head = AnswerLine(page.value, page.detail);

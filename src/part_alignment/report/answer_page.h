@@ -1,6 +1,8 @@
-// The page of an answer: its headline, what to do next, its figures, and all in words.
+// What reports of answers share: numbers in JSON, lines of text, and the page.
 #pragma once
 
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,7 +12,17 @@
 
 namespace trammel::report {
 
-/// Plain text, which may hold any bytes.
+/// Lists and lists of rows; null for what is not finite.
+[[nodiscard]] nlohmann::ordered_json List(const Eigen::VectorXd& values);
+[[nodiscard]] nlohmann::ordered_json Rows(const Eigen::MatrixXd& matrix);
+
+/// "verdict   cannot tell: why".
+[[nodiscard]] std::string VerdictLine(Verdict verdict, const std::string& reason);
+
+/// A line for each text, ten characters behind the begin of its label.
+[[nodiscard]] std::string Lines(const char* label, const std::vector<std::string>& texts);
+
+/// Plain text, which may hold any bytes: the headline, what to do next, and all in words.
 struct AnswerPage {
   std::string title;
   Verdict verdict = Verdict::kRefused;

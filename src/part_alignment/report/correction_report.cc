@@ -9,6 +9,7 @@
 
 #include "base/json_text.h"
 #include "document/interval_text.h"
+#include "part_alignment/report/answer_page.h"
 
 namespace trammel::report {
 namespace {
@@ -19,8 +20,6 @@ using part_alignment::RemainderAt;
 using part_alignment::SupportMove;
 
 constexpr int kFormat = 1;
-
-Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json PoseJson(const geometry::Pose& pose) {
   return {{"part_mm", List(pose.translation_mm)},
@@ -87,7 +86,7 @@ std::string KnownTo(const CorrectionOutput& output, const Eigen::Matrix<double, 
   return text;
 }
 
-std::string Lines(const char* label, const std::vector<std::string>& lines) {
+std::string Block(const char* label, const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) {
     text += fmt::format("{:<10} {}\n", text.empty() ? label : "", line);
@@ -114,8 +113,7 @@ std::string ToJson(const CorrectionOutput& output) {
                          {"set", output.text.set},
                          {"use", output.text.use},
                          {"notes", output.text.notes}};
-  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMille.scale,
-                                                      offset.tilt_rad.y() * kPerMille.scale})},
+  json["remainder"] = {{"tilt_mm_per_m", List(offset.tilt_rad * kPerMille.scale)},
                        {"largest_mm", offset.largest_remainder_mm},
                        {"points", std::move(points)}};
   json["notices"] = output.notices;
@@ -128,7 +126,7 @@ std::string CorrectionText(const CorrectionOutput& output) {
   text += fmt::format("offset     {} of {}, of the part as it {}\n", output.slot.name,
                       part_alignment::ToString(output.control),
                       output.after_shims ? "will lie after the shims" : "lies now");
-  text += Lines("set", output.text.set) + Lines("use", output.text.use);
+  text += Block("set", output.text.set) + Block("use", output.text.use);
   if (output.standard_uncertainty) text += KnownTo(output, *output.standard_uncertainty);
   const part_alignment::OffsetCorrection& offset = output.offset;
   text += fmt::format(
@@ -140,7 +138,7 @@ std::string CorrectionText(const CorrectionOutput& output) {
   for (const RemainderAt& at : offset.remainder) {
     text += fmt::format("  {:<20} {} mm\n", at.id, Signed(at.error_mm, 4));
   }
-  return text + Lines("note", output.text.notes) + Lines("notice", output.notices);
+  return text + Block("note", output.text.notes) + Block("notice", output.notices);
 }
 
 }  // namespace trammel::report

@@ -6,9 +6,8 @@
 
 #include "document/parsers_test_support.h"
 #include "part_alignment/camera/camera_convert.h"
-#include "part_alignment/report/part_metrology_figures.h"
-#include "part_alignment/report/part_metrology_page.h"
-#include "part_alignment/report/part_metrology_text.h"
+#include "part_alignment/report/calibration_report.h"
+#include "part_alignment/report/part_fit_report.h"
 
 namespace trammel::report {
 namespace {

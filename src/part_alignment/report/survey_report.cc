@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "base/json_text.h"
@@ -13,6 +15,7 @@
 #include "base/statistics.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
+#include "document/plot.h"
 #include "part_alignment/report/answer_page.h"
 #include "part_alignment/survey/survey_advice.h"
 
@@ -31,27 +34,13 @@ constexpr const char* kDatum =
     "free network: inner constraints over all targets; origin in their centroid, x along their "
     "largest extent, z along the least one and to the cameras' side; scale from the bars";
 
-Json List(const Eigen::Vector3d& v) {
-  return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
-}
-
-Json Matrix(const Eigen::MatrixXd& m) {
-  Json rows = Json::array();
-  for (const auto& row : m.rowwise()) {
-    Json numbers = Json::array();
-    for (const double number : row) numbers.push_back(Number(number));
-    rows.push_back(std::move(numbers));
-  }
-  return rows;
-}
-
 Json StationsJson(const Survey& survey) {
   Json stations = Json::array();
   for (const SurveyStation& station : survey.stations) {
     Json entry = {{"picture", station.picture}, {"used", station.used}};
     if (station.used) {
       entry["place_mm"] = List(station.place_mm);
-      entry["camera_from_survey"] = Matrix(station.camera_from_survey);
+      entry["camera_from_survey"] = Rows(station.camera_from_survey);
       entry["observations"] = station.observations;
       entry["rms_px"] = Number(station.rms_px);
     } else {
@@ -179,6 +168,64 @@ std::size_t UsedStations(const Survey& survey) {
                                                 [](const auto& station) { return station.used; }));
 }
 
+struct Marks {
+  std::vector<DataPoint> coded;
+  std::vector<DataPoint> plain;
+  std::vector<DataPoint> stations;
+};
+
+Marks MarksOf(const Survey& survey, int up) {
+  Marks marks;
+  for (const SurveyedTarget& target : survey.targets) {
+    (target.plain ? marks.plain : marks.coded).push_back({target.at_mm.x(), target.at_mm[up]});
+  }
+  for (const SurveyStation& station : survey.stations) {
+    if (station.used) marks.stations.push_back({station.place_mm.x(), station.place_mm[up]});
+  }
+  return marks;
+}
+
+void DrawPanel(Canvas& canvas, const RectPx& outer, const Survey& survey, int up,
+               const std::string& title) {
+  const Marks marks = MarksOf(survey, up);
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const auto* points : {&marks.coded, &marks.plain, &marks.stations}) {
+    for (const DataPoint& point : *points) {
+      x.push_back(point.x);
+      y.push_back(point.y);
+    }
+  }
+  constexpr double kAxesPx = 70;
+  constexpr double kSpare = 1.08;
+  constexpr double kLeast = 1e-3;
+  const auto [across, along] = WithOneScale(RangeOf(x), RangeOf(y), outer.width - kAxesPx,
+                                            outer.height - kAxesPx, kSpare, kLeast);
+  const int ticks = outer.width < kFigureWidthPx / 2 ? 3 : 6;
+  Plot plot(canvas, outer, {"x (mm)", across, ticks}, {up == 1 ? "y (mm)" : "z (mm)", along, 5},
+            title);
+  const double dot = outer.width < kFigureWidthPx / 2 ? 1.6 : 2.2;
+  for (const DataPoint& at : marks.stations)
+    plot.Dot(at, dot, std::nullopt, Stroke{.color = kGrey, .width_px = 1});
+  for (const DataPoint& at : marks.plain) plot.Dot(at, dot, kGreen);
+  for (const DataPoint& at : marks.coded) plot.Diamond(at, 1.8 * dot, kBlue);
+}
+
+Canvas Draw(const Survey& survey, double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  const double panel_px = broad ? 400 : 300;
+  std::vector<LegendEntry> legend = {
+      {"coded targets", LegendEntry::Mark::kDiamond, {.color = kBlue}}};
+  if (survey.plain.targets > 0)
+    legend.push_back({"plain targets", LegendEntry::Mark::kDot, {.color = kGreen}});
+  legend.push_back({"camera", LegendEntry::Mark::kHollowDot, {.color = kGrey, .width_px = 1}});
+  Canvas canvas(width_px, 2 * panel_px + 60);
+  const double top = 8 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
+  DrawPanel(canvas, {6, top, width_px - 12, panel_px - 6}, survey, 1, "From above");
+  DrawPanel(canvas, {6, top + panel_px, width_px - 12, panel_px - 6}, survey, 2, "From the side");
+  return canvas;
+}
+
 }  // namespace
 
 std::string ToJson(const Survey& survey) {
@@ -191,10 +238,9 @@ std::string ToJson(const Survey& survey) {
     const SurveyedTarget& target = survey.targets[i];
     const auto row = 3 * static_cast<Eigen::Index>(i);
     if (target.plain) {
-      plain_targets.push_back(
-          {{"id", target.id},
-           {"at_mm", List(target.at_mm)},
-           {"covariance_mm2", Matrix(survey.covariance.block<3, 3>(row, row))}});
+      plain_targets.push_back({{"id", target.id},
+                               {"at_mm", List(target.at_mm)},
+                               {"covariance_mm2", Rows(survey.covariance.block<3, 3>(row, row))}});
     } else {
       targets.push_back({{"id", target.id}, {"ideal_mm", List(target.at_mm)}});
       coded += 3;
@@ -219,7 +265,7 @@ std::string ToJson(const Survey& survey) {
                    {"datum", kDatum},
                    {"targets", good ? targets : Json(nullptr)},
                    {"targets_covariance_mm2",
-                    good ? Matrix(survey.covariance.topLeftCorner(coded, coded)) : Json(nullptr)},
+                    good ? Rows(survey.covariance.topLeftCorner(coded, coded)) : Json(nullptr)},
                    {"plain_targets", good ? plain_targets : Json(nullptr)},
                    {"plain", PlainJson(survey)},
                    {"bar_ends", std::move(bar_ends)},
@@ -234,11 +280,8 @@ std::string ToJson(const Survey& survey) {
 }
 
 std::string SurveyText(const Survey& survey) {
-  std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(survey.verdict),
-                                 survey.reason.empty() ? "" : ": ", survey.reason);
-  for (const std::string& unchecked : survey.unchecked) {
-    text += fmt::format("unchecked {}\n", unchecked);
-  }
+  std::string text =
+      VerdictLine(survey.verdict, survey.reason) + Lines("unchecked", survey.unchecked);
   text += fmt::format("check     {}\n", CheckWords(survey.check));
   if (survey.verdict == Verdict::kGood) {
     text += fmt::format(
@@ -261,15 +304,11 @@ std::string SurveyText(const Survey& survey) {
                         target.id, target.at_mm.x(), target.at_mm.y(), target.at_mm.z(),
                         WithinText({half.data(), 3}, kMillimetres), target.observations);
   }
-  for (const std::string& words : PlainWords(survey)) {
-    if (survey.verdict == Verdict::kGood) text += fmt::format("plain     {}\n", words);
-  }
+  if (survey.verdict == Verdict::kGood) text += Lines("plain", PlainWords(survey));
   for (const SurveyOutlier& outlier : survey.outliers) {
     text += fmt::format("notice    {}\n", OutlierWords(outlier));
   }
-  for (const std::string& notice : survey.notices) text += fmt::format("notice    {}\n", notice);
-  for (const std::string& line : Advice(survey)) text += fmt::format("next      {}\n", line);
-  return text;
+  return text + Lines("notice", survey.notices) + Lines("next", Advice(survey));
 }
 
 std::string SurveyPoints(const Survey& survey, const std::string& surface) {
@@ -305,6 +344,19 @@ std::string SurveyPage(const std::string& date, const Survey& survey,
   page.notices = survey.notices;
   page.text = SurveyText(survey);
   return AnswerPageHtml(page, figures);
+}
+
+Figure SurveyNetworkFigure(const Survey& survey) {
+  Figure figure{"network",
+                "Where targets and camera stood, in the survey's own frame, to one scale. A side "
+                "of the part that no camera looks at has no targets, or weak ones.",
+                Draw(survey, kFigureWidthPx)};
+  figure.seen = fmt::format(
+      "The part's targets ({} of them plain) and the camera's places, from above and from the "
+      "side.",
+      survey.plain.targets);
+  figure.narrow = Draw(survey, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

@@ -1,9 +1,11 @@
-// Blobs of one shade in a picture that may be discs.
+// Blobs of one shade in a picture that may be discs, and their ellipses by rays.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "base/page.h"
+#include "part_alignment/targets/disc_fit.h"
 
 namespace trammel::part_alignment {
 
@@ -35,5 +37,11 @@ struct BlobRules {
 /// of radius. The largest come first; some come twice.
 /// @param picture  1 channel, of Quieten.
 [[nodiscard]] std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules);
+
+/// The ellipse through where rays from the middle cross half the contrast, as a start for FitDisc.
+/// Absent where they do not lie on one, or the contrast is less.
+/// @param dark  whether the disc is darker than what is about it.
+[[nodiscard]] std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle,
+                                                 bool dark, double min_contrast);
 
 }  // namespace trammel::part_alignment

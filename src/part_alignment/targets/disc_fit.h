@@ -1,8 +1,12 @@
-// A blurred elliptic disc, fitted to the pixels about its edge.
+// A blurred elliptic disc, fitted to the pixels about its edge; and the ellipse nearest to points.
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <optional>
+#include <span>
 
 #include "base/page.h"
 #include "part_alignment/targets/image_ellipse.h"
@@ -51,5 +55,31 @@ struct DiscFit {
 /// @param picture  1 channel.
 [[nodiscard]] std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
                                              const RingShade& ring);
+
+struct Offset {
+  double x = 0;
+  double y = 0;
+};
+
+/// The ellipse nearest to points about (0, 0), by the conic's algebraic residual. Of a model only
+/// centre and shape are set.
+/// @param scale  about how far from (0, 0) the points are, px.
+[[nodiscard]] std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale);
+
+/// Root mean square of the points' distances from the ellipse, about.
+[[nodiscard]] double DistanceFrom(const DiscModel& ellipse, std::span<const Offset> points);
+
+/// So many directions at even steps of the angle, all around.
+/// @param stride  from each to the next, in steps; without a divisor of kCount
+template <std::size_t kCount>
+std::array<Offset, kCount> AllAround(double first_rad, int stride = 1) {
+  std::array<Offset, kCount> all;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double angle =
+        first_rad + 2 * std::numbers::pi * stride * static_cast<double>(i) / kCount;
+    all[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return all;
+}
 
 }  // namespace trammel::part_alignment

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "part_alignment/targets/ellipse_through.h"
+#include "part_alignment/targets/disc_fit.h"
 
 namespace trammel::part_alignment {
 

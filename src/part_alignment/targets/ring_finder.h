@@ -2,15 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/page.h"
 #include "base/result.h"
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/row_runs.h"
+#include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/target.h"
 
 namespace trammel::part_alignment {
+
+/// Luma of BT.601; a grey camera's three equal channels come out as they were.
+/// REQUIRES 3 · width · height bytes: BGR, row-major.
+[[nodiscard]] Page GreyPicture(int width, int height, std::span<const std::uint8_t> bgr);
 
 enum class Polarity { kBoth, kDarkOnBright, kBrightOnDark };
 

@@ -1,13 +1,41 @@
-// Targets found in a picture.
+// Targets: their layout, those found in a picture, and why others were not read.
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "part_alignment/targets/image_ellipse.h"
-#include "part_alignment/targets/reject_reason.h"
 
 namespace trammel::part_alignment {
+
+/// Schneider's layout: a disc, a ring of as many equal segments as the code has bits, and nothing
+/// else. Segment k spans the angles 2 pi k / bits … 2 pi (k + 1) / bits, clockwise from the right
+/// as one looks at the target, and is inked where bit k of the word is 1.
+inline constexpr double kRingInner = 2.0;  ///< radius of the ring's inner edge
+inline constexpr double kRingOuter = 3.0;  ///< radius of its outer edge
+/// Within this radius nothing but disc and ring may be seen.
+inline constexpr double kQuietRadius = 3.75;
+
+enum class RejectReason {
+  kMirrored,   ///< not in the book, but its mirror image is: see FinderOptions::mirrored
+  kWrongCode,  ///< a clear ring, but its word is not in the book
+  kDoubled,    ///< read at two places; both are rejected
+  kHidden,     ///< parts of the ring are covered, or not of one of two shades
+  kAtBorder,   ///< the picture ends within the ring
+  kTooSmall,   ///< disc below min_radius_px
+  kSaturated,  ///< too few samples between black and white to place the edge
+  kDamaged,    ///< the disc is no clean ellipse
+  kFaint,      ///< a ring about a disc of less than min_contrast
+  kUneven,     ///< a ring, but light that differs across it by more than can be corrected
+};
+
+/// "wrong_code" and so on.
+[[nodiscard]] std::string_view ToString(RejectReason reason);
+
+/// "its ring is read well, but its code is none of this book's: another --bits, or no target".
+[[nodiscard]] std::string WordsFor(RejectReason reason);
 
 struct FoundTarget {
   std::optional<int> number;  ///< in the code book, from 1; absent for a plain disc

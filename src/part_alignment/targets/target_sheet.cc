@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/target_layout.h"
+#include "part_alignment/targets/target.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -1,4 +1,4 @@
-// Which views to take: chosen one by one for what they tell, within what the machine can do.
+// The views to take: within the machine's travel, clear of obstacles, until the part is known.
 #pragma once
 
 #include <string>
@@ -73,5 +73,27 @@ struct ViewPlan {
                                          const std::vector<PartTarget>& targets,
                                          const geometry::Pose& rough_machine_from_part,
                                          const ViewPlanOptions& options);
+
+/// How far the camera reaches before the point whose position is spindle_mm.
+/// @param stated_mm  0: as far as the camera's origin, and 30 mm of lens more.
+[[nodiscard]] double ToolLength(const Camera& camera, double stated_mm);
+
+[[nodiscard]] bool WithinTravel(const ViewPlanOptions& options, const Eigen::Vector3d& spindle_mm);
+
+/// Whether a cylinder about the spindle's axis, from the tool's end backwards without end, stays
+/// clear of all obstacles: so does the way out along the axis. Judged by the obstacles' boxes along
+/// the spindle's own axes, which hold them.
+[[nodiscard]] bool ClearOfObstacles(const ViewPlanOptions& options, double tool_length_mm,
+                                    const Eigen::Vector3d& spindle_mm,
+                                    const Eigen::Matrix3d& spindle_rotation);
+
+/// How far along the spindle's axis (towards the spindle) its point must be for the tool's end to
+/// pass everything; minus infinity without obstacles.
+[[nodiscard]] double SafeHeight(const ViewPlanOptions& options, double tool_length_mm,
+                                const Eigen::Vector3d& axis);
+
+/// Fills the plan's way through its views in their order; false and a reason where the safe plane
+/// lies outside the travel.
+[[nodiscard]] bool FillWay(const ViewPlanOptions& options, double tool_length_mm, ViewPlan& plan);
 
 }  // namespace trammel::part_alignment

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "part_alignment/pose/alignment_test_support.h"
-#include "part_alignment/views/plan_room.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -1,0 +1,37 @@
+// A camera's calibration, by a grid of a measuring machine or by a board on the machine's own
+// table, as JSON, text, figures and page.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "document/figure.h"
+#include "part_alignment/board/board_calibration.h"
+#include "part_alignment/camera/calibrate.h"
+
+namespace trammel::report {
+
+/// One object (docs/formats.md), ended by a newline. What is meant only with verdict good is null
+/// otherwise.
+[[nodiscard]] std::string ToJson(const part_alignment::CameraCalibration& calibration);
+[[nodiscard]] std::string ToJson(const part_alignment::BoardCalibration& calibration);
+
+/// Several lines.
+[[nodiscard]] std::string CalibrationText(const part_alignment::CameraCalibration& calibration);
+[[nodiscard]] std::string CalibrationText(const part_alignment::BoardCalibration& calibration);
+
+/// "projection-uncertainty": a map over the sensor at the grid's middle distance; "residuals":
+/// arrows, enlarged as its key says. REQUIRES a calibration with verdict good of this grid.
+[[nodiscard]] std::vector<Figure> CalibrationFigures(
+    const part_alignment::GridMeasurement& grid,
+    const part_alignment::CameraCalibration& calibration);
+
+/// HTML that stands alone. @param date  of the calibration, as its file says it.
+[[nodiscard]] std::string CalibrationPage(const std::string& date,
+                                          const part_alignment::CameraCalibration& calibration,
+                                          std::span<const Figure> figures);
+[[nodiscard]] std::string CalibrationPage(const std::string& date,
+                                          const part_alignment::BoardCalibration& calibration);
+
+}  // namespace trammel::report
