@@ -295,6 +295,46 @@ void Order(ViewPlan& plan) {
   }
 }
 
+/// How far along the spindle's axis (towards the spindle) its point must be for the tool's end to
+/// pass everything; minus infinity without obstacles.
+double SafeHeight(const ViewPlanOptions& options, double tool_length_mm, const Vector3d& axis) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const MachineBox& obstacle : options.obstacles) {
+    for (int i = 0; i < 8; ++i) {
+      highest = std::max(highest, axis.dot(Corner(obstacle, i)));
+    }
+  }
+  return highest + tool_length_mm + options.clearance_mm;
+}
+
+/// Fills the plan's way through its views in their order; false and a reason where the safe plane
+/// lies outside the travel.
+bool FillWay(const ViewPlanOptions& options, double tool_length_mm, ViewPlan& plan) {
+  const Vector3d axis = plan.views.front().spindle_rotation.col(2);
+  double height = SafeHeight(options, tool_length_mm, axis);
+  for (const PlannedView& view : plan.views) {
+    height = std::max(height, axis.dot(view.spindle_mm));
+  }
+  for (std::size_t i = 0; i < plan.views.size(); ++i) {
+    const Vector3d& place_mm = plan.views[i].spindle_mm;
+    const Vector3d above_mm = place_mm + (height - axis.dot(place_mm)) * axis;
+    if (!WithinTravel(options, above_mm)) {
+      plan.reason = fmt::format(
+          "to pass part and fixture by {:.0f} mm the spindle must go to X {:.1f} Y {:.1f} Z "
+          "{:.1f}, "
+          "which lies outside the travel: give a shorter working distance, less clearance or a "
+          "lower fixture",
+          options.clearance_mm, above_mm.x(), above_mm.y(), above_mm.z());
+      plan.way_mm.clear();
+      plan.view_at.clear();
+      return false;
+    }
+    plan.way_mm.insert(plan.way_mm.end(), {above_mm, place_mm, above_mm});
+    plan.view_at.insert(plan.view_at.end(), {-1, static_cast<int>(i), -1});
+  }
+  return true;
+}
+
 }  // namespace
 
 double ToolLength(const Camera& camera, double stated_mm) {
@@ -324,42 +364,6 @@ bool ClearOfObstacles(const ViewPlanOptions& options, double tool_length_mm,
         return high.z() <= -tool_length_mm - options.clearance_mm ||
                beside_mm >= options.tool_radius_mm + options.clearance_mm;
       });
-}
-
-double SafeHeight(const ViewPlanOptions& options, double tool_length_mm, const Vector3d& axis) {
-  double highest = -std::numeric_limits<double>::infinity();
-  for (const MachineBox& obstacle : options.obstacles) {
-    for (int i = 0; i < 8; ++i) {
-      highest = std::max(highest, axis.dot(Corner(obstacle, i)));
-    }
-  }
-  return highest + tool_length_mm + options.clearance_mm;
-}
-
-bool FillWay(const ViewPlanOptions& options, double tool_length_mm, ViewPlan& plan) {
-  const Vector3d axis = plan.views.front().spindle_rotation.col(2);
-  double height = SafeHeight(options, tool_length_mm, axis);
-  for (const PlannedView& view : plan.views) {
-    height = std::max(height, axis.dot(view.spindle_mm));
-  }
-  for (std::size_t i = 0; i < plan.views.size(); ++i) {
-    const Vector3d& place_mm = plan.views[i].spindle_mm;
-    const Vector3d above_mm = place_mm + (height - axis.dot(place_mm)) * axis;
-    if (!WithinTravel(options, above_mm)) {
-      plan.reason = fmt::format(
-          "to pass part and fixture by {:.0f} mm the spindle must go to X {:.1f} Y {:.1f} Z "
-          "{:.1f}, "
-          "which lies outside the travel: give a shorter working distance, less clearance or a "
-          "lower fixture",
-          options.clearance_mm, above_mm.x(), above_mm.y(), above_mm.z());
-      plan.way_mm.clear();
-      plan.view_at.clear();
-      return false;
-    }
-    plan.way_mm.insert(plan.way_mm.end(), {above_mm, place_mm, above_mm});
-    plan.view_at.insert(plan.view_at.end(), {-1, static_cast<int>(i), -1});
-  }
-  return true;
 }
 
 Result<ViewPlan> PlanViews(const Camera& camera, const std::vector<PartTarget>& targets,

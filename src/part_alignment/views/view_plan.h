@@ -87,13 +87,4 @@ struct ViewPlan {
                                     const Eigen::Vector3d& spindle_mm,
                                     const Eigen::Matrix3d& spindle_rotation);
 
-/// How far along the spindle's axis (towards the spindle) its point must be for the tool's end to
-/// pass everything; minus infinity without obstacles.
-[[nodiscard]] double SafeHeight(const ViewPlanOptions& options, double tool_length_mm,
-                                const Eigen::Vector3d& axis);
-
-/// Fills the plan's way through its views in their order; false and a reason where the safe plane
-/// lies outside the travel.
-[[nodiscard]] bool FillWay(const ViewPlanOptions& options, double tool_length_mm, ViewPlan& plan);
-
 }  // namespace trammel::part_alignment
