@@ -133,8 +133,7 @@ Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
       "#<_ini[AXIS_X]MIN_LIMIT> #<_ini[AXIS_X]MAX_LIMIT> #<_ini[AXIS_Y]MIN_LIMIT> "
       "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_Z]MIN_LIMIT> #<_ini[AXIS_Z]MAX_LIMIT>",
       stop));
-  const auto travel = TRY(ParseTravel(shown));
-  travel_ = travel;
+  travel_ = TRY(ParseTravel(shown));
   travel_known_ = true;
   return {};
 }

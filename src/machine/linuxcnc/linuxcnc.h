@@ -8,7 +8,6 @@
 #include <string>
 
 #include "base/result.h"
-#include "machine/linuxcnc/linuxcnc_limits.h"
 #include "machine/linuxcnc/linuxcnc_session.h"
 
 namespace trammel::machine {

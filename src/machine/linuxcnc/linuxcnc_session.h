@@ -1,5 +1,5 @@
-// The LinuxCNC that runs on this computer, joined beside its own screen (AXIS, QtDragon) through
-// its Python module.
+// A session with LinuxCNC by a helper in Python: its state, and blocks for its interpreter, within
+// bounds of where a machine can be.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,10 +10,38 @@
 #include <vector>
 
 #include "base/result.h"
-#include "machine/linuxcnc/linuxcnc_limits.h"
 #include "machine/net/dialogue_process.h"
 
 namespace trammel::machine {
+
+/// No machine's axis is longer.
+inline constexpr double kFarthest_mm = 1e5;
+
+/// Least and most machine coordinates of X, Y and Z.
+struct LinuxCncTravel {
+  Eigen::Vector3d low_mm = Eigen::Vector3d::Constant(-kFarthest_mm);
+  Eigen::Vector3d high_mm = Eigen::Vector3d::Constant(kFarthest_mm);
+};
+
+/// Reads least and most of X, of Y and of Z, as a message of LinuxCNC shows them: "######" where
+/// its INI file has none. Error (kMachine): anything else, or a travel that is none.
+[[nodiscard]] Result<LinuxCncTravel> ParseTravel(const std::string& shown);
+
+/// Error (kMachine): a place that the controller tells and where its machine cannot be. An axis at
+/// its limit may overshoot by a millimetre.
+[[nodiscard]] Result<void> CheckToldPlace(const Eigen::Vector3d& machine_mm,
+                                          const LinuxCncTravel& travel);
+
+/// Error (kSafety): a place that is not within the travel.
+[[nodiscard]] Result<void> CheckTarget(const Eigen::Vector3d& machine_mm,
+                                       const LinuxCncTravel& travel);
+
+/// Into how many pieces of equal length, none longer than `piece_mm`, a way is cut.
+/// REQUIRES 0 <= way_mm <= 4 kFarthest_mm, piece_mm >= 0.01.
+[[nodiscard]] int PiecesOf(double way_mm, double piece_mm);
+
+/// The beginning of what a controller said, for messages.
+[[nodiscard]] std::string Clipped(const std::string& said);
 
 struct LinuxCncState {
   bool estop = true;
