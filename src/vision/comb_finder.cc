@@ -14,9 +14,8 @@
 
 #include "base/statistics.h"
 #include "vision/comb_strokes.h"
-#include "vision/line_pencil.h"
-#include "vision/local_contrast.h"
-#include "vision/rectify.h"
+#include "vision/filament_contrast.h"
+#include "vision/image.h"
 
 namespace trammel::vision {
 namespace {

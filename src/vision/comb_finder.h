@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "base/frame.h"
-#include "vision/homography.h"
 #include "vision/image.h"
 
 namespace trammel::vision {

@@ -11,7 +11,7 @@
 #include "base/random.h"
 #include "vision/comb_finder.h"
 #include "vision/comb_pattern.h"
-#include "vision/line_pencil.h"
+#include "vision/comb_strokes.h"
 
 namespace trammel::vision {
 namespace {

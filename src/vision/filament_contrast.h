@@ -1,13 +1,39 @@
-// The mixture of colours that tells filament from plate best.
+// Measures how filament differs from plate.
 #pragma once
 
 #include <array>
+#include <opencv2/core/mat.hpp>
 #include <optional>
+#include <vector>
 
 #include "base/frame.h"
 #include "vision/image.h"
 
 namespace trammel::vision {
+
+/// Spreads above the surroundings from which on a pixel counts as filament.
+inline constexpr double kFilamentBegins = 0.25;
+
+/// Brightness, blue, red and the two opponent colours, 8-bit: filament and plate differ in at least
+/// one. Of a grey picture the brightness only.
+[[nodiscard]] std::vector<cv::Mat> ColourChannels(const cv::Mat& bgr);
+
+/// Difference from the surroundings, in units of its own spread there; float.
+/// @param smooth_px  sigma before comparing. REQUIRES > 0.
+/// @param window_px  side of the surroundings, odd.
+[[nodiscard]] cv::Mat LocalContrast(const cv::Mat& channel, double smooth_px, int window_px);
+
+/// Whether blue, green and red are alike in every pixel, but for what a JPEG rounds.
+[[nodiscard]] bool IsGrey(const BgrView& picture);
+
+/// Puts the local spread of brightness in place of two of a grey picture's alike channels:
+/// brightness stays in the blue one; green and red are the spreads over about 2 and 4 px of a
+/// picture of 1920 px. Translucent filament may be as bright as a textured plate, but is smooth.
+/// @param picture  8-bit BGR. REQUIRES IsGrey.
+[[nodiscard]] Frame WithTexture(const BgrView& picture);
+
+/// Undoes WithTexture: brightness in all three channels.
+void DropTexture(Frame& picture);
 
 /// Weights of blue, green and red; filament is higher than the plate beside it.
 using ColourWeights = std::array<double, 3>;

@@ -1,10 +1,15 @@
 #include "vision/laser_line.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "base/check.h"
+#include "base/statistics.h"
+#include "geometry/robust_line.h"
 #include "vision/stripe_search.h"
 
 namespace trammel::vision {
@@ -136,6 +141,166 @@ void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLi
     SmoothAlongLine(options, model.sigma_px, workspace, line);
   }
   ScaleToScatter(model.sigma_px, options, workspace, line);
+}
+
+namespace {
+
+/// Weights of B, G and R. A neutral light (a lamp's glint) has the same in all three: the third
+/// mixture halves it, the fourth removes it; the second follows a stripe into a saturated red.
+constexpr std::array<std::array<float, 3>, 4> kMixtures{
+    {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
+
+/// Scatter of a trial that found no line to speak of; wider than any picture.
+constexpr double kNoLine = 1e6;
+
+/// Frames, far from each other, on which most models are given up.
+constexpr std::size_t kFirstFrames = 2;
+
+bool SameMixture(const StripeModel& one, const StripeModel& other) {
+  return one.weight_b == other.weight_b && one.weight_g == other.weight_g &&
+         one.weight_r == other.weight_r;
+}
+
+/// A model on trial, and how it did on the frames so far.
+struct Trial {
+  StripeModel model;
+  std::vector<double> scatter_px = {};  ///< of one row, per frame
+  double scatter_sum_px = 0;
+  double found = 0;  ///< sum of the shares of the rows
+  double contrast = 0;
+  bool lost = false;  ///< a frame in which it found no line, or given up
+
+  /// Mean scatter, and more where rows are not found: a row not found is worse than a row found
+  /// badly, and the square outweighs what dropping the worst rows would gain.
+  [[nodiscard]] double score() const {
+    if (lost || scatter_px.empty()) return kNoLine;
+    const auto frames = static_cast<double>(scatter_px.size());
+    const double share = found / frames;
+    return scatter_sum_px / frames / std::max(1e-3, share * share);
+  }
+};
+
+/// All mixtures, the simplest first, each with all widths, the narrowest first.
+std::vector<Trial> ListTrials(const LaserLineOptions& options, int width) {
+  std::vector<Trial> trials;
+  for (const auto& [b, g, r] : kMixtures) {
+    for (int step = 0;; ++step) {  // by powers: 8 is 8, and not beyond a bound of 8
+      const double sigma = std::exp2(0.5 * step);
+      if (sigma > options.max_sigma_px || sigma * kNarrowestFrame_px > width) break;
+      trials.push_back({{b, g, r, static_cast<float>(sigma)}});
+    }
+  }
+  return trials;
+}
+
+/// Tries models on frames; what it needs for it is reused.
+class TrialBench {
+ public:
+  TrialBench(const LaserLineOptions& options, LaserLineWorkspace& workspace)
+      : options_(options), ws_(workspace) {}
+
+  /// Takes the colours that trials of one mixture see.
+  void Show(const BgrView& frame, const StripeModel& model) { ExtractSignal(frame, model, ws_); }
+
+  /// Tries a model of that mixture on the frame that is shown.
+  void Try(const ImageSize& size, Trial& trial) {
+    FindRows(size, trial.model, options_, ws_, line_);
+    rows_.clear();
+    centres_.clear();
+    for (std::size_t y = 0; y < line_.centre_px.size(); ++y) {
+      // A mixture whose path runs beside the brightest place has lost the line's core.
+      if (line_.found(y) && std::abs(line_.centre_px[y] - static_cast<float>(ws_.path[y])) <=
+                                1.5F * trial.model.sigma_px) {
+        rows_.push_back(static_cast<double>(y));
+        centres_.push_back(line_.centre_px[y]);
+      }
+    }
+    trial.contrast += line_.contrast;
+    trial.lost = trial.lost || rows_.size() < 4;
+    if (trial.lost) return;
+    trial.scatter_px.push_back(kMadToSigma *
+                               geometry::FitRobustLine(rows_, centres_, scratch_).median_residual);
+    trial.scatter_sum_px += trial.scatter_px.back();
+    trial.found += static_cast<double>(rows_.size()) / size.height;
+  }
+
+ private:
+  const LaserLineOptions& options_;
+  LaserLineWorkspace& ws_;
+  LaserLine line_;
+  std::vector<double> rows_;
+  std::vector<double> centres_;
+  std::vector<double> scratch_;
+};
+
+/// Tries all models on a few frames, and lists those that may be the choice: of each two that are
+/// as good the first would be, and none that is much worse than the best. They come ever better.
+std::vector<Trial*> Preselect(std::span<const BgrView> frames, const LaserLineOptions& options,
+                              std::span<Trial> trials, TrialBench& bench) {
+  // Scatter over a hundred rows is known to a tenth, and two models' on the same rows differ less.
+  constexpr double kMuchWorse = 1.25;
+  // Mixtures that lead to the same pixels differ by where their searches began, which is less.
+  constexpr double kBetter = 0.999;
+  for (const BgrView& frame : frames) {
+    const StripeModel* shown = nullptr;
+    for (Trial& trial : trials) {
+      if (shown == nullptr || !SameMixture(*shown, trial.model)) bench.Show(frame, trial.model);
+      shown = &trial.model;
+      bench.Try({frame.width, frame.height}, trial);
+    }
+  }
+  std::vector<Trial*> better;
+  for (Trial& trial : trials) {
+    if (better.empty() || trial.score() < kBetter * better.back()->score()) {
+      better.push_back(&trial);
+    }
+  }
+  const double most = kMuchWorse * options.as_good * better.back()->score();
+  std::erase_if(better, [&](const Trial* trial) { return trial->score() > most; });
+  return better;
+}
+
+/// Tries a model on the frames that it has not seen, unless its scatter says that neither it nor a
+/// better one after it makes it the choice.
+void TryOn(std::span<const BgrView> frames, double most_px, Trial& trial, TrialBench& bench) {
+  const auto all = static_cast<double>(trial.scatter_px.size() + frames.size());
+  for (const BgrView& frame : frames) {
+    bench.Show(frame, trial.model);
+    bench.Try({frame.width, frame.height}, trial);
+    trial.lost = trial.lost || trial.scatter_sum_px > most_px * all;
+    if (trial.lost) return;
+  }
+}
+
+}  // namespace
+
+StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions& options,
+                        LaserLineWorkspace& workspace) {
+  TRAMMEL_CHECK(!frames.empty() && frames[0].width >= kNarrowestFrame_px,
+                "{} frames, the first {} px wide", frames.size(),
+                frames.empty() ? 0 : frames[0].width);
+  TRAMMEL_CHECK(options.max_sigma_px >= 1, "max sigma {}", options.max_sigma_px);
+  std::vector<BgrView> shuffled(frames.begin(), frames.end());
+  if (frames.size() > kFirstFrames) std::swap(shuffled[1], shuffled[frames.size() / 2]);
+  const auto first = std::span(shuffled).first(std::min(kFirstFrames, frames.size()));
+  const auto others = std::span(shuffled).subspan(first.size());
+  TrialBench bench(options, workspace);
+  std::vector<Trial> trials = ListTrials(options, frames[0].width);
+  std::vector<Trial*> left = Preselect(first, options, trials, bench);
+  double lowest = kNoLine;
+  for (auto trial = left.rbegin(); trial != left.rend(); ++trial) {  // the best so far first
+    TryOn(others, options.as_good * lowest, **trial, bench);
+    lowest = std::min(lowest, (*trial)->score());
+  }
+  // Among those that do about as well the simplest mixture and the narrowest line, which is the
+  // least disturbed by what lies beside it.
+  const Trial& chosen = **std::find_if(left.begin(), left.end(), [&](const Trial* trial) {
+    return trial->score() <= options.as_good * lowest;
+  });
+  StripeModel model = chosen.model;
+  model.contrast = static_cast<float>(chosen.contrast / static_cast<double>(frames.size()));
+  model.scatter_px = static_cast<float>(chosen.lost ? kNoLine : Median(chosen.scatter_px));
+  return model;
 }
 
 }  // namespace trammel::vision

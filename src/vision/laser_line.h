@@ -1,4 +1,4 @@
-// Where a laser line stands in each row of an image.
+// Finds the laser line's centre in each row of a frame.
 #pragma once
 
 #include <span>

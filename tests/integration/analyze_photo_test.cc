@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/files/pattern_prints.h"
+#include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/photo/photo_test_support.h"
 #include "support/analyze_result.h"
 

@@ -20,7 +20,7 @@
 
 #include "base/random.h"
 #include "pressure_advance/commands/analysis_run.h"
-#include "pressure_advance/response/analyse.h"
+#include "pressure_advance/response/response.h"
 #include "support/analyze_result.h"
 #include "support/photo_distortions.h"
 #include "support/real_photos.h"

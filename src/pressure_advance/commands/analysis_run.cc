@@ -23,6 +23,8 @@
 #include "pressure_advance/report/answer_rows.h"
 #include "pressure_advance/report/pressure_advance_report.h"
 #include "pressure_advance/response/analyse.h"
+#include "pressure_advance/response/response.h"
+#include "pressure_advance/timing/frame_stamps.h"
 #include "pressure_advance/timing/lateness.h"
 
 namespace trammel::app {

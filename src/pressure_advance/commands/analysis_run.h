@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "pressure_advance/photo/photo_eye.h"
 #include "pressure_advance/profile/analysis.h"
-#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
 

@@ -12,7 +12,6 @@
 #include "base/parallel.h"
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/laser/laser_eye.h"
-#include "pressure_advance/laser/shared_scatter.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 
 namespace trammel::app {

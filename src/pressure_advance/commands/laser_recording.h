@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "pressure_advance/laser/deviation.h"
-#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/laser/plate.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"

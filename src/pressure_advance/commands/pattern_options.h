@@ -15,7 +15,7 @@
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/sweep_plan.h"
-#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
 #include "session/session.h"
 
 namespace CLI {

@@ -14,7 +14,7 @@
 
 #include "base/frame.h"
 #include "base/result.h"
-#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/laser/plate.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/recording/scan.h"
 

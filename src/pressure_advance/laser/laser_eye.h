@@ -1,4 +1,4 @@
-// The laser eye: one sweep's frames in, one line profile out.
+// Reads laser videos of a scan into line profiles.
 #pragma once
 
 #include <cstddef>
@@ -7,13 +7,39 @@
 #include <vector>
 
 #include "base/frame.h"
-#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/laser/plate.h"
 #include "pressure_advance/laser/stripe_sight.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "vision/laser_line.h"
 
 namespace trammel::pressure_advance {
+
+/// Draws each area's sigma half way (geometric mean), by a factor of 1.5 at most, to the median
+/// over the scan's lines of their median sigmas.
+///
+/// A frame's foretold noise and a line's scatter, told from some thirty differences, are themselves
+/// uncertain by about as much as they differ within a scan of one filament on one plate: as weights
+/// they cost more than they tell. What lies far off (a string across a line) stays so.
+/// @param lines  of one scan, all measured in the same unit; samples that are not seen stay so.
+void ShareScatter(std::span<LineProfile> lines);
+
+/// How pixels of the height map become lengths.
+struct SectionScale {
+  double length_per_row = 1;  ///< along the stripe
+  double height_per_px = 1;   ///< of the surface, per pixel of shift
+};
+
+/// Width, height and area of the bead, one sample per frame.
+///
+/// The area is the sum of the heights over the rows that a bead of its size covers (FindReach), or
+/// over all of its band where a swell stands clearly beyond the others', positive and negative
+/// alike: so noise hardly biases it, it stays linear down to a bead of nothing, and a broken bead
+/// reads 0. A frame where more than a third of the band is unseen in one piece is a gap, and so is
+/// one whose bead reaches out of the picture.
+/// @returns one sample per frame; position is left at 0.
+[[nodiscard]] std::vector<ProfileSample> MeasureBead(const PlateHeights& plate,
+                                                     const SectionScale& scale);
 
 struct LaserEyeOptions {
   /// Rows stand for themselves: the area averages over them anyway, and a bead of a few rows must

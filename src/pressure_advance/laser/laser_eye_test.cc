@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numeric>
 #include <optional>
+#include <vector>
 
 #include "base/statistics.h"
 #include "support/laser_world.h"
@@ -355,6 +357,120 @@ TEST(LaserEye, StaysInPixelsWithoutAScale) {
   const SweepReading px = Read(frames, scan);
   EXPECT_EQ(px.profile.cross_section_unit, CrossSectionUnit::kPixel);
   EXPECT_NEAR(px.profile.samples[5].area.value, mm.profile.samples[5].area.value * 44 * 44, 1e-6);
+}
+
+/// A nominal bead that swells to so many times its area about frame 60, and back.
+std::vector<double> SwellAreas(double times, double frames) {
+  std::vector<double> areas;
+  for (int f = 0; f < 100; ++f) {
+    const double t = (f - 60) / frames;
+    areas.push_back(0.1 * (1 + (times - 1) * std::exp(-0.5 * t * t)));
+  }
+  return areas;
+}
+
+TEST(LaserEye, ReadsASwellWholeOrSaysThatItIsCutOff) {
+  LaserWorld paper;
+  LaserWorld large;
+  large.width = 80;
+  large.height = 110;
+  large.plate_column_px = 65;
+  large.bead_row_px = 52;
+  LaserWorld flat = large;  // what is squeezed out goes sideways
+  flat.highest_mm = 0.35;
+  flat.tilt = -0.06;
+  Scan scan;
+  scan.lines.resize(1);
+  scan.scan_speed_mm_s = 20.0 / 3;
+  scan.px_per_mm = 44;
+  scan.line_start_mm = 4;
+  scan.motion.length_mm = 30;
+  vision::LaserLineWorkspace workspace;
+  for (const LaserWorld& world : {paper, large, flat}) {
+    for (const double frames : {2.0, 8.0}) {
+      for (const double times : {0.2, 2.0, 4.1, 6.0, 12.0}) {
+        Random random(41);
+        const std::vector<double> areas = SwellAreas(times, frames);
+        std::vector<Frame> drawn;
+        for (const double area : areas) drawn.push_back(DrawLaserFrame(world, area, random));
+        const SweepReading reading = ReadSweep(drawn, scan, scan.lines[0], {}, workspace);
+        const std::vector<ProfileSample>& samples = reading.profile.samples;
+        const auto what = testing::Message()
+                          << times << " areas over " << frames << " frames, " << world.height
+                          << " rows, " << world.highest_mm << " mm, tilt " << world.tilt;
+        ASSERT_EQ(reading.profile.unusable, "") << what;
+        ASSERT_EQ(samples.size(), areas.size()) << what;
+        double base = 0;
+        for (std::size_t f = 5; f < 25; ++f) base += samples[f].area.value / 20;
+        std::size_t cut_off = 0;
+        double error = 0;  // of the sum over the swell
+        double sum = 0;
+        for (std::size_t f = 0; f < samples.size(); ++f) {
+          EXPECT_EQ(samples[f].gap, samples[f].cut_off) << what;
+          cut_off += samples[f].cut_off;
+          if (samples[f].gap) continue;
+          const double expected = base * areas[f] / areas[0];
+          // A stripe some rows wide cannot quite follow a section's foot.
+          EXPECT_NEAR(samples[f].area.value, expected, 0.04 * expected + 0.006)
+              << what << ", frame " << f;
+          error += samples[f].area.value - expected;
+          sum += expected;
+        }
+        EXPECT_NEAR(error, 0, 0.02 * sum) << what;
+        EXPECT_EQ(reading.cut_off_frames, cut_off) << what;
+        // Of the largest section.
+        const double height_mm = std::min(std::sqrt(0.075 * times), world.highest_mm);
+        const double half_px = 44 * 0.075 * times / height_mm;
+        const double rise_px = 44 * height_mm;
+        const bool fits = half_px < world.bead_row_px - 6 && rise_px < world.plate_column_px - 6;
+        if (fits) {
+          EXPECT_EQ(cut_off, 0U) << what;
+        }
+        // A few rows of its foot are less than is noticed, and than is told.
+        if (half_px > world.bead_row_px + 6 || rise_px > world.plate_column_px) {
+          EXPECT_TRUE(samples[60].cut_off) << what;
+        }
+      }
+    }
+  }
+}
+
+LineProfile LineOf(std::initializer_list<double> sigmas) {
+  LineProfile line;
+  for (const double sigma : sigmas) {
+    ProfileSample sample;
+    sample.area = {0.1, sigma};
+    line.samples.push_back(sample);
+  }
+  return line;
+}
+
+constexpr double kExact = 1e-12;
+
+TEST(SharedScatter, DrawsSigmasHalfWayToTheScans) {
+  std::vector<LineProfile> lines = {LineOf({1, 1, 1}), LineOf({2, 2, 2}), LineOf({1.5, 2, 3})};
+  ShareScatter(lines);
+  EXPECT_NEAR(lines[0].samples[0].area.sigma, std::sqrt(2), kExact);
+  EXPECT_NEAR(lines[1].samples[0].area.sigma, 2, kExact);
+  EXPECT_NEAR(lines[2].samples[2].area.sigma, std::sqrt(6), kExact);
+  EXPECT_EQ(lines[0].samples[0].area.value, 0.1);
+}
+
+TEST(SharedScatter, LeavesALineThatIsMuchNoisierNearWhereItWas) {
+  std::vector<LineProfile> lines = {LineOf({1, 1, 1}), LineOf({1, 1, 1}), LineOf({9, 9, 0.1})};
+  ShareScatter(lines);
+  EXPECT_NEAR(lines[2].samples[0].area.sigma, 6, kExact);
+  EXPECT_NEAR(lines[2].samples[2].area.sigma, 0.15, kExact);
+}
+
+TEST(SharedScatter, LeavesAloneWhatIsNotSeen) {
+  std::vector<LineProfile> lines = {LineOf({0, 4, 4}), LineOf({}), LineOf({0})};
+  ShareScatter(lines);
+  EXPECT_EQ(lines[0].samples[0].area.sigma, 0);
+  EXPECT_EQ(lines[0].samples[1].area.sigma, 4);
+  EXPECT_EQ(lines[2].samples[0].area.sigma, 0);
+  std::vector<LineProfile> none;
+  ShareScatter(none);
 }
 
 }  // namespace

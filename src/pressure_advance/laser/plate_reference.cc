@@ -1,5 +1,3 @@
-#include "pressure_advance/laser/plate_reference.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 
 #include "base/statistics.h"
 #include "geometry/robust_line.h"
-#include "pressure_advance/laser/plate_level.h"
+#include "pressure_advance/laser/plate.h"
 
 namespace trammel::pressure_advance {
 namespace {

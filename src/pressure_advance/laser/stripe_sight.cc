@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "geometry/robust_line.h"
+#include "pressure_advance/laser/laser_eye.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -139,6 +144,184 @@ std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
         peak, kDim));
   }
   return notices;
+}
+
+namespace {
+
+/// Rows from which the stripe's looks are learnt; more cost time and teach nothing.
+constexpr int kLearningRows = 180;
+/// Half the crop's rows per row of bead. A swell of six times the typical area that rises to one
+/// and a half times the typical height is four times as wide, and runs out in a foot; the plate
+/// needs room beside it.
+constexpr double kRowsPerBeadRow = 2.7;
+/// Columns above the plate per column of bead: a swell that keeps its shape rises by the root of
+/// its area.
+constexpr double kColumnsPerBeadColumn = 2.5;
+
+/// The frames' mean, thinned to kLearningRows rows: the laser line stands still in it, all else is
+/// blurred.
+Frame MeanFrame(std::span<const Frame> frames) {
+  const int step = std::max(1, frames[0].height / kLearningRows);
+  Frame mean(frames[0].width, frames[0].height / step);
+  const std::size_t row_bytes = static_cast<std::size_t>(mean.width) * 3;
+  for (int y = 0; y < mean.height; ++y) {
+    for (std::size_t i = 0; i < row_bytes; ++i) {
+      std::size_t sum = 0;
+      for (const Frame& frame : frames) {
+        sum += frame.view().row(y * step)[i];
+      }
+      mean.row(y)[i] = static_cast<std::uint8_t>(sum / frames.size());
+    }
+  }
+  return mean;
+}
+
+/// Per row the median height over the frames, above a straight plate.
+struct Relief {
+  std::vector<double> height;
+  geometry::RobustLine plate;  ///< signed column over row
+  double noise_px = 0;
+};
+
+std::optional<Relief> MedianRelief(std::span<const Frame> frames, const vision::StripeModel& stripe,
+                                   const vision::LaserLineOptions& options, double sign,
+                                   vision::LaserLineWorkspace& workspace) {
+  const auto rows = static_cast<std::size_t>(frames[0].height);
+  std::vector<std::vector<double>> columns(rows);
+  vision::LaserLine line;
+  for (const Frame& frame : frames) {
+    vision::FindLaserLine(frame.view(), stripe, options, workspace, line);
+    for (std::size_t r = 0; r < rows; ++r) {
+      if (line.found(r)) {
+        columns[r].push_back(sign * line.centre_px[r]);
+      }
+    }
+  }
+  std::vector<double> x, y, scratch;
+  for (std::size_t r = 0; r < rows; ++r) {
+    if (2 * columns[r].size() >= frames.size()) {
+      x.push_back(static_cast<double>(r));
+      y.push_back(Median(columns[r]));
+    }
+  }
+  if (2 * x.size() < rows || x.size() < 8) {
+    return std::nullopt;
+  }
+  Relief relief;
+  relief.plate = geometry::FitRobustLine(x, y, scratch);
+  relief.noise_px = 1.4826 * relief.plate.median_residual;
+  relief.height.assign(rows, 0);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    relief.height[static_cast<std::size_t>(x[i])] = y[i] - relief.plate.at(x[i]);
+  }
+  return relief;
+}
+
+struct Bead {
+  int first = 0;
+  int last = 0;
+  double peak = 0;
+
+  [[nodiscard]] double centre() const { return 0.5 * (first + last); }
+  [[nodiscard]] int rows() const { return last - first + 1; }
+};
+
+std::vector<Bead> FindBeads(const Relief& relief) {
+  const double highest = Quantile(relief.height, 0.995);
+  const double level = std::max({0.5, 4 * relief.noise_px, 0.3 * highest});
+  std::vector<Bead> beads;
+  const int rows = static_cast<int>(relief.height.size());
+  for (int r = 0; r < rows; ++r) {
+    const double height = relief.height[static_cast<std::size_t>(r)];
+    if (height < level) {
+      continue;
+    }
+    // Two rows without laser do not divide a bead.
+    if (beads.empty() || r - beads.back().last > 3) {
+      beads.push_back({r, r, height});
+    } else {
+      beads.back().last = r;
+      beads.back().peak = std::max(beads.back().peak, height);
+    }
+  }
+  std::erase_if(beads, [](const Bead& bead) { return bead.rows() < 4; });
+  return beads;
+}
+
+/// Rows and columns around one bead, clear of the others, within the frame.
+PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief& relief,
+                 double stripe_sigma_px, double sign, const Frame& frame) {
+  double first = bead.centre() - kRowsPerBeadRow * bead.rows() - 2;
+  double last = bead.centre() + kRowsPerBeadRow * bead.rows() + 2;
+  for (const Bead& other : beads) {
+    if (other.last < bead.first) {
+      first = std::max(first, static_cast<double>(other.last) + 3);
+    } else if (other.first > bead.last) {
+      last = std::min(last, static_cast<double>(other.first) - 3);
+    }
+  }
+  first = std::clamp(std::floor(first), 0.0, static_cast<double>(bead.first));
+  last = std::clamp(std::ceil(last), static_cast<double>(bead.last), frame.height - 1.0);
+  const double margin = 6 * stripe_sigma_px + 4;
+  const double lowest = std::min(relief.plate.at(first), relief.plate.at(last));
+  const double highest = std::max(relief.plate.at(first), relief.plate.at(last));
+  double left = lowest - margin;
+  double right = highest + kColumnsPerBeadColumn * bead.peak + margin;
+  if (sign < 0) {
+    left = -right;
+    right = margin - lowest;
+  }
+  left = std::clamp(std::floor(left), 0.0, frame.width - 9.0);
+  right = std::clamp(std::ceil(right), left + 8, frame.width - 1.0);
+  return {static_cast<int>(left), static_cast<int>(first), static_cast<int>(right - left) + 1,
+          static_cast<int>(last - first) + 1};
+}
+
+}  // namespace
+
+FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
+                   vision::LaserLineWorkspace& workspace) {
+  TRAMMEL_CHECK(!frames.empty(), "no frames");
+  // Narrower, a stripe has no background beside it, and a crop no room.
+  constexpr int kSmallest_px = 16;
+  const int width = frames[0].width;
+  const int height = frames[0].height;
+  if (width < kSmallest_px || height < kSmallest_px) {
+    const bool turned = !AlongX(height_direction);
+    return {
+        std::nullopt,
+        fmt::format("the picture has only {}x{} px, too few for a laser line: at least {}x{} "
+                    "are needed; check the video",
+                    turned ? height : width, turned ? width : height, kSmallest_px, kSmallest_px)};
+  }
+  const double sign = Sign(height_direction);
+  const vision::LaserLineOptions options = LaserEyeOptions{}.line;
+  const Frame mean = MeanFrame(frames);
+  const BgrView view = mean.view();
+  const vision::StripeModel stripe = vision::LearnStripe({&view, 1}, options, workspace);
+  const auto relief = MedianRelief(frames, stripe, options, sign, workspace);
+  if (!relief || relief->noise_px > 2 * stripe.sigma_px) {
+    return {std::nullopt,
+            "no laser line runs through the picture; check the laser, or set crop_px"};
+  }
+  const std::vector<Bead> beads = FindBeads(*relief);
+  if (beads.empty()) {
+    return {std::nullopt,
+            fmt::format("no printed line is seen: the laser line rises nowhere by more than {:.1f} "
+                        "px; is the pattern on the bed, where its plan has it? If it is, check "
+                        "height_direction, or set crop_px",
+                        std::max(0.5, 4 * relief->noise_px))};
+  }
+  const double middle = 0.5 * (frames[0].height - 1);
+  const Bead bead =
+      *std::min_element(beads.begin(), beads.end(), [&](const Bead& a, const Bead& b) {
+        return std::abs(a.centre() - middle) < std::abs(b.centre() - middle);
+      });
+  PixelRect crop = Around(bead, beads, *relief, stripe.sigma_px, sign, frames[0]);
+  if (!AlongX(height_direction)) {
+    crop = {crop.y, crop.x, crop.height, crop.width};
+  }
+  return {crop, {}};
 }
 
 }  // namespace trammel::pressure_advance

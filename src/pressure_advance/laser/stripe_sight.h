@@ -1,4 +1,4 @@
-// How the camera sees a laser line: how sharp, how bright; and what a user can mend of it.
+// Checks how well the laser line is seen, and which rows of a frame show it.
 #pragma once
 
 #include <optional>
@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "base/frame.h"
+#include "pressure_advance/recording/scan.h"
+#include "vision/laser_line.h"
 
 namespace trammel::pressure_advance {
 
@@ -30,5 +32,17 @@ struct StripeSight {
 /// @param px_per_mm  absent: no width is judged
 [[nodiscard]] std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
                                                       std::optional<double> px_per_mm);
+
+struct FoundCrop {
+  std::optional<PixelRect> crop;  ///< in the recorded frame's coordinates
+  std::string fault;              ///< why there is none
+};
+
+/// Finds the laser line, and along it the bead nearest to the picture's middle: the line that is
+/// being scanned stands at the same place in every frame, its neighbours (and the pattern's border)
+/// come and go at the picture's ends.
+/// @param frames  upright (TurnUpright), some ten of one sweep, whole, all of one size.
+[[nodiscard]] FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
+                                 vision::LaserLineWorkspace& workspace);
 
 }  // namespace trammel::pressure_advance

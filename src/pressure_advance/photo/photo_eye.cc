@@ -11,7 +11,7 @@
 #include "pressure_advance/photo/photo_mark.h"
 #include "pressure_advance/photo/photo_orientation.h"
 #include "vision/bead_width.h"
-#include "vision/rectify.h"
+#include "vision/image.h"
 
 namespace trammel::pressure_advance {
 namespace {

@@ -12,12 +12,11 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "pressure_advance/photo/photo_comb.h"
+#include "pressure_advance/photo/photo_mark.h"
 #include "vision/comb_finder.h"
 #include "vision/filament_contrast.h"
 #include "vision/frame_finder.h"
-#include "vision/plate_texture.h"
-#include "vision/rectify.h"
+#include "vision/image.h"
 
 namespace trammel::pressure_advance {
 namespace {

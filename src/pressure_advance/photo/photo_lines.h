@@ -4,7 +4,6 @@
 #include <string>
 
 #include "base/frame.h"
-#include "vision/homography.h"
 #include "vision/image.h"
 #include "vision/line_pattern.h"
 

@@ -15,8 +15,8 @@
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/recorded_frames.h"
-#include "pressure_advance/response/unseen_stretch.h"
-#include "pressure_advance/timing/lateness.h"
+#include "pressure_advance/response/transitions.h"
+#include "pressure_advance/timing/frame_stamps.h"
 
 namespace trammel::procedure {
 namespace {

@@ -7,8 +7,6 @@
 
 #include "base/measured.h"
 #include "gcode/dialect.h"
-#include "pressure_advance/profile/height_scale.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 
 namespace trammel::pressure_advance {

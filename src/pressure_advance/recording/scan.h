@@ -9,8 +9,7 @@
 #include "base/axis_direction.h"
 #include "base/frame.h"
 #include "base/result.h"
-#include "pressure_advance/profile/height_scale.h"
-#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
 
 namespace trammel::pressure_advance {
 

@@ -1,11 +1,18 @@
-// A pressure-advance analysis as JSON, format 1 (docs/formats.md).
+// Writes an analysis and a set-up as JSON.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "document/interval_text.h"
 #include "pressure_advance/profile/analysis.h"
+#include "pressure_advance/setup/printed_mark.h"
+#include "pressure_advance/setup/setup_advice.h"
+#include "pressure_advance/setup/solve_setup.h"
 
 namespace trammel::report {
 
@@ -17,5 +24,31 @@ namespace trammel::report {
 [[nodiscard]] nlohmann::ordered_json JsonOf(
     const pressure_advance::Analysis& analysis,
     const std::optional<std::string>& report_path = std::nullopt);
+
+/// What the JSON is made from. Views are not owned.
+struct SetupView {
+  const pressure_advance::SetupObservations* seen = nullptr;  ///< REQUIRED
+  const pressure_advance::SetupResult* result = nullptr;      ///< REQUIRED
+  const pressure_advance::MarkPlan* mark = nullptr;           ///< REQUIRED
+  pressure_advance::SetupAdvice advice;
+  std::string section;  ///< [camera] as TOML; empty where the verdict is not good
+  /// Further facts, name and value: printer, camera, date, …; may hold any bytes.
+  std::vector<std::pair<std::string, std::string>> facts;
+};
+
+/// A value of the setup under the name by which people know it.
+struct SetupValue {
+  std::string name;  ///< "offset x"
+  std::string key;   ///< as in JSON, with its unit: "offset_x_mm"
+  const Measured* value = nullptr;
+  IntervalStyle style;
+  double json_scale = 1;  ///< of the key's unit, per unit of the value
+};
+
+/// Every value, in the order in which they are told; those that a scan needs first.
+[[nodiscard]] std::vector<SetupValue> SetupValues(const pressure_advance::SetupResult& result);
+
+/// setup.json (docs/formats.md). Numbers exist only with a good verdict of their own.
+[[nodiscard]] nlohmann::ordered_json JsonOfSetup(const SetupView& view);
 
 }  // namespace trammel::report

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pressure_advance/report/figure_common.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pressure_advance/report/figure_common.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "pressure_advance/report/figure_common.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 namespace {

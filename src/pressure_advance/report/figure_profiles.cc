@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "pressure_advance/report/figure_common.h"
-#include "pressure_advance/report/speed_profile.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "document/interval_text.h"
-#include "pressure_advance/report/figure_common.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 namespace {

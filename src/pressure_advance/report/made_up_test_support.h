@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "base/random.h"
-#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/laser/plate.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
 

@@ -1,13 +1,25 @@
-// The one-page report of a pressure-advance analysis.
+// Reports an analysis as text and as a page.
 #pragma once
 
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
+
+struct AnswerRow {
+  std::string name;      ///< "speeding up"
+  std::string value;     ///< "0.0368 s"; a verdict where there is none
+  std::string interval;  ///< "95 %: 0.0351 to 0.0385 s"; empty where there is none
+  std::string note;      ///< plain text
+};
+
+/// Rows of the storage model, both speed changes, the paper's score and each pattern. None has a
+/// number unless analysis.pressure_advance is good.
+[[nodiscard]] std::vector<AnswerRow> AnswerRows(const pressure_advance::Analysis& analysis);
 
 struct ReportOptions {
   std::string source;  ///< what was analysed: a folder, a photo; may hold any bytes

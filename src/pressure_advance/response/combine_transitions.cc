@@ -9,7 +9,7 @@
 #include "base/check.h"
 #include "base/square.h"
 #include "base/statistics.h"
-#include "pressure_advance/response/uncertainty_budget.h"
+#include "pressure_advance/response/answer.h"
 
 namespace trammel::pressure_advance {
 namespace {

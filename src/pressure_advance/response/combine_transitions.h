@@ -6,11 +6,9 @@
 #include <vector>
 
 #include "base/measured.h"
-#include "pressure_advance/response/crossing_pair.h"
-#include "pressure_advance/response/fit_transitions.h"
+#include "pressure_advance/response/answer.h"
+#include "pressure_advance/response/crossings.h"
 #include "pressure_advance/response/response_options.h"
-#include "pressure_advance/response/tested_range.h"
-#include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
 

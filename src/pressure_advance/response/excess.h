@@ -1,7 +1,8 @@
-// How much filament a transition left over or fell short of, line by line.
+// Measures how much filament a transition left over or fell short of, line by line.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,11 +11,26 @@
 
 namespace trammel::pressure_advance {
 
-/// Of a transition's window: a line is unusable where more than this is unread in one piece.
-inline constexpr double kMostUnread = 0.25;
+/// A transition's surplus over its whole window, as far as a part of the window tells it.
+struct CompletedWindow {
+  double value = 0;
+  double per_part = 0;  ///< d value / d part
+  double sigma = 0;     ///< 1 sigma of what the part leaves open
+};
 
-/// Which of an eye's readings stands for the amount of filament.
-enum class Reading { kArea, kWidth };
+/// Foretells a cut window from the lines that show all of theirs: a straight line of their whole
+/// surpluses over those of the same part, in which lines with a like part count most. All lines end
+/// their bulges and gaps alike, but for their own scatter.
+/// @param parts   surpluses of the part, of the lines that show all; at least kFewestWhole, or the
+///                answer is empty
+/// @param wholes  those of the whole window; same length
+/// @param part    of the line that shows no more
+[[nodiscard]] std::optional<CompletedWindow> CompleteWindow(std::span<const double> parts,
+                                                            std::span<const double> wholes,
+                                                            double part);
+
+/// Lines that must show all of a window before others are completed by them.
+inline constexpr std::size_t kFewestWhole = 5;
 
 /// The surplus of one transition on one line: the integral of (reading / reference - 1) over the
 /// transition's window, signed so that it is positive where the pressure advance was too low.
@@ -29,9 +45,6 @@ struct LineExcess {
   Excess deceleration;
   std::string unusable;  ///< why this line has no excess; empty where it has
 };
-
-/// The reading that most samples have; area before width. Nothing where neither is seen.
-[[nodiscard]] std::optional<Reading> ChooseReading(const std::vector<LineProfile>& profiles);
 
 /// Measures all lines, shape (lines). The reference is what a line reads in its slow stretches,
 /// with one drift along the line common to all (light, tilt, a wandering flow), so that neither a

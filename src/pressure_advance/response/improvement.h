@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "base/measured.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 
 namespace trammel::pressure_advance {

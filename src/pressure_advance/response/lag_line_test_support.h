@@ -1,7 +1,7 @@
 // The motion of the lines that tests/support/lag_line prints.
 #pragma once
 
-#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
 #include "support/lag_line.h"
 
 namespace trammel::pressure_advance {

@@ -2,19 +2,156 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "base/random.h"
+#include "geometry/linear_systems.h"
 #include "pressure_advance/response/lag_line_test_support.h"
+#include "pressure_advance/response/law_line.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
+using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 using ::trammel::testing::LagLaw;
 using ::trammel::testing::LagLine;
 using ::trammel::testing::PrintLagLine;
+
+LineCovariance::Terms Draw(Random& random, Index n, Index causes) {
+  const auto any = [&](double lo, double hi, Index rows) {
+    return VectorXd(VectorXd::NullaryExpr(rows, [&] { return random.Uniform(lo, hi); }));
+  };
+  LineCovariance::Terms terms{any(1e-4, 1e-2, n), any(0, 1e-2, n - 1), any(0, 0.05, n),
+                              any(0, 0.99, n - 1), MatrixXd(n, causes)};
+  for (Index k = 0; k < causes; ++k) terms.common.col(k) = any(-0.3, 0.3, n);
+  return terms;
+}
+
+MatrixXd Dense(const LineCovariance::Terms& terms) {
+  const Index n = terms.own.size();
+  MatrixXd dense = terms.own.asDiagonal();
+  for (Index i = 0; i + 1 < n; ++i) {
+    dense(i, i) += terms.between(i);
+    dense(i + 1, i + 1) += terms.between(i);
+    dense(i, i + 1) -= terms.between(i);
+    dense(i + 1, i) -= terms.between(i);
+  }
+  for (Index i = 0; i < n; ++i) {
+    double together = 1;
+    for (Index j = i; j < n; ++j) {
+      const double both = terms.wander(i) * terms.wander(j) * together;
+      dense(i, j) += both;
+      if (j != i) dense(j, i) += both;
+      if (j + 1 < n) together *= terms.correlation(j);
+    }
+  }
+  return dense + terms.common * terms.common.transpose();
+}
+
+TEST(LineCovariance, SolvesAsTheWholeMatrixDoes) {
+  Random random(11);
+  for (const Index n : {Index{1}, Index{2}, Index{8}, Index{60}}) {
+    for (const Index causes : {Index{1}, Index{3}}) {
+      const LineCovariance::Terms terms = Draw(random, n, causes);
+      const LineCovariance covariance(terms);
+      const MatrixXd dense = Dense(terms);
+      const MatrixXd columns = MatrixXd::NullaryExpr(n, 4, [&] { return random.Normal(); });
+      const MatrixXd expected = geometry::SolveSymmetric(dense, columns);
+      EXPECT_LT((covariance.Solve(columns) - expected).norm(), 1e-7 * expected.norm());
+      const VectorXd diagonal = geometry::Inverse(dense).diagonal();
+      EXPECT_LT((covariance.InverseDiagonal() - diagonal).norm(), 1e-7 * diagonal.norm());
+      const double log_determinant =
+          2 * geometry::CholeskyRoot(dense).diagonal().array().log().sum();
+      EXPECT_NEAR(covariance.LogDeterminant(), log_determinant, 1e-6 * static_cast<double>(n));
+    }
+  }
+}
+
+LineMotion QuickLine() { return {{{0.16, 10}, {0.6, 150}, {0.24, 10}}, 25.0, 3000.0}; }
+
+LineProfile EvenProfile(double pressure_advance_s) {
+  LineProfile profile;
+  profile.pressure_advance_s = pressure_advance_s;
+  for (int i = 0; i < 40; ++i) {
+    ProfileSample sample;
+    sample.position = 1 + 0.6 * i;
+    sample.area = {1, 0.03};
+    profile.samples.push_back(sample);
+  }
+  return profile;
+}
+
+LawState AnyState() {
+  LawState state;
+  state.theta = PriorOfLaw().mean;
+  state.theta(kLevel) = 1.1;
+  state.theta(kTilt) = 0.05;
+  state.theta(kDrift) = 0.2;
+  state.theta(kSwell) = -0.05;
+  state.theta(kPower) = 0.03;
+  state.theta(kLagSeconds) = 0.03;
+  state.theta(kSecondStage) = 0.2;
+  return state;
+}
+
+TEST(LawLine, LeavesOutWhatIsNotSeenAndWhatStandsBesideABeadThatIsCutOff) {
+  LineProfile profile = EvenProfile(0.02);
+  profile.samples[10].gap = profile.samples[10].cut_off = true;
+  profile.samples[20].area = {};
+  const auto line = LawLineOf(profile, {3, 20}, 25);
+  ASSERT_TRUE(line.has_value());
+  for (const double at : line->position_mm) {
+    EXPECT_GE(at, 3);
+    EXPECT_LE(at, 20);
+    for (const int left_out : {9, 10, 11, 20}) {
+      EXPECT_NE(at, profile.samples[static_cast<std::size_t>(left_out)].position);
+    }
+  }
+  EXPECT_NEAR(line->tilt(0), line->position_mm[0] / 25 - 0.5, 1e-12);
+}
+
+TEST(LawLine, IsNothingOfFewReadingsOrOfALineThatMustNotBeUsed) {
+  EXPECT_FALSE(LawLineOf(EvenProfile(0.02), {3, 6}, 25).has_value());
+  LineProfile unusable = EvenProfile(0.02);
+  unusable.unusable = "torn off";
+  EXPECT_FALSE(LawLineOf(unusable, {0, 25}, 25).has_value());
+}
+
+TEST(LawLine, ReadsAPowerOfTheArea) {
+  EXPECT_DOUBLE_EQ(ReadArea(0.7, 0, 0), 0.7);
+  EXPECT_DOUBLE_EQ(ReadArea(0, 0.1, 0.1), 0);
+  for (const double area : {0.2, 0.6, 1.0, 1.4}) {
+    EXPECT_NEAR(ReadArea(area, 0, -0.05), std::pow(area, 0.95), 1e-3);
+  }
+  EXPECT_DOUBLE_EQ(ReadArea(3, 0.1, 0), 3.2);
+}
+
+TEST(LawLine, HasTheGradientOfItsMean) {
+  const HeadMotion head(QuickLine());
+  const LagModel model(head, {});
+  std::vector<LawLine> lines{*LawLineOf(EvenProfile(0.015), {1, 24}, 25)};
+  lines[0].along = 0.3;
+  const LawState state = AnyState();
+  Linearise(model, state, lines);
+  const LawLine at = lines[0];
+  const VectorXd read = VectorXd::Ones(at.value.size()) - at.mean;
+  const auto laid = LayAll(model.With(LagOf(state.theta)), state.theta, lines);
+  EXPECT_LT((at.Off(state, laid[0]) - read).norm(), 1e-12);
+  for (int k = 0; k < kUnknowns; ++k) {
+    const double step = k == kLagSeconds ? 1e-4 : 5e-3;
+    const auto mean = [&](double by) {
+      LawState moved = state;
+      moved.theta(k) += by;
+      Linearise(model, moved, lines);
+      return lines[0].mean;
+    };
+    const VectorXd slope = (mean(step) - mean(-step)) / (2 * step);
+    EXPECT_LT((slope - at.gradient.col(k)).norm(), 0.08 * slope.norm() + 1e-3) << "unknown " << k;
+  }
+}
 
 const LagLine kLine{};
 const Interval kSpan_mm{4, 26};

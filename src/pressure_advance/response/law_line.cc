@@ -7,6 +7,195 @@
 #include "base/square.h"
 
 namespace trammel::pressure_advance {
+
+using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
+
+LineCovariance::Pair LineCovariance::Block::Times(const Pair& pair) const {
+  return {reading * pair.reading + both * pair.flow, both * pair.reading + flow * pair.flow};
+}
+
+LineCovariance::Block LineCovariance::Block::Inverse() const {
+  const double determinant = Determinant();
+  return {flow / determinant, -both / determinant, reading / determinant};
+}
+
+// Of T + D W D, T tridiagonal, D diagonal, W the flow's correlation whose inverse is tridiagonal,
+// the inverse is a corner of that of [T D; D -1/W]: block-tridiagonal if the readings' and the
+// flow's rows alternate. The common causes follow by the matrix inversion lemma, one by one.
+LineCovariance::LineCovariance(const Terms& terms) {
+  const Index n = terms.own.size();
+  inverse_pivot_.reserve(static_cast<std::size_t>(n));
+  Block carried;
+  for (Index i = 0; i < n; ++i) {
+    const double before = i > 0 ? terms.correlation(i - 1) : 0;
+    const double after = i + 1 < n ? terms.correlation(i) : 0;
+    const double left = 1 - before * before, right = 1 - after * after;
+    const double moved = (i > 0 ? terms.between(i - 1) : 0) + (i + 1 < n ? terms.between(i) : 0);
+    const Block pivot{terms.own(i) + moved - carried.reading, terms.wander(i) - carried.both,
+                      -1 / left - after * after / right - carried.flow};
+    log_determinant_ += std::log(std::abs(pivot.Determinant())) + std::log(right);
+    inverse_pivot_.push_back(pivot.Inverse());
+    if (i + 1 == n) break;
+    const Pair beside{-terms.between(i), after / right};
+    const Block& inverse = inverse_pivot_.back();
+    carried = {beside.reading * inverse.reading * beside.reading,
+               beside.reading * inverse.both * beside.flow,
+               beside.flow * inverse.flow * beside.flow};
+    beside_.push_back(beside);
+  }
+  const MatrixXd solved = SolveWithoutCommon(terms.common);
+  weighed_.resize(n, 0);
+  for (Index cause = 0; cause < terms.common.cols(); ++cause) {
+    const VectorXd common = terms.common.col(cause);
+    const VectorXd weighed = solved.col(cause) - weighed_ * (weighed_.transpose() * common);
+    const double more = 1 + common.dot(weighed);
+    log_determinant_ += std::log(more);
+    weighed_.conservativeResize(Eigen::NoChange, cause + 1);
+    weighed_.col(cause) = weighed / std::sqrt(more);
+  }
+}
+
+MatrixXd LineCovariance::SolveWithoutCommon(const MatrixXd& columns) const {
+  const std::size_t n = inverse_pivot_.size();
+  MatrixXd solved(columns.rows(), columns.cols());
+  std::vector<Pair> right(n);
+  for (Index column = 0; column < columns.cols(); ++column) {
+    Pair before;
+    for (std::size_t i = 0; i < n; ++i) {
+      right[i] = {columns(static_cast<Index>(i), column), 0};
+      if (i > 0) {
+        right[i].reading -= beside_[i - 1].reading * before.reading;
+        right[i].flow -= beside_[i - 1].flow * before.flow;
+      }
+      before = inverse_pivot_[i].Times(right[i]);
+    }
+    Pair after;
+    for (std::size_t i = n; i-- > 0;) {
+      if (i + 1 < n) {
+        right[i].reading -= beside_[i].reading * after.reading;
+        right[i].flow -= beside_[i].flow * after.flow;
+      }
+      after = inverse_pivot_[i].Times(right[i]);
+      solved(static_cast<Index>(i), column) = after.reading;
+    }
+  }
+  return solved;
+}
+
+MatrixXd LineCovariance::Solve(const MatrixXd& columns) const {
+  return SolveWithoutCommon(columns) - weighed_ * (weighed_.transpose() * columns);
+}
+
+VectorXd LineCovariance::InverseDiagonal() const {
+  const std::size_t n = inverse_pivot_.size();
+  VectorXd diagonal(static_cast<Index>(n));
+  Block later;
+  for (std::size_t i = n; i-- > 0;) {
+    Block here = inverse_pivot_[i];
+    if (i + 1 < n) {
+      const Block& own = inverse_pivot_[i];
+      const Pair& beside = beside_[i];
+      const Block next{beside.reading * later.reading * beside.reading,
+                       beside.reading * later.both * beside.flow,
+                       beside.flow * later.flow * beside.flow};
+      const Pair reading = next.Times({own.reading, own.both});
+      const Pair flow = next.Times({own.both, own.flow});
+      here.reading += own.reading * reading.reading + own.both * reading.flow;
+      here.both += own.both * reading.reading + own.flow * reading.flow;
+      here.flow += own.both * flow.reading + own.flow * flow.flow;
+    }
+    later = here;
+    const auto row = static_cast<Index>(i);
+    diagonal(row) = here.reading - weighed_.row(row).squaredNorm();
+  }
+  return diagonal;
+}
+
+namespace {
+
+struct Unknown {
+  double& (*of)(Lag&);
+  double step;
+  double mean;
+  double sigma;
+  double lo;
+  double hi;
+};
+template <std::size_t k>
+double& Exponent(Lag& lag) {
+  return lag.exponent[k];
+}
+constexpr double kUnknown = 1e6;  // sigma of what is not known by itself
+const Unknown kOf[kLagUnknowns] = {
+    {[](Lag& lag) -> double& { return lag.lag_s; }, 0.0002, 0, kUnknown, 0.0005, 1},
+    {Exponent<0>, 0.01, 0.75, kUnknown, 0.15, 1.5},
+    {Exponent<1>, 0.01, 0.75, kUnknown, 0.15, 1.5},
+    {Exponent<2>, 0.01, 0.75, kUnknown, 0.15, 1.5},
+    {Exponent<3>, 0.01, 0.75, kUnknown, 0.15, 1.5},
+    {[](Lag& lag) -> double& { return lag.second; }, 0.01, 0, 0.2, 0, 0.8},
+    {[](Lag& lag) -> double& { return lag.slip; }, 0.002, 0, 0.04, 0, 0.3},
+    {[](Lag& lag) -> double& { return lag.loss; }, 0.05, 0.5, 0.5, 0, 1},
+    {[](Lag& lag) -> double& { return lag.smooth_s; }, 0.002, 0.04, 0.01, 0.002, 0.1},
+    {[](Lag& lag) -> double& { return lag.smear_mm; }, 0.02, 0.4, 0.2, 0.1, 1.5},
+};
+constexpr int kExponent = kOfLag + 1, kExponents = 4;
+constexpr double kLeastLag_s = 1e-4;
+
+}  // namespace
+
+Lag LagOf(const LawVector& theta) {
+  Lag lag;
+  for (int k = 0; k < kLagUnknowns; ++k) kOf[k].of(lag) = theta(kOfLag + k);
+  return lag;
+}
+
+double LagSecondsAt(double lag_s, double drift, double along) {
+  return std::max(kLeastLag_s, lag_s * (1 + drift * along));
+}
+
+Lag Moved(const Lag& lag, int k, double& step) {
+  const Unknown& unknown = kOf[k];
+  Lag moved = lag;
+  double& value = unknown.of(moved);
+  step = value + unknown.step > unknown.hi ? -unknown.step : unknown.step;
+  value += step;
+  return moved;
+}
+
+void Bound(LawVector& theta) {
+  for (int k = 0; k < kLagUnknowns; ++k) {
+    theta(kOfLag + k) = std::clamp(theta(kOfLag + k), kOf[k].lo, kOf[k].hi);
+  }
+  theta(kDrift) = std::clamp(theta(kDrift), -1.0, 1.0);
+}
+
+LawPrior PriorOfLaw() {
+  // 1 sigma
+  constexpr double kTilts = 0.03, kDrifts = 0.2, kSwells = 0.02, kPowers = 0.07;
+  constexpr double kPlaces_mm = 0.15;
+  constexpr double kAnyExponent = 0.35, kChange = 0.3;  // their mean's, from stretch to stretch
+  LawPrior prior{LawVector::Zero(), LawMatrix::Zero()};
+  prior.information(kTilt, kTilt) = 1 / Square(kTilts);
+  prior.information(kDrift, kDrift) = 1 / Square(kDrifts);
+  prior.information(kSwell, kSwell) = 1 / Square(kSwells);
+  prior.information(kPower, kPower) = 1 / Square(kPowers);
+  prior.information(kPlace, kPlace) = 1 / Square(kPlaces_mm);
+  for (int k = 0; k < kLagUnknowns; ++k) {
+    prior.mean(kOfLag + k) = kOf[k].mean;
+    prior.information(kOfLag + k, kOfLag + k) = 1 / Square(kOf[k].sigma);
+  }
+  LawVector mean = LawVector::Zero();
+  mean.segment(kExponent, kExponents).setConstant(1.0 / kExponents);
+  prior.information += mean * mean.transpose() / Square(kAnyExponent);
+  for (int k = kExponent + 1; k < kExponent + kExponents; ++k) {
+    LawVector change = LawVector::Zero();
+    change(k) = 1;
+    change(k - 1) = -1;
+    prior.information += change * change.transpose() / Square(kChange);
+  }
+  return prior;
+}
+
 namespace {
 
 using Eigen::Index, Eigen::VectorXd;

@@ -1,10 +1,10 @@
-// The signed method: pressure advance where the surplus filament of a speed change crosses zero.
+// Estimates pressure advance where the surplus filament of a speed change crosses zero.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "pressure_advance/profile/analysis.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/response/response_options.h"
 
@@ -30,5 +30,11 @@ namespace trammel::pressure_advance {
 ///   and lag form), or the verdict that says why not.
 [[nodiscard]] Analysis FitResponse(const std::vector<LineProfile>& profiles,
                                    const LineMotion& motion, const ResponseOptions& options = {});
+
+/// Runs the response fit and puts everything known about the recording into one value.
+/// @param deviation  of the heights that were seen; default-constructed where there are none (a
+/// photo)
+[[nodiscard]] Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
+                               DeviationResult deviation, const ResponseOptions& options = {});
 
 }  // namespace trammel::pressure_advance

@@ -4,13 +4,93 @@
 #include <optional>
 
 #include "base/measured.h"
-#include "pressure_advance/response/lag_drift.h"
-#include "pressure_advance/response/law_options.h"
-#include "pressure_advance/response/paired_difference.h"
-#include "pressure_advance/response/transitions.h"
+#include "pressure_advance/profile/line_profile.h"
 #include "signal/zero_crossing.h"
 
 namespace trammel::pressure_advance {
+
+/// Fractions that set the windows apart. The defaults suit lines of 20 mm and more; they were
+/// chosen from the footprint of a bead (about 0.5 mm) and the lag of a direct drive.
+struct TransitionOptions {
+  double before = 0.025;  ///< of the line, before the acceleration's boundary
+  /// Of the line, after the deceleration's boundary. The surplus drains with the lag of the *slow*
+  /// flow, which is several times the mean lag where the melt thins under shear: at 0.06 laws with
+  /// an exponent of 0.3 came out 2 ms low, from 0.1 on no law does.
+  double after = 0.10;
+  double early_end = 0.62;  ///< of the acceleration's fast stretch: the early window ends here
+  double split = kSplitOfFastSegment;  ///< of the fast segment: the acceleration's window ends here
+  double plateau_begin = 0.35;         ///< of the fast segment: a steady middle begins …
+  double plateau_end = 0.65;  ///< … and ends here, where the line is long enough to have one
+  double end_margin = 0.02;   ///< of the line, at both ends: never a reference
+  /// In mm from the printed start: never a reference either. There the flow still rises to what is
+  /// asked for, over three lags of the slow flow.
+  double start_margin_mm = 2.5;
+  /// In mm, what `after` is at least: three lags of the slow flow again.
+  double after_mm = 3;
+};
+
+struct LagDriftOptions {
+  /// Standard deviation of the drift before the slope is seen: 10 % of the range, that is 20 % of a
+  /// lag in its middle; assumed.
+  double prior_sigma = 0.1;
+  double unseen_sigma = 0.03;  ///< of it, where the slope has no scale to be judged by; assumed
+  /// Tail at which the law is taken to thin so much that all filament lands in the window, as a
+  /// part of the lag: power laws with exponents of 0.3 to 0.67 have 0.03 to 0.05, linear ones below
+  /// 0.01.
+  double thinning_tail = 0.04;
+};
+
+struct PairedOptions {
+  /// Of the difference that slip makes at the answer, so much is there without pressure advance,
+  /// and the rest grows as its square: slip grows as the flow squared, and pressure advance adds
+  /// flow where the nozzle speeds up. 150 mm/s at 3000 mm/s^2 and a lag of 36 ms: 0.5 to 0.6.
+  double at_rest = 0.55;
+  double at_rest_sigma = 0.15;  ///< 1 sigma, of the difference; assumed
+  /// The same of what other laws than a linear one make of it, over the answer: power laws with
+  /// exponents of 0.3 to 1 and two stages change it by up to 0.016.
+  double law_sigma = 0.012;
+  /// Share by which filament may be lost where a gap is left, mean and 1 sigma: what the
+  /// deceleration's bend is taken for.
+  double loss_mean = 0.2;
+  double loss_sigma = 0.3;
+  double distance_sigma = 0.1;  ///< of what a straight loss leaves out, over the distance
+  /// Scatter of a line's difference before the lines show it, counted as two of them: a flow that
+  /// wanders by 1 % over a millimetre.
+  double scatter_s = 0.0008;
+  double outlier_scale = 6;  ///< Tukey's biweight
+  /// The deceleration's window lasts at least so many lags at the slow speed, or the differences
+  /// tell nothing: the surplus of melt that thins drains with several times the mean lag.
+  double least_drain = 10;
+};
+
+/// What a fit of the lag's law takes for granted.
+struct LawOptions {
+  double error_sigma = 0.3;  ///< of what the crossings err by on lines of the learnt law, 1 sigma
+  /// What other laws than those learnt leave open of the crossings, over the answer, 1 sigma …
+  double form_sigma = 0.01;
+  double law_form_sigma = 0.015;  ///< … and of the law's own value
+  double most_weight = 0.85;      ///< of the law's own value
+  double shift_sigma = 0.4;       ///< of what the law moves the crossings' answer by, 1 sigma
+  /// Largest LawFit::shared_misfit at which the law counts in full. The paper's twelve conditions
+  /// have -0.1 to 0.1, extruder_world's laws 0.2. These were set on virtual prints of both preset
+  /// patterns by extruder_world and melt_world, seeds below 1000, and widened once by the draws of
+  /// 190000 and 197000, which no figure is of.
+  double trusted_misfit = 0.25;
+  double refuted_misfit = 0.6;   ///< from here on the crossings alone count
+  double lag_form_sigma = 0.05;  ///< of what they leave open of the lag at one speed, over that lag
+  double slip_form_sigma = 0.01;  ///< and of slip
+  double lag_scatter = 0.04;      ///< from line to line, relative, before it is seen
+  double flow_scatter = 0.015;
+  double flow_noise = 0.01;
+  double flow_noise_length_mm = 1.5;
+  double place_scatter_mm = 0.05;  ///< of a line beside the others, 1 sigma, before it is seen
+  double place_mm = 0.1;           ///< of a reading in its line, 1 sigma
+  double swell = 0.1;              ///< of what a bead has more than the nominal area, 1 sigma
+  double spread_mm2 = 0.04;  ///< by what filament spreads along a line, 1 sigma of its diffusion
+  double droplet = 0.15;     ///< area below which a bead parts, over the nominal one
+  double droplet_mm = 0.05;  ///< of nominal bead, 1 sigma, moved by that
+  double seen_lines = 3;     ///< lines that what is known of the scatter beforehand counts as
+};
 
 struct ResponseOptions {
   TransitionOptions transitions;

@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "base/check.h"
+#include "base/statistics.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -97,6 +100,105 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
   const Interval first{std::min(begin, rise - before), rise - before};
   plan.reference = {middle ? Interval{first_end, second_begin} : first, last};
   return plan;
+}
+
+namespace {
+
+// Relative readings of one line, averaged per bin; not finite where the bin has none.
+std::vector<double> Binned(const LineProfile& profile, Reading reading, const Interval& window,
+                           int bins) {
+  std::vector<double> sum(bins, 0.0), count(bins, 0.0), all;
+  for (const ProfileSample& sample : profile.samples) {
+    const Seen& seen = sample.Read(reading);
+    if (!seen.seen() || sample.gap) continue;
+    all.push_back(seen.value);
+    const double at = (sample.position - window.lo) / (window.hi - window.lo) * bins;
+    if (!(at >= 0 && at < bins)) continue;
+    sum[static_cast<std::size_t>(at)] += seen.value;
+    count[static_cast<std::size_t>(at)] += 1;
+  }
+  const double level = all.empty() ? 0 : Median(all);
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    sum[i] = level > 0 && count[i] > 0 ? sum[i] / count[i] / level : std::nan("");
+  }
+  return sum;
+}
+
+double MedianSlope(const std::vector<double>& pa, const std::vector<std::vector<double>>& lines,
+                   std::size_t bin) {
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < pa.size(); ++i) {
+    for (std::size_t j = i + 1; j < pa.size(); ++j) {
+      const double slope = (lines[j][bin] - lines[i][bin]) / (pa[j] - pa[i]);
+      if (std::isfinite(slope)) slopes.push_back(slope);
+    }
+  }
+  return slopes.empty() ? 0 : Median(slopes);
+}
+
+}  // namespace
+
+std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles, Reading reading,
+                                          const Interval& window, bool rising,
+                                          const RespondingOptions& options) {
+  std::vector<double> pa;
+  std::vector<std::vector<double>> lines;
+  for (const LineProfile& profile : profiles) {
+    if (!profile.unusable.empty()) continue;
+    pa.push_back(profile.pressure_advance_s);
+    lines.push_back(Binned(profile, reading, window, options.bins));
+  }
+  if (pa.size() < 3) return std::nullopt;
+  std::vector<double> raw(options.bins);
+  for (std::size_t bin = 0; bin < raw.size(); ++bin) {
+    raw[bin] = MedianSlope(pa, lines, bin) * (rising ? 1 : -1);
+  }
+  std::vector<double> answer(raw.size());
+  for (std::size_t bin = 0; bin < raw.size(); ++bin) {
+    const std::size_t before = bin == 0 ? 0 : bin - 1;
+    const std::size_t after = std::min(bin + 1, raw.size() - 1);
+    answer[bin] = (raw[before] + raw[bin] + raw[after]) / 3;
+  }
+  const auto strongest = std::max_element(answer.begin(), answer.end());
+  constexpr double kStandsOut = 3;
+  if (!(*strongest > kStandsOut * std::abs(Median(answer)))) return std::nullopt;
+  const double least = options.threshold * *strongest;
+  auto first = strongest;
+  while (first != answer.begin() && *(first - 1) > least) --first;
+  auto last = strongest;
+  while (last + 1 != answer.end() && *(last + 1) > least) ++last;
+  const double bin_length = (window.hi - window.lo) / options.bins;
+  const double lo = window.lo + bin_length * static_cast<double>(first - answer.begin());
+  const double hi = window.lo + bin_length * static_cast<double>(last + 1 - answer.begin());
+  const double margin = options.margin * (hi - lo);
+  return Interval{std::max(window.lo, lo - margin), std::min(window.hi, hi + margin)};
+}
+
+std::string NameUnseenStretch(const std::vector<std::optional<double>>& frame_positions_mm,
+                              const TransitionPlan& plan) {
+  constexpr double kUsualSteps = 3;
+  std::vector<double> seen;
+  for (const std::optional<double>& position : frame_positions_mm) {
+    if (position) seen.push_back(*position);
+  }
+  if (seen.size() < 2) return {};
+  std::sort(seen.begin(), seen.end());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < seen.size(); ++i) steps.push_back(seen[i] - seen[i - 1]);
+  const double usual_mm = kUsualSteps * Median(steps);
+  for (const TransitionWindow* window : {&plan.acceleration, &plan.deceleration}) {
+    const Interval& span = window->span;
+    const double most_mm = std::max(usual_mm, kMostUnread * (span.hi - span.lo));
+    double from = span.lo;
+    for (std::size_t i = 0; i <= seen.size(); ++i) {
+      const double to = i < seen.size() ? std::clamp(seen[i], span.lo, span.hi) : span.hi;
+      if (to - from > most_mm) {
+        return fmt::format("no frame shows the line from {:.3g} to {:.3g} mm", from, to);
+      }
+      from = std::max(from, to);
+    }
+  }
+  return {};
 }
 
 }  // namespace trammel::pressure_advance

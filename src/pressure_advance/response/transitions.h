@@ -1,4 +1,4 @@
-// Where along a line the speed changes, and which stretches belong to which change.
+// Plans where along a line the speed changes, and which stretches belong to which change.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,13 @@
 
 #include "base/measured.h"
 #include "base/result.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
+#include "pressure_advance/response/response_options.h"
 
 namespace trammel::pressure_advance {
+
+/// Of a transition's window: a line is unusable where more than this is unread in one piece.
+inline constexpr double kMostUnread = 0.25;
 
 /// A stretch of the line in which all filament that one speed change moves is laid down.
 struct TransitionWindow {
@@ -32,26 +35,6 @@ struct TransitionPlan {
   Interval early;
 };
 
-/// Fractions that set the windows apart. The defaults suit lines of 20 mm and more; they were
-/// chosen from the footprint of a bead (about 0.5 mm) and the lag of a direct drive.
-struct TransitionOptions {
-  double before = 0.025;  ///< of the line, before the acceleration's boundary
-  /// Of the line, after the deceleration's boundary. The surplus drains with the lag of the *slow*
-  /// flow, which is several times the mean lag where the melt thins under shear: at 0.06 laws with
-  /// an exponent of 0.3 came out 2 ms low, from 0.1 on no law does.
-  double after = 0.10;
-  double early_end = 0.62;  ///< of the acceleration's fast stretch: the early window ends here
-  double split = kSplitOfFastSegment;  ///< of the fast segment: the acceleration's window ends here
-  double plateau_begin = 0.35;         ///< of the fast segment: a steady middle begins …
-  double plateau_end = 0.65;  ///< … and ends here, where the line is long enough to have one
-  double end_margin = 0.02;   ///< of the line, at both ends: never a reference
-  /// In mm from the printed start: never a reference either. There the flow still rises to what is
-  /// asked for, over three lags of the slow flow.
-  double start_margin_mm = 2.5;
-  /// In mm, what `after` is at least: three lags of the slow flow again.
-  double after_mm = 3;
-};
-
 /// Plans the windows for a line with one fast segment between two slower ones.
 ///
 /// On a short line (the paper's) the filament that an acceleration holds back is missing over most
@@ -67,5 +50,34 @@ struct TransitionOptions {
 [[nodiscard]] Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
                                                      double longest_lag_s,
                                                      const TransitionOptions& options = {});
+
+struct RespondingOptions {
+  int bins = 60;           ///< over the window
+  double threshold = 0.2;  ///< of the strongest answer: where the stretch ends
+  double margin = 0.15;    ///< of the stretch's length, added at both ends
+};
+
+/// Narrows a window to the stretch where the reading changes with pressure advance. Outside it an
+/// integral gathers only noise and uneven light.
+///
+/// In each bin along the window, the slope of the relative reading over pressure advance is the
+/// median of the slopes between all pairs of lines (Theil 1950, Sen 1968). The stretch is grown
+/// from the bin with the strongest slope of the expected sign, in both directions, until the slope
+/// falls below the threshold.
+/// @param rising  whether the reading rises with pressure advance there (acceleration) or falls.
+/// @returns nothing where no bin's answer stands out from the others' scatter; otherwise a part of
+/// `window`.
+[[nodiscard]] std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles,
+                                                        Reading reading, const Interval& window,
+                                                        bool rising,
+                                                        const RespondingOptions& options = {});
+
+/// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
+/// 21.4 mm". Empty where each window is seen as densely as MeasureExcess asks (kMostUnread), and
+/// where the sweep's frames are that far apart throughout: a gap is longer than three usual steps.
+/// @param frame_positions_mm  as in ScanLine; at least two of them present, or the answer is empty
+/// @param plan                in mm
+[[nodiscard]] std::string NameUnseenStretch(
+    const std::vector<std::optional<double>>& frame_positions_mm, const TransitionPlan& plan);
 
 }  // namespace trammel::pressure_advance

@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "base/random.h"
+
 namespace trammel::pressure_advance {
 namespace {
 
@@ -112,6 +116,99 @@ TEST(Transitions, OfAShortLineNeitherItsStartNorTheTailBehindTheSecondChangeIsAR
   shorter.length_mm = 12.5;
   shorter.acceleration_mm_s2 = 6000;
   EXPECT_LE(Plan(shorter).reference[0].lo, Plan(shorter).reference[0].hi);
+}
+
+// Lines of width 30 px that change with PA only in a bump around `at`, under noise and uneven
+// light.
+std::vector<LineProfile> Lines(double at, double half_width, double gain, double noise,
+                               Random& random) {
+  std::vector<LineProfile> profiles;
+  for (int line = 0; line < 21; ++line) {
+    LineProfile profile;
+    profile.pressure_advance_s = 0.005 * line;
+    profile.position_unit = PositionUnit::kLineLength;
+    for (int i = 0; i < 300; ++i) {
+      ProfileSample sample;
+      sample.position = (i + 0.5) / 300;
+      const double u = (sample.position - at) / half_width;
+      const double bump = std::abs(u) < 1 ? 1 - u * u : 0;
+      const double light = 1 + 0.05 * std::sin(3 * sample.position + line);
+      sample.width = {
+          30 * light * (1 + gain * profile.pressure_advance_s * bump) + noise * random.Normal(), 1};
+      profile.samples.push_back(sample);
+    }
+    profiles.push_back(profile);
+  }
+  return profiles;
+}
+
+TEST(RespondingStretch, HoldsTheStretchThatAnswersAndLittleMore) {
+  Random random(1);
+  const auto lines = Lines(0.3, 0.06, 4, 1, random);
+  const auto stretch = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, true);
+  ASSERT_TRUE(stretch);
+  EXPECT_LT(stretch->lo, 0.26);
+  EXPECT_GT(stretch->lo, 0.19);
+  EXPECT_GT(stretch->hi, 0.34);
+  EXPECT_LT(stretch->hi, 0.41);
+}
+
+TEST(RespondingStretch, KnowsTheSign) {
+  Random random(2);
+  const auto lines = Lines(0.3, 0.06, -4, 1, random);
+  const auto falling = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, false);
+  ASSERT_TRUE(falling);
+  EXPECT_NEAR((falling->lo + falling->hi) / 2, 0.3, 0.04);
+}
+
+TEST(RespondingStretch, FindsNothingWithoutEnoughLines) {
+  Random random(3);
+  const auto lines = Lines(0.3, 0.06, 0, 0, random);
+  EXPECT_FALSE(RespondingStretch({}, Reading::kWidth, {0.1, 0.6}, true));
+  EXPECT_FALSE(RespondingStretch({lines[0], lines[1]}, Reading::kWidth, {0.1, 0.6}, true));
+}
+
+// Windows of 8 mm: more than 2 mm of either in one piece cannot be bridged.
+TransitionPlan TwoWindows() {
+  TransitionPlan plan;
+  plan.acceleration.span = {8, 16};
+  plan.deceleration.span = {16, 24};
+  return plan;
+}
+
+std::vector<std::optional<double>> FramesBut(double lo, double hi, double step = 0.25) {
+  std::vector<std::optional<double>> frames = {std::nullopt};
+  for (double at = 0.1; at < 30; at += step) {
+    if (at <= lo || at >= hi) frames.emplace_back(at);
+  }
+  frames.emplace_back(std::nullopt);
+  return frames;
+}
+
+TEST(UnseenStretch, NamesAGapOfMoreThanAQuarterOfATransition) {
+  EXPECT_EQ(NameUnseenStretch(FramesBut(0, 0), TwoWindows()), "");
+  EXPECT_EQ(NameUnseenStretch(FramesBut(17, 18.7), TwoWindows()), "");
+  EXPECT_EQ(NameUnseenStretch(FramesBut(17, 20), TwoWindows()),
+            "no frame shows the line from 16.9 to 20.1 mm");
+  EXPECT_EQ(NameUnseenStretch(FramesBut(9, 12), TwoWindows()),
+            "no frame shows the line from 8.85 to 12.1 mm");
+}
+
+TEST(UnseenStretch, SeesWhereASweepBeganTooLateOrEndedTooEarly) {
+  EXPECT_EQ(NameUnseenStretch(FramesBut(21, 40), TwoWindows()),
+            "no frame shows the line from 20.9 to 24 mm");
+  EXPECT_EQ(NameUnseenStretch(FramesBut(-1, 11), TwoWindows()),
+            "no frame shows the line from 8 to 11.1 mm");
+}
+
+TEST(UnseenStretch, DoesNotMatterBesideTheTransitions) {
+  EXPECT_EQ(NameUnseenStretch(FramesBut(1, 7), TwoWindows()), "");
+  EXPECT_EQ(NameUnseenStretch(FramesBut(24.5, 29), TwoWindows()), "");
+}
+
+TEST(UnseenStretch, IsNoneWhereAllFramesAreThatFarApart) {
+  EXPECT_EQ(NameUnseenStretch(FramesBut(0, 0, 2.5), TwoWindows()), "");
+  EXPECT_EQ(NameUnseenStretch({std::nullopt, 3.0}, TwoWindows()), "");
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-#include "pressure_advance/response/weigh_law.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 #include <string>
+
+#include "pressure_advance/response/law_fit.h"
 
 namespace trammel::pressure_advance {
 namespace {

@@ -1,4 +1,4 @@
-// A stamp for every frame, all of them a common latency after the moment at which it was taken.
+// Reads the frames' time stamps, and how late frames come.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,25 @@
 #include "pressure_advance/timing/sweep_timing.h"
 
 namespace trammel::pressure_advance {
+
+struct Lateness {
+  double late_s = 0;  ///< delay of the latest frame beyond the promptest one's
+  std::size_t frames = 0;
+  std::size_t lost = 0;  ///< frames that the camera should have taken between them
+};
+
+/// Measures it from capture times where all frames have them, else from the gaps between arrivals.
+/// @param nominal_frames_per_s  > 0; what the camera was asked for: a camera that takes fewer all
+///                              the time loses none.
+[[nodiscard]] Lateness MeasureLateness(const SweepObservation& sweep, double nominal_frames_per_s);
+
+/// "frames came up to 186 ms late and 12 of 140 never came: this computer, or the camera's, is too
+/// busy"; empty where that is usual for a camera.
+[[nodiscard]] std::string NameBusyComputer(const Lateness& lateness);
+
+/// What to do about it, where slower sweeps were tried already.
+inline constexpr const char* kBusyComputerRemedy =
+    "end other work on it and scan again, or set a lower [scan] speed";
 
 struct FrameStamp {
   double stamp_s = 0;

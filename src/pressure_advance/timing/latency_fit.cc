@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "pressure_advance/timing/sweep_motion.h"
+#include "pressure_advance/timing/sweep_positions.h"
 
 namespace trammel::pressure_advance {
 namespace {

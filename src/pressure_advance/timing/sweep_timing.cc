@@ -13,7 +13,7 @@
 #include "pressure_advance/timing/camera_ticks.h"
 #include "pressure_advance/timing/frame_stamps.h"
 #include "pressure_advance/timing/latency_fit.h"
-#include "pressure_advance/timing/sweep_motion.h"
+#include "pressure_advance/timing/sweep_positions.h"
 
 namespace trammel::pressure_advance {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "pressure_advance/timing/lateness.h"
-#include "pressure_advance/timing/sweep_motion.h"
+#include "pressure_advance/timing/frame_stamps.h"
+#include "pressure_advance/timing/sweep_positions.h"
 #include "support/sweep_world.h"
 
 namespace trammel::pressure_advance {

@@ -1,0 +1,90 @@
+// Judges a value by its uncertainty, by the tested range and by patterns alike.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/measured.h"
+#include "pressure_advance/profile/analysis.h"
+
+namespace trammel::pressure_advance {
+
+/// The least and the greatest of the values. REQUIRES at least one.
+[[nodiscard]] Interval RangeOf(std::span<const double> pressure_advance_s);
+
+/// The range to print next where the answer lies about `about_s`: as wide as the tested one, about
+/// that value, and wider at both ends by what was extrapolated to it; nothing below 0.
+[[nodiscard]] Interval PrintNext(double about_s, const Interval& tested_s);
+
+/// Judges a value by the tested range.
+///
+/// Beyond the lines that were printed nothing was measured: an interval that reaches past an edge
+/// is no answer. 0 is no such edge, as no extruder leads: a range that begins there is tested down
+/// to the end, and value and interval are cut off at 0.
+/// @param half_width95_s  of the 95 % interval, >= 0
+/// @param widest          largest half width, as a part of the tested range; > 0
+/// @returns good; cannot-tell with the range to print next where the interval reaches past an edge,
+///   cannot-tell with `too_wide` as its reason where it lies inside and is too wide.
+[[nodiscard]] RangedAnswer JudgeInRange(double value_s, double standard_uncertainty_s,
+                                        double half_width95_s, const Interval& tested_s,
+                                        double widest, const std::string& too_wide);
+
+/// Contributions to an answer's variance, s^2; each >= 0.
+struct UncertaintyBudget {
+  double lines = 0;    ///< scatter of the lines
+  double slip = 0;     ///< flow lost at the fast speed
+  double unread = 0;   ///< filament that was not read
+  double form = 0;     ///< the lag's law, as far as the windows leave it open
+  double drift = 0;    ///< a lag that changes over the pattern
+  double apart = 0;    ///< disagreement of the two transitions beyond the rest
+  double picture = 0;  ///< blur of a photo
+
+  [[nodiscard]] double total() const {
+    return lines + slip + unread + form + drift + apart + picture;
+  }
+};
+
+/// Half of the 95 % interval, with Student's t for the part that the lines contribute (Welch and
+/// Satterthwaite).
+/// @param freedom  degrees of freedom of budget.lines, > 0
+[[nodiscard]] double HalfWidth95(const UncertaintyBudget& budget, double freedom);
+
+/// Judges a value by its budget and the tested range (JudgeInRange). Where the interval is too
+/// wide, the reason names the largest contribution and what makes it smaller.
+/// @param freedom  degrees of freedom of budget.lines, > 0
+/// @param widest   largest half width, as a part of the tested range; > 0
+[[nodiscard]] RangedAnswer JudgeByBudget(double value_s, const UncertaintyBudget& budget,
+                                         double freedom, const Interval& tested_s, double widest);
+
+struct RepeatOptions {
+  /// How much the lag differs from pattern to pattern before it is seen, as a part of the answer:
+  /// the median of a half-Cauchy distribution, whose long tail lets patterns say otherwise;
+  /// assumed.
+  double prior_median = 0.015;
+};
+
+/// Combines patterns alike: the mean of their values, with what they differ by.
+///
+/// The value is the mean of the patterns' own, weighed by u_i^2 + t^2; that of the joint fit where
+/// a pattern has none of its own. Its interval begins with the joint fit's, as causes that all
+/// patterns share do not average out, and is widened by what the patterns' own intervals do not
+/// explain: their values are taken for normal about a common one with variances u_i^2 + t^2, t with
+/// the prior of the options. It then holds 95 % of the normal distributions of variance u^2 +
+/// t^2 / n, weighed by how likely each t is: with two patterns the prior counts most, with many
+/// the scatter. It is never narrower than the joint one.
+/// @param joint      the answer of the lines of all patterns in one fit, s
+/// @param pattern_s  the same of each pattern's own lines; those that are not good tell no scatter
+/// @param tested_s   by all patterns
+/// @param widest     largest half width, as a part of the tested range
+[[nodiscard]] std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
+                                                              std::vector<Measured> pattern_s,
+                                                              const Interval& tested_s,
+                                                              double widest,
+                                                              const RepeatOptions& options = {});
+
+/// What is to be said where patterns disagree; empty where they do not.
+[[nodiscard]] std::string NoticeOfRepeats(const Repeats& repeats);
+
+}  // namespace trammel::pressure_advance
