@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "part_alignment/pose/alignment_test_support.h"
-#include "part_alignment/pose/pose_solver.h"
+#include "part_alignment/pose/pose_fit.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 
@@ -56,16 +56,15 @@ void TenThousandMeasurements(benchmark::State& state) {
 }
 BENCHMARK(TenThousandMeasurements)->Unit(benchmark::kMillisecond);
 
-/// From nothing, with verdict, by either method.
+/// From nothing, with verdict.
 void SolveFromNothing(benchmark::State& state) {
   const Bench bench = PaperBench();
   SolveOptions options;
-  options.method = state.range(0) == 0 ? SolveMethod::kGaussNewton : SolveMethod::kCeres;
   for (auto _ : state) {
     benchmark::DoNotOptimize(Solve(bench.measurement, options));
   }
 }
-BENCHMARK(SolveFromNothing)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(SolveFromNothing)->Unit(benchmark::kMillisecond);
 
 /// 64 codes in 100 pictures of 12 MP, from nothing: at most 10 s.
 void SurveyFromNothing(benchmark::State& state) {

@@ -50,16 +50,17 @@ INSTRUMENTS = {
         "offset": {"sheet", "reading"},
     },
     "part_alignment": {
-        "camera": set(),
+        "network": set(),
+        "camera": {"network"},
         "targets": {"camera"},
-        "pose": {"camera", "targets"},
+        "pose": {"camera", "network", "targets"},
         "views": {"camera", "pose"},
-        "board": {"camera", "targets", "pose", "views"},
+        "board": {"camera", "network", "targets", "pose", "views"},
         "budget": {"camera", "pose"},
         "correction": {"camera", "pose"},
         "mesh": set(),
         "part_fit": {"mesh"},
-        "survey": {"camera", "targets", "pose", "part_fit"},
+        "survey": {"camera", "network", "targets", "pose", "part_fit"},
     },
 }
 # The rooms in which an instrument meets the world: what each may include of the common rooms, and of

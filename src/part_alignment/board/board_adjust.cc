@@ -2,392 +2,392 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
 
+#include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// The sights of each stop, so that each is gone through once.
-std::vector<std::vector<const BoardNetwork::Sight*>> SightsByStop(const BoardNetwork& network) {
-  std::vector<std::vector<const BoardNetwork::Sight*>> by_stop(network.stops.size());
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (sight.used && network.stops[sight.view].used) by_stop[sight.view].push_back(&sight);
+namespace {
+
+// The observations of each station that take part.
+std::vector<std::vector<const NetworkObservation*>> ObservationsByStation(
+    const BoardNetwork& network) {
+  std::vector<std::vector<const NetworkObservation*>> by_station(network.stations.size());
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) by_station[observation.station].push_back(&observation);
   }
-  return by_stop;
+  return by_station;
 }
 
 Index MarkIndex(Index shared, std::size_t mark) { return shared + 3 * static_cast<Index>(mark); }
 
-// False where a sight is not seen.
-bool AddStop(const BoardNetwork& network, const BoardState& state, std::size_t stop,
-             const std::vector<const BoardNetwork::Sight*>& sights, BoardNormal& normal) {
+std::vector<Index> FirstUnknowns(Index count) {
+  std::vector<Index> unknowns(static_cast<std::size_t>(count));
+  std::iota(unknowns.begin(), unknowns.end(), Index{0});
+  return unknowns;
+}
+
+double PlaceWeight(const BoardNetwork& network) {
+  return 1 / std::pow(network.machine.repeatability_mm, 2);
+}
+
+// The station's place moves the picture as the mark does, the other way round.
+ObservationRow RowOf(const BoardNetwork& network, const NetworkObservation& observation,
+                     const MarkPartials& partials) {
   const Index shared = SharedUnknowns(network);
-  BoardNormal::Stop& sums = normal.stops[stop];
-  const double weight_place = 1 / std::pow(network.machine.repeatability_mm, 2);
-  sums.block = weight_place * Matrix3d::Identity();
-  sums.right = -weight_place * state.off_mm[stop];
-  sums.sights = static_cast<int>(sights.size());
-  const auto unknowns = shared + 3 * static_cast<Index>(sights.size());
-  sums.coupling.setZero(unknowns, 3);
-  for (Index i = 0; i < shared; ++i) sums.unknowns.push_back(i);
-  const StopFrame frame = FrameOf(network, state, stop);
-  SightPartials partials;
-  MatrixXd shared_shared = MatrixXd::Zero(shared, shared);
-  Index row = shared;
-  for (const BoardNetwork::Sight* sight : sights) {
-    if (!PartialsOf(network, state, frame, *sight, partials)) return false;
-    const double weight = 1 / (sight->sigma_px * sight->sigma_px);
-    const Index mark = MarkIndex(shared, sight->mark);
-    const Eigen::Matrix<double, 3, 2> weighted = weight * partials.by_mark.transpose();
-    const Matrix3d mark_mark = weighted * partials.by_mark;
-    const Vector3d mark_right = -(weighted * partials.residual);
-    const MatrixXd mark_shared = weighted * partials.by_shared;  // 3 × shared
-    const Eigen::Matrix<double, Eigen::Dynamic, 2> weighted_shared =
-        weight * partials.by_shared.transpose();
-    shared_shared += weighted_shared.lazyProduct(partials.by_shared);
-    normal.right.head(shared) -= weighted_shared.lazyProduct(partials.residual);
-    normal.matrix.block<3, 3>(mark, mark) += mark_mark;
-    normal.matrix.block(mark, 0, 3, shared) += mark_shared;
-    normal.right.segment<3>(mark) += mark_right;
-    // The stop's place moves the picture as the mark does, the other way round.
-    sums.block += mark_mark;
-    sums.right -= mark_right;
-    sums.coupling.topRows(shared) -= mark_shared.transpose();
-    sums.coupling.middleRows<3>(row) -= mark_mark;
-    for (Index i = 0; i < 3; ++i) sums.unknowns.push_back(mark + i);
-    row += 3;
-    normal.cost += weight * partials.residual.squaredNorm();
+  ObservationRow row;
+  row.unknowns = FirstUnknowns(shared);
+  for (Index axis = 0; axis < 3; ++axis) {
+    row.unknowns.push_back(MarkIndex(shared, observation.point) + axis);
   }
-  normal.matrix.topLeftCorner(shared, shared) += shared_shared;
-  normal.cost += weight_place * state.off_mm[stop].squaredNorm();
-  return true;
+  row.by_shared.resize(2, shared + 3);
+  row.by_shared << partials.by_shared, partials.by_mark;
+  row.by_shared /= observation.sigma_px;
+  row.by_own = -partials.by_mark / observation.sigma_px;
+  row.residual = partials.residual / observation.sigma_px;
+  return row;
 }
 
-void AddTouches(const BoardNetwork& network, const BoardState& state, BoardNormal& normal) {
+// What is known beside the pictures, one number of it: a touch along an axis, the camera's stated
+// place, a prior of the machine.
+struct StatedRow {
+  enum Kind { kTouch, kPlace, kPrior } kind = kPrior;
+  std::size_t touch = 0;
+  Index axis = 0;
+  std::vector<Index> unknowns;
+  VectorXd by;
+  double residual = 0;  // adjusted less stated
+  double variance = 1;
+};
+
+std::vector<StatedRow> StatedRows(const BoardNetwork& network, const BoardState& state) {
   const Index shared = SharedUnknowns(network);
-  for (const BoardNetwork::Touch& touch : network.touches) {
-    const TouchPartials partials = PartialsOf(network, state, touch);
-    const Index mark = MarkIndex(shared, touch.mark);
-    for (Index axis = 0; axis < 3; ++axis) {
-      if (!std::isfinite(touch.sigma_mm[axis])) continue;
-      const double variance = TouchVariance(network, touch, axis);
-      const VectorXd by_shared = partials.by_shared.row(axis).transpose();
-      const double residual = partials.residual_mm[axis];
-      normal.matrix.topLeftCorner(shared, shared) += by_shared * by_shared.transpose() / variance;
-      normal.matrix.row(mark + axis).head(shared) += by_shared.transpose() / variance;
-      normal.matrix(mark + axis, mark + axis) += 1 / variance;
-      normal.right.head(shared) -= by_shared * (residual / variance);
-      normal.right[mark + axis] -= residual / variance;
-      normal.cost += residual * residual / variance;
-    }
-  }
-}
-
-void AddPriors(const BoardNetwork& network, const BoardState& state, BoardNormal& normal) {
-  const VectorXd shared = SharedOf(network, state);
-  for (Index i = kBoardScale; i < shared.size(); ++i) {
-    const double sigma = PriorSigma(network, i);
-    if (!(sigma > 0)) continue;  // held
-    normal.matrix(i, i) += 1 / (sigma * sigma);
-    normal.right[i] -= shared[i] / (sigma * sigma);
-    normal.cost += std::pow(shared[i] / sigma, 2);
-  }
-  if (!network.place) return;
-  for (Index i = 0; i < 3; ++i) {
-    const double variance = std::pow(network.place->sigma_mm[i], 2);
-    const double off = shared[7 + i] - network.place->at_mm[i];
-    normal.matrix(7 + i, 7 + i) += 1 / variance;
-    normal.right[7 + i] -= off / variance;
-    normal.cost += off * off / variance;
-  }
-}
-
-// Takes the stop's place out of the others' equations; lower triangle.
-void Eliminate(const BoardNormal::Stop& stop, BoardNormal& normal) {
-  if (stop.sights == 0) return;
-  const Matrix3d inverse = stop.block.inverse();
-  const MatrixXd solved = stop.coupling * inverse;
-  const VectorXd right = solved * stop.right;
-  const MatrixXd taken = solved * stop.coupling.transpose();
-  const auto size = static_cast<Index>(stop.unknowns.size());
-  for (Index c = 0; c < size; ++c) {
-    const Index column = stop.unknowns[static_cast<std::size_t>(c)];
-    for (Index r = 0; r < size; ++r) {
-      const Index row = stop.unknowns[static_cast<std::size_t>(r)];
-      if (row >= column) normal.matrix(row, column) -= taken(r, c);
-    }
-    normal.right[column] -= right[c];
-  }
-}
-
-void Hold(const BoardNetwork& network, const HeldUnknowns& held, BoardNormal& normal) {
-  const Index size = normal.matrix.rows();
-  const Index shared = SharedUnknowns(network);
-  for (Index i = 0; i < size; ++i) {
-    const bool is_held = i < shared && held[static_cast<std::size_t>(i)];
-    if (!is_held && normal.matrix(i, i) > 0) continue;
-    normal.matrix.row(i).setZero();
-    normal.matrix.col(i).setZero();
-    normal.matrix(i, i) = 1;
-    normal.right[i] = 0;
-  }
-}
-
-BoardState Stepped(const BoardNetwork& network, const BoardNormal& normal, const VectorXd& step,
-                   const BoardState& state) {
-  BoardState next = state;
-  const Index shared = SharedUnknowns(network);
-  SetShared(SharedOf(network, state) + step.head(shared), next);
-  for (std::size_t i = 0; i < next.marks_mm.size(); ++i) {
-    next.marks_mm[i] += step.segment<3>(MarkIndex(shared, i));
-  }
-  for (std::size_t i = 0; i < normal.stops.size(); ++i) {
-    const BoardNormal::Stop& stop = normal.stops[i];
-    if (stop.sights == 0) continue;
-    Vector3d right = stop.right;
-    for (std::size_t k = 0; k < stop.unknowns.size(); ++k) {
-      right -= stop.coupling.row(static_cast<Index>(k)).transpose() * step[stop.unknowns[k]];
-    }
-    next.off_mm[i] += stop.block.inverse() * right;
-  }
-  return next;
-}
-
-}  // namespace
-
-BoardNormal NormalOf(const BoardNetwork& network, const BoardState& state,
-                     const HeldUnknowns& held) {
-  BoardNormal normal;
-  const Index size = MarkIndex(SharedUnknowns(network), network.marks);
-  normal.matrix.setZero(size, size);
-  normal.right.setZero(size);
-  normal.stops.resize(network.stops.size());
-  normal.cost = 0;
-  const auto by_stop = SightsByStop(network);
-  for (std::size_t stop = 0; stop < by_stop.size(); ++stop) {
-    if (by_stop[stop].empty()) continue;
-    if (!AddStop(network, state, stop, by_stop[stop], normal)) {
-      normal.cost = std::numeric_limits<double>::infinity();
-      return normal;
-    }
-  }
-  AddTouches(network, state, normal);
-  AddPriors(network, state, normal);
-  for (const BoardNormal::Stop& stop : normal.stops) Eliminate(stop, normal);
-  normal.matrix.triangularView<Eigen::StrictlyUpper>() = normal.matrix.transpose();
-  Hold(network, held, normal);
-  return normal;
-}
-
-double CostOf(const BoardNetwork& network, const BoardState& state) {
-  double cost = 0;
-  std::vector<StopFrame> frames;
-  for (std::size_t i = 0; i < network.stops.size(); ++i) {
-    frames.push_back(FrameOf(network, state, i));
-  }
-  const double weight_place = 1 / std::pow(network.machine.repeatability_mm, 2);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used) continue;
-    const auto residual = SightResidual(network, state, frames[sight.view], sight);
-    if (!residual) return std::numeric_limits<double>::infinity();
-    cost += residual->squaredNorm() / (sight.sigma_px * sight.sigma_px);
-  }
-  for (const Vector3d& off : state.off_mm) cost += weight_place * off.squaredNorm();
-  BoardNormal others;
-  const Index size = MarkIndex(SharedUnknowns(network), network.marks);
-  others.matrix.setZero(size, size);
-  others.right.setZero(size);
-  others.cost = 0;
-  AddTouches(network, state, others);
-  AddPriors(network, state, others);
-  return cost + others.cost;
-}
-
-BoardFit AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held, int most_iterations,
-                     BoardState& state) {
-  constexpr double kEnoughStep = 1e-7;  // in sigmas of what is solved for
-  constexpr double kStuckDamping = 1e10;
-  BoardFit fit;
-  BoardNormal normal = NormalOf(network, state, held);
-  fit.cost = normal.cost;
-  double damping = 1e-4;
-  while (fit.iterations < most_iterations && std::isfinite(fit.cost)) {
-    ++fit.iterations;
-    const VectorXd scale = normal.matrix.diagonal().cwiseSqrt().cwiseInverse();
-    const MatrixXd scaled = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
-    bool accepted = false;
-    double decrement = 0;
-    while (!accepted && damping < kStuckDamping) {
-      MatrixXd damped = scaled;
-      damped.diagonal().array() += damping;
-      const VectorXd right = scale.cwiseProduct(normal.right);
-      const VectorXd solved = geometry::SolveSymmetric(damped, right);
-      decrement = solved.dot(right);
-      const BoardState next = Stepped(network, normal, scale.cwiseProduct(solved), state);
-      const bool possible = next.camera.focal_length_mm > 0 && solved.allFinite();
-      const double cost =
-          possible ? CostOf(network, next) : std::numeric_limits<double>::infinity();
-      accepted = cost <= fit.cost || (decrement < kEnoughStep && std::isfinite(cost));
-      if (accepted) {
-        state = next;
-        fit.cost = cost;
-        damping = std::max(damping * 0.1, 1e-15);
-      } else {
-        damping = std::max(damping, 1e-12) * 10;
-      }
-    }
-    if (!accepted) {
-      fit.converged = decrement < 1e-3;
-      return fit;
-    }
-    if (decrement < kEnoughStep) {
-      fit.converged = true;
-      return fit;
-    }
-    normal = NormalOf(network, state, held);
-  }
-  return fit;
-}
-
-BoardFit AdjustFirst(const HeldUnknowns& held, int most_iterations, BoardNetwork& network,
-                     BoardState& state) {
-  std::vector<BoardNetwork::Sight*> hidden;
-  const auto sees = [&](const BoardNetwork::Sight& sight) {
-    return SightResidual(network, state, FrameOf(network, state, sight.view), sight).has_value();
-  };
-  for (BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used || sees(sight)) continue;
-    sight.used = false;
-    hidden.push_back(&sight);
-  }
-  BoardFit fit = AdjustBoard(network, held, most_iterations, state);
-  if (hidden.empty()) return fit;
-  for (BoardNetwork::Sight* sight : hidden) sight->used = sees(*sight);
-  return AdjustBoard(network, held, most_iterations, state);
-}
-
-namespace {
-
-StatedCheck CheckOf(double off_mm, double variance, double of_others) {
-  constexpr double kNothing = 1e-6;  // of redundancy: nothing checks it
-  StatedCheck check;
-  check.off_mm = off_mm;
-  check.redundancy = 1 - std::min(1.0, of_others / variance);
-  if (check.redundancy > kNothing) check.test = off_mm / std::sqrt(variance * check.redundancy);
-  return check;
-}
-
-std::vector<StatedCheck> ChecksOf(const BoardNetwork& network, const BoardState& state,
-                                  const MatrixXd& covariance) {
-  std::vector<StatedCheck> checks;
-  const Index shared = SharedUnknowns(network);
+  std::vector<StatedRow> rows;
   for (std::size_t i = 0; i < network.touches.size(); ++i) {
     const BoardNetwork::Touch& touch = network.touches[i];
     const TouchPartials partials = PartialsOf(network, state, touch);
     for (Index axis = 0; axis < 3; ++axis) {
       if (!std::isfinite(touch.sigma_mm[axis])) continue;
-      VectorXd row = VectorXd::Zero(covariance.rows());
-      row.head(shared) = partials.by_shared.row(axis).transpose();
-      row[MarkIndex(shared, touch.mark) + axis] = 1;
-      StatedCheck& check = checks.emplace_back(CheckOf(partials.residual_mm[axis],
-                                                       TouchVariance(network, touch, axis),
-                                                       row.dot(covariance * row)));
-      check.touch = i;
-      check.axis = axis;
+      StatedRow& row = rows.emplace_back();
+      row.kind = StatedRow::kTouch;
+      row.touch = i;
+      row.axis = axis;
+      row.unknowns = FirstUnknowns(shared);
+      row.unknowns.push_back(MarkIndex(shared, touch.mark) + axis);
+      row.by.setOnes(shared + 1);
+      row.by.head(shared) = partials.by_shared.row(axis).transpose();
+      row.residual = partials.residual_mm[axis];
+      row.variance = TouchVariance(network, touch, axis);
     }
   }
+  const VectorXd values = SharedOf(network, state);
+  const auto add = [&](StatedRow::Kind kind, Index unknown, double stated, double sigma) {
+    StatedRow& row = rows.emplace_back();
+    row.kind = kind;
+    row.axis = unknown - kBoardPlace;
+    row.unknowns = {unknown};
+    row.by.setOnes(1);
+    row.residual = values[unknown] - stated;
+    row.variance = sigma * sigma;
+  };
   for (Index axis = 0; network.place && axis < 3; ++axis) {
-    const double off_mm =
-        state.camera.taper_from_camera.translation_mm[axis] - network.place->at_mm[axis];
-    checks.push_back(CheckOf(off_mm, std::pow(network.place->sigma_mm[axis], 2),
-                             covariance(7 + axis, 7 + axis)));
-    checks.back().axis = axis;
+    add(StatedRow::kPlace, kBoardPlace + axis, network.place->at_mm[axis],
+        network.place->sigma_mm[axis]);
   }
-  return checks;
+  for (Index i = kBoardScale; i < shared; ++i) {
+    if (PriorSigma(network, i) > 0) add(StatedRow::kPrior, i, 0, PriorSigma(network, i));
+  }
+  return rows;
 }
 
-}  // namespace
+NormalEquations NormalOf(const BoardNetwork& network, const BoardState& state,
+                         const HeldUnknowns& held) {
+  const Index size = MarkIndex(SharedUnknowns(network), network.marks);
+  NormalEquations normal{MatrixXd::Zero(size, size), VectorXd::Zero(size), {}};
+  const auto by_station = ObservationsByStation(network);
+  MarkPartials partials;
+  for (std::size_t s = 0; s < by_station.size(); ++s) {
+    const StationFrame frame = FrameOf(network, state, s);
+    std::vector<ObservationRow> rows;
+    for (const NetworkObservation* observation : by_station[s]) {
+      if (!PartialsOf(network, state, frame, *observation, partials)) continue;
+      rows.push_back(RowOf(network, *observation, partials));
+    }
+    if (rows.empty()) continue;
+    AddStation(s, rows, normal);
+    normal.stations.back().block.diagonal().array() += PlaceWeight(network);
+    normal.stations.back().right -= PlaceWeight(network) * state.off_mm[s];
+  }
+  for (const StatedRow& row : StatedRows(network, state)) {
+    normal.matrix(row.unknowns, row.unknowns) += row.by * row.by.transpose() / row.variance;
+    normal.right(row.unknowns) -= row.by * (row.residual / row.variance);
+  }
+  HoldUnknowns(held, normal);
+  return normal;
+}
 
-MatrixXd InvertScaled(const MatrixXd& matrix) {
+// Sum of squares in sigmas.
+struct BoardModel {
+  const BoardNetwork& network;
+  const HeldUnknowns& held;
+  [[nodiscard]] double Cost(const BoardState& state) const {
+    if (!(state.camera.focal_length_mm > 0)) return std::numeric_limits<double>::infinity();
+    double cost = 0;
+    for (const NetworkObservation& observation : network.observations) {
+      if (!TakesPart(network, observation)) continue;
+      const auto residual = ResidualOf(network, state, observation);
+      if (!residual) return std::numeric_limits<double>::infinity();
+      cost += residual->squaredNorm() / (observation.sigma_px * observation.sigma_px);
+    }
+    for (const Vector3d& off : state.off_mm) cost += PlaceWeight(network) * off.squaredNorm();
+    for (const StatedRow& row : StatedRows(network, state)) {
+      cost += row.residual * row.residual / row.variance;
+    }
+    return std::isfinite(cost) ? cost : std::numeric_limits<double>::infinity();
+  }
+  [[nodiscard]] NormalEquations Linearise(const BoardState& state) const {
+    return NormalOf(network, state, held);
+  }
+  [[nodiscard]] Proposal<BoardState> Propose(const NormalEquations& normal, double damping,
+                                             const BoardState& state) const {
+    const NormalStep step = Solve(normal, {}, damping);
+    const Index shared = SharedUnknowns(network);
+    BoardState next = state;
+    SetShared(SharedOf(network, state) + step.shared.head(shared), next);
+    for (std::size_t i = 0; i < next.marks_mm.size(); ++i) {
+      next.marks_mm[i] += step.shared.segment<3>(MarkIndex(shared, i));
+    }
+    for (std::size_t i = 0; i < step.stations.size(); ++i) {
+      next.off_mm[normal.stations[i].station] += step.stations[i];
+    }
+    return {std::move(next), step.decrement};
+  }
+};
+
+StatedCheck CheckOf(const StatedRow& row, const MatrixXd& covariance) {
+  constexpr double kNothing = 1e-6;  // of redundancy: nothing checks it
+  const double of_others = row.by.dot(covariance(row.unknowns, row.unknowns) * row.by);
+  StatedCheck check;
+  if (row.kind == StatedRow::kTouch) check.touch = row.touch;
+  check.axis = row.axis;
+  check.off_mm = row.residual;
+  check.redundancy = 1 - std::min(1.0, of_others / row.variance);
+  if (check.redundancy > kNothing) {
+    check.test = row.residual / std::sqrt(row.variance * check.redundancy);
+  }
+  return check;
+}
+
+// Rows of held unknowns are 0.
+MatrixXd CovarianceOf(const NormalEquations& normal, const HeldUnknowns& held) {
+  const MatrixXd matrix = Reduce(normal, 0).matrix;
   const VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
   const MatrixXd inverse =
       geometry::SolveSymmetric(scaled, MatrixXd::Identity(matrix.rows(), matrix.cols()));
   const MatrixXd whole = scale.asDiagonal() * inverse * scale.asDiagonal();
-  return (whole + whole.transpose()) / 2;
+  MatrixXd covariance = (whole + whole.transpose()) / 2;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (!held[i]) continue;
+    covariance.row(static_cast<Index>(i)).setZero();
+    covariance.col(static_cast<Index>(i)).setZero();
+  }
+  return covariance;
+}
+
+}  // namespace
+
+DescentEnd AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held, int most_iterations,
+                       BoardState& state) {
+  return Minimise(BoardModel{network, held}, {.most_iterations = most_iterations}, state);
+}
+
+DescentEnd AdjustFirst(const HeldUnknowns& held, int most_iterations, BoardNetwork& network,
+                       BoardState& state) {
+  std::vector<NetworkObservation*> hidden;
+  for (NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation) || ResidualOf(network, state, observation)) continue;
+    observation.used = false;
+    hidden.push_back(&observation);
+  }
+  const DescentEnd end = AdjustBoard(network, held, most_iterations, state);
+  if (hidden.empty()) return end;
+  for (NetworkObservation* observation : hidden) {
+    observation->used = ResidualOf(network, state, *observation).has_value();
+  }
+  return AdjustBoard(network, held, most_iterations, state);
 }
 
 BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
                            const HeldUnknowns& held) {
   BoardPrecision precision;
   precision.normal = NormalOf(network, state, held);
-  const BoardNormal& normal = precision.normal;
-  precision.covariance = InvertScaled(normal.matrix);
-  const Index shared = SharedUnknowns(network);
-  for (Index i = 0; i < shared; ++i) {
-    if (!held[static_cast<std::size_t>(i)]) continue;
-    precision.covariance.row(i).setZero();
-    precision.covariance.col(i).setZero();
-  }
-  const double weight_place = 1 / std::pow(network.machine.repeatability_mm, 2);
-  std::vector<bool> seen(network.marks, false);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used) continue;
-    seen[sight.mark] = true;
-    const auto residual = SightResidual(network, state, FrameOf(network, state, sight.view), sight);
-    if (residual) {
-      precision.pixel_square += residual->squaredNorm() / (sight.sigma_px * sight.sigma_px);
+  precision.covariance = CovarianceOf(precision.normal, held);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    if (const auto residual = ResidualOf(network, state, observation)) {
+      precision.pixel_square +=
+          residual->squaredNorm() / (observation.sigma_px * observation.sigma_px);
     }
-    ++precision.sights;
+    ++precision.observations;
   }
   // Each observation and prior has a redundancy; together they are equations less unknowns.
-  double others = 0;  // redundancy of what is stated: shared priors, touches, the place
-  double rows = 2.0 * precision.sights;
-  double unknowns = 3.0 * static_cast<double>(std::count(seen.begin(), seen.end(), true));
-  for (Index i = 0; i < shared; ++i) {
-    if (held[static_cast<std::size_t>(i)]) continue;
-    unknowns += 1;
-    const double sigma = PriorSigma(network, i);
-    if (!(sigma > 0)) continue;
-    rows += 1;
-    others += 1 - precision.covariance(i, i) / (sigma * sigma);
+  const std::vector<bool> seen = SeenMarks(network);
+  double redundancy = 2.0 * precision.observations -
+                      3.0 * static_cast<double>(std::count(seen.begin(), seen.end(), true));
+  redundancy -= static_cast<double>(std::count(held.begin(), held.end(), false));
+  for (const StatedRow& row : StatedRows(network, state)) {
+    const StatedCheck check = CheckOf(row, precision.covariance);
+    redundancy += 1 - check.redundancy;
+    if (row.kind != StatedRow::kPrior) precision.stated.push_back(check);
   }
-  precision.off_covariance.assign(network.stops.size(), Matrix3d::Zero());
-  for (std::size_t i = 0; i < normal.stops.size(); ++i) {
-    const BoardNormal::Stop& stop = normal.stops[i];
-    if (stop.sights == 0) continue;
-    const auto size = static_cast<Index>(stop.unknowns.size());
-    MatrixXd of_stop(size, size);
-    for (Index r = 0; r < size; ++r) {
-      for (Index c = 0; c < size; ++c) {
-        of_stop(r, c) = precision.covariance(stop.unknowns[static_cast<std::size_t>(r)],
-                                             stop.unknowns[static_cast<std::size_t>(c)]);
-      }
-    }
-    const Matrix3d inverse = stop.block.inverse();
-    const MatrixXd back = stop.coupling * inverse;
-    const MatrixXd spread = of_stop * back;
-    precision.off_covariance[i] = inverse + back.transpose().lazyProduct(spread);
-    precision.place_square += weight_place * state.off_mm[i].squaredNorm();
-    precision.place_redundancy += 3 - weight_place * precision.off_covariance[i].trace();
-    rows += 3;
-    unknowns += 3;
+  precision.off_covariance.assign(network.stations.size(), Matrix3d::Zero());
+  bool determined = true;  // each place has its prior
+  for (const NormalEquations::Station& station : precision.normal.stations) {
+    Matrix3d& off = precision.off_covariance[station.station];
+    off = part_alignment::CovarianceOf(station, precision.covariance, determined).own;
+    precision.place_square += PlaceWeight(network) * state.off_mm[station.station].squaredNorm();
+    precision.place_redundancy += 3 - PlaceWeight(network) * off.trace();
   }
-  precision.stated = ChecksOf(network, state, precision.covariance);
-  for (const StatedCheck& check : precision.stated) {
-    rows += 1;
-    others += check.redundancy;
-  }
-  precision.pixel_redundancy = rows - unknowns - others - precision.place_redundancy;
+  precision.pixel_redundancy = redundancy - precision.place_redundancy;
   return precision;
+}
+
+namespace {
+
+constexpr Index kBoardMotion = 0;   // place, turn about the marks' middle
+constexpr Index kCameraMotion = 6;  // the same in the taper, about the camera's origin
+constexpr Index kLensMotion = 12;   // focal length, principal point
+constexpr Index kMotions = 15;
+constexpr double kLeastLeft = 1e-5;  // of what is known of a motion once others have had theirs
+
+struct KindOf {
+  BoardChangeKind kind;
+  Index first;
+  Index count;
+};
+constexpr std::array<KindOf, 3> kKinds = {{{BoardChangeKind::kBoard, kBoardMotion, 6},
+                                           {BoardChangeKind::kCamera, kCameraMotion, 6},
+                                           {BoardChangeKind::kLens, kLensMotion, 3}}};
+
+// Of one station, its own place eliminated.
+struct StationScore {
+  MatrixXd with_unknowns;  ///< unknowns × kMotions
+  MatrixXd square;
+  VectorXd gradient;
+};
+
+Vector3d MiddleOf(const BoardState& state) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& mark : state.marks_mm) {
+    middle += mark / static_cast<double>(state.marks_mm.size());
+  }
+  return middle;
+}
+
+StationScore ScoreOf(const BoardNetwork& network, const BoardState& state,
+                     const std::vector<const NetworkObservation*>& observations,
+                     const NormalEquations::Station& station, Index unknowns) {
+  StationScore score;
+  score.with_unknowns.setZero(unknowns, kMotions);
+  score.square.setZero(kMotions, kMotions);
+  score.gradient.setZero(kMotions);
+  MatrixXd with_place = MatrixXd::Zero(kMotions, 3);
+  const StationFrame frame = FrameOf(network, state, station.station);
+  const Vector3d middle = MiddleOf(state);
+  const Vector3d origin = state.camera.taper_from_camera.translation_mm;
+  MarkPartials partials;
+  for (const NetworkObservation* observation : observations) {
+    if (!PartialsOf(network, state, frame, *observation, partials)) continue;
+    Eigen::Matrix<double, 2, kMotions> by;
+    by.middleCols<3>(kBoardMotion) = partials.by_mark;
+    by.middleCols<3>(kBoardMotion + 3) =
+        -partials.by_mark * CrossMatrix(state.marks_mm[observation->point] - middle);
+    by.middleCols<3>(kCameraMotion) = -partials.by_taper;
+    by.middleCols<3>(kCameraMotion + 3) =
+        partials.by_taper * CrossMatrix(partials.taper_mm - origin);
+    by.middleCols<3>(kLensMotion) = partials.by_shared.leftCols<3>();
+    by /= observation->sigma_px;
+    const ObservationRow row = RowOf(network, *observation, partials);
+    score.square += by.transpose().lazyProduct(by);
+    score.gradient += by.transpose() * row.residual;
+    with_place += by.transpose().lazyProduct(row.by_own);
+    score.with_unknowns(row.unknowns, Eigen::all) += row.by_shared.transpose().lazyProduct(by);
+  }
+  const Matrix3d inverse = station.block.inverse();
+  const MatrixXd place_inverse = with_place * inverse;
+  for (std::size_t k = 0; k < station.unknowns.size(); ++k) {
+    score.with_unknowns.row(station.unknowns[k]) -=
+        station.coupling.row(static_cast<Index>(k)) * place_inverse.transpose();
+  }
+  score.square -= place_inverse * with_place.transpose();
+  // The place's own gradient is the negative of `right`.
+  score.gradient += place_inverse * station.right;
+  return score;
+}
+
+}  // namespace
+
+std::vector<BoardChange> FindChanges(const BoardNetwork& network, const BoardState& state,
+                                     const BoardPrecision& precision, std::size_t least) {
+  const auto by_station = ObservationsByStation(network);
+  std::vector<BoardChange> changes(kKinds.size());
+  const Index unknowns = precision.covariance.rows();
+  MatrixXd with_unknowns = MatrixXd::Zero(unknowns, kMotions);
+  MatrixXd square = MatrixXd::Zero(kMotions, kMotions);
+  VectorXd gradient = VectorXd::Zero(kMotions);
+  std::size_t after = 0;
+  const auto& stations = precision.normal.stations;
+  for (auto station = stations.rbegin(); station != stations.rend(); ++station) {
+    if (station->station == 0) continue;
+    ++after;
+    const StationScore score =
+        ScoreOf(network, state, by_station[station->station], *station, unknowns);
+    with_unknowns += score.with_unknowns;
+    square += score.square;
+    gradient += score.gradient;
+    if (after < least || stations.size() - after < least) continue;
+    const MatrixXd solved = precision.covariance * with_unknowns;
+    const MatrixXd reduced = square - with_unknowns.transpose() * solved;
+    for (std::size_t k = 0; k < kKinds.size(); ++k) {
+      const KindOf& kind = kKinds[k];
+      const MatrixXd block = reduced.block(kind.first, kind.first, kind.count, kind.count);
+      const VectorXd whole = square.diagonal().segment(kind.first, kind.count);
+      const VectorXd scale = whole.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      const MatrixXd scaled = scale.asDiagonal() * block * scale.asDiagonal();
+      // Motions that other unknowns take up entirely are none that could be found.
+      const geometry::SymmetricEigen eigen = geometry::DecomposeSymmetric(scaled);
+      VectorXd by = VectorXd::Zero(kind.count);
+      double statistic = 0;
+      int freedom = 0;
+      const VectorXd right =
+          -scale.cwiseProduct(VectorXd(gradient.segment(kind.first, kind.count)));
+      for (Index i = 0; i < kind.count; ++i) {
+        if (!(eigen.values[i] > kLeastLeft)) continue;
+        const double share = eigen.vectors.col(i).dot(right);
+        statistic += share * share / eigen.values[i];
+        by += eigen.vectors.col(i) * (share / eigen.values[i]);
+        ++freedom;
+      }
+      if (freedom == 0 || !(statistic > changes[k].statistic)) continue;
+      by = scale.cwiseProduct(by);
+      changes[k] = {kind.kind, station->station, statistic, freedom, by, CameraVector::Zero()};
+      const VectorXd moved = solved.middleCols(kind.first, kind.count) * by;
+      changes[k].influence = moved.head<kCameraParameters>();
+    }
+  }
+  return changes;
 }
 
 }  // namespace trammel::part_alignment

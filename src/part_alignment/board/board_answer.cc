@@ -10,9 +10,11 @@
 #include <map>
 #include <utility>
 
+#include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
+#include "part_alignment/camera/calibrate.h"
 #include "part_alignment/targets/eccentricity.h"
 
 namespace trammel::part_alignment {
@@ -24,14 +26,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-std::vector<bool> SeenMarks(const BoardNetwork& network) {
-  std::vector<bool> seen(network.marks, false);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (sight.used && network.stops[sight.view].used) seen[sight.mark] = true;
-  }
-  return seen;
-}
 
 // A frame with the board's plane as x and y, z to the spindle's side.
 struct BoardPlane {
@@ -92,22 +86,34 @@ struct CameraFrame {
   Vector3d origin_mm;  ///< in the machine
 };
 
-CameraFrame FrameOfCamera(const BoardNetwork& network, const BoardState& state, std::size_t stop) {
-  const StopFrame frame = FrameOf(network, state, stop);
+CameraFrame FrameOfCamera(const BoardNetwork& network, const BoardState& state,
+                          std::size_t station) {
+  const StationFrame frame = FrameOf(network, state, station);
   const geometry::Pose& pose = state.camera.taper_from_camera;
   const Matrix3d camera_from_taper = geometry::RotationFromAngles(pose.angles_rad).transpose();
   return {camera_from_taper * frame.taper_from_machine,
           frame.actual_mm + frame.taper_from_machine.transpose() * pose.translation_mm};
 }
 
+// A mark's disc in the frame of the camera that sees it.
+struct SeenDisc {
+  Vector3d centre_mm;
+  Vector3d normal;
+};
+SeenDisc SeenDiscOf(const BoardNetwork& network, const BoardState& state,
+                    const std::vector<Vector3d>& normals, const NetworkObservation& observation) {
+  const CameraFrame camera = FrameOfCamera(network, state, observation.station);
+  return {camera.camera_from_machine * (state.marks_mm[observation.point] - camera.origin_mm),
+          camera.camera_from_machine * normals[observation.point]};
+}
+
 // Why a mark's place is not given: its code was misread in pictures enough.
-std::vector<std::string> DoubtsOfMarks(const BoardAnswerInput& input,
-                                       const std::vector<int>& counts) {
-  const BoardNetwork& network = input.pieces.network;
+std::vector<std::string> DoubtsOfMarks(const BoardWork& work, const std::vector<int>& counts) {
+  const BoardNetwork& network = work.pieces.network;
   constexpr double kMostRejected = 0.25;  // a mark's own: few enough, and the rest holds its place
   std::vector<int> rejected(network.marks, 0);
-  for (std::size_t i = 0; i < input.rejected.size(); ++i) {
-    if (input.rejected[i]) ++rejected[network.sights[i].mark];
+  for (std::size_t i = 0; i < work.rejected.size(); ++i) {
+    if (work.rejected[i]) ++rejected[network.observations[i].point];
   }
   std::vector<std::string> doubts(network.marks);
   for (std::size_t i = 0; i < network.marks; ++i) {
@@ -116,70 +122,70 @@ std::vector<std::string> DoubtsOfMarks(const BoardAnswerInput& input,
     doubts[i] = fmt::format(
         "mark {} is not given: {} of the {} pictures that show it put it elsewhere; see that no "
         "other mark has its code",
-        input.pieces.ids[i], rejected[i], all);
+        work.pieces.ids[i], rejected[i], all);
   }
   return doubts;
 }
 
-void NoteMarks(const BoardAnswerInput& input, BoardCalibration& result) {
-  const BoardNetwork& network = input.pieces.network;
+void NoteMarks(const BoardWork& work, BoardCalibration& result) {
+  const BoardNetwork& network = work.pieces.network;
   const std::vector<bool> seen = SeenMarks(network);
   std::vector<double> squares(network.marks, 0);
   std::vector<int> counts(network.marks, 0);
-  std::vector<double> of_view(network.stops.size(), 0);
-  std::vector<int> in_view(network.stops.size(), 0);
+  std::vector<double> of_view(network.stations.size(), 0);
+  std::vector<int> in_view(network.stations.size(), 0);
   result.nearest_mm = std::numeric_limits<double>::infinity();
   result.farthest_mm = 0;
   double sum = 0;
   int all = 0;
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used) continue;
-    const StopFrame frame = FrameOf(network, input.state, sight.view);
-    const auto residual = SightResidual(network, input.state, frame, sight);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    const auto residual = ResidualOf(network, work.state, observation);
     if (!residual) continue;
-    squares[sight.mark] += residual->squaredNorm();
-    of_view[sight.view] += residual->squaredNorm();
+    squares[observation.point] += residual->squaredNorm();
+    of_view[observation.station] += residual->squaredNorm();
     sum += residual->squaredNorm();
-    ++counts[sight.mark];
-    ++in_view[sight.view];
+    ++counts[observation.point];
+    ++in_view[observation.station];
     ++all;
-    const CameraFrame camera = FrameOfCamera(network, input.state, sight.view);
+    const CameraFrame camera = FrameOfCamera(network, work.state, observation.station);
     const double distance = std::abs(
-        (camera.camera_from_machine * (input.state.marks_mm[sight.mark] - camera.origin_mm)).z());
+        (camera.camera_from_machine * (work.state.marks_mm[observation.point] - camera.origin_mm))
+            .z());
     result.nearest_mm = std::min(result.nearest_mm, distance);
     result.farthest_mm = std::max(result.farthest_mm, distance);
   }
-  const std::vector<std::string> doubts = DoubtsOfMarks(input, counts);
+  const std::vector<std::string> doubts = DoubtsOfMarks(work, counts);
   for (std::size_t i = 0; i < network.marks; ++i) {
     if (!seen[i]) continue;
     if (!doubts[i].empty()) {
       result.notices.push_back(doubts[i]);
       continue;
     }
-    result.marks.push_back({input.pieces.ids[i], input.state.marks_mm[i], counts[i],
+    result.marks.push_back({work.pieces.ids[i], work.state.marks_mm[i], counts[i],
                             std::sqrt(squares[i] / (2.0 * std::max(1, counts[i])))});
   }
   for (std::size_t i = 0; i < result.views.size(); ++i) {
     BoardViewResult& view = result.views[i];
-    view.used = network.stops[i].used;
-    view.off_mm = input.state.off_mm[i];
+    view.used = network.stations[i].used;
+    view.off_mm = work.state.off_mm[i];
     view.rms_px = std::sqrt(of_view[i] / (2.0 * std::max(1, in_view[i])));
   }
   result.residual_rms_px = std::sqrt(sum / (2.0 * std::max(1, all)));
 }
 
 // How much larger the machine's lengths make the sheet than it was printed; absent where unknown.
-std::optional<double> LengthRatio(const BoardAnswerInput& input, const BoardCalibration& result) {
+std::optional<double> LengthRatio(const BoardWork& work, const BoardCalibration& result) {
   if (result.print) return std::sqrt(result.print->scale_right * result.print->scale_up);
-  if (input.measurement.disc_radius_mm > 0 && input.disc_radius_mm > 0) {
-    return input.disc_radius_mm / input.measurement.disc_radius_mm;
+  if (work.measurement->disc_radius_mm > 0 && work.disc_radius_mm > 0) {
+    return work.disc_radius_mm / work.measurement->disc_radius_mm;
   }
   return std::nullopt;
 }
 
 // Of lengths across the spindle.
-bool RefuseLengths(const BoardAnswerInput& input, BoardCalibration& result) {
-  const auto ratio = LengthRatio(input, result);
+bool RefuseLengths(const BoardWork& work, BoardCalibration& result) {
+  const auto ratio = LengthRatio(work, result);
   if (!ratio) {
     result.notices.push_back(
         "no layout of the sheet and no disc's size is given: the unit of the places was checked by "
@@ -193,7 +199,7 @@ bool RefuseLengths(const BoardAnswerInput& input, BoardCalibration& result) {
         "the sheet is {:.4g} times as large in the machine's lengths as it was meant to be{}: the "
         "unit of the places is wrong (mm are meant), or the sheet was printed with another scale, "
         "or is another one",
-        *ratio, input.measurement.layout.empty() ? " (by its discs)" : "");
+        *ratio, work.measurement->layout.empty() ? " (by its discs)" : "");
     return true;
   }
   constexpr double kNotice = 0.005;
@@ -208,11 +214,11 @@ bool RefuseLengths(const BoardAnswerInput& input, BoardCalibration& result) {
 }
 
 // The focal length goes with the unit along the spindle: only the lens itself tells.
-bool RefuseFocal(const BoardAnswerInput& input, BoardCalibration& result) {
-  const double found_mm = input.state.camera.focal_length_mm;
-  const double wide_mm = input.state.camera.pixel_pitch_mm *
-                         std::hypot(input.state.camera.width_px, input.state.camera.height_px);
-  const double lens_mm = input.measurement.lens_focal_length_mm;
+bool RefuseFocal(const BoardWork& work, BoardCalibration& result) {
+  const double found_mm = work.state.camera.focal_length_mm;
+  const double wide_mm = work.state.camera.pixel_pitch_mm *
+                         std::hypot(work.state.camera.width_px, work.state.camera.height_px);
+  const double lens_mm = work.measurement->lens_focal_length_mm;
   constexpr double kLens = 0.2;     // engraved lengths are rounded, and hold at infinity
   constexpr double kWidest = 0.25;  // of the diagonal: 127 degrees
   std::string words;
@@ -240,25 +246,25 @@ bool RefuseFocal(const BoardAnswerInput& input, BoardCalibration& result) {
 
 std::string Micrometres(double mm) { return fmt::format("{:.3g} um", 1e3 * mm); }
 
-void NamePlace(const BoardAnswerInput& input, BoardCalibration& result) {
-  const bool prior = input.measurement.place.has_value();
+void NamePlace(const BoardWork& work, BoardCalibration& result) {
+  const bool prior = work.measurement->place.has_value();
   const CameraCovariance& covariance = result.covariance;
   NullDirection along{"the camera's place along the spindle's axis", "",
                       "touching a mark in Z with a tool of known length", std::nullopt, "mm"};
-  if (input.touched_along) {
+  if (work.told.touched_along) {
     along.taken_from = fmt::format("touched marks and the tool's length ({})",
-                                   Micrometres(input.measurement.tool_length_sigma_mm));
+                                   Micrometres(work.measurement->tool_length_sigma_mm));
   } else if (prior) {
     along.taken_from = "what was stated of the camera's place";
   }
   if (!along.taken_from.empty()) along.sigma = std::sqrt(covariance(9, 9));
   result.null_directions.push_back(along);
-  if (!input.turned) {
+  if (!work.told.turned) {
     NullDirection across{
         "the camera's place across the spindle's axis", "",
         "pictures with the spindle at 0 and at 180 degrees, or touching marks in X and Y",
         std::nullopt, "mm"};
-    if (input.touched_across) across.taken_from = "touched marks";
+    if (work.told.touched_across) across.taken_from = "touched marks";
     if (across.taken_from.empty() && prior) {
       across.taken_from = "what was stated of the camera's place";
     }
@@ -269,13 +275,13 @@ void NamePlace(const BoardAnswerInput& input, BoardCalibration& result) {
     result.null_directions.push_back(
         {"the lean of the spindle's axis against the machine's axes",
          "0: the camera's angles hold for this machine and this angle of the spindle",
-         "pictures with the spindle at 0 and at 180 degrees", input.measurement.machine.lean_rad,
+         "pictures with the spindle at 0 and at 180 degrees", work.measurement->machine.lean_rad,
          "rad"});
   }
 }
 
-void NameMachine(const BoardAnswerInput& input, BoardCalibration& result) {
-  const BoardMachineErrors& machine = input.measurement.machine;
+void NameMachine(const BoardWork& work, BoardCalibration& result) {
+  const BoardMachineErrors& machine = work.measurement->machine;
   result.null_directions.push_back(
       {"the machine's own scale along X, Y and Z, with the last the focal length",
        fmt::format("the machine, to {:.3g} ppm", 1e6 * machine.scale),
@@ -291,17 +297,12 @@ void NameMachine(const BoardAnswerInput& input, BoardCalibration& result) {
       {"how far off this clamping held the camera from the spindle's axis",
        "this clamping: it stands in the camera's place",
        "calibrating in several clampings, and their mean", std::nullopt, "mm"});
-  std::size_t returns = input.pieces.network.stays;
-  if (input.turned && returns < 3) {
+  std::size_t returns = work.pieces.network.stays;
+  if (work.told.turned && returns < 3) {
     result.null_directions.push_back(
         {"a motion of the board while the spindle turned", "none: the board lay still",
          "returning to the first angle for some pictures at the end", std::nullopt, "mm"});
   }
-}
-
-void NameNull(const BoardAnswerInput& input, BoardCalibration& result) {
-  NamePlace(input, result);
-  NameMachine(input, result);
 }
 
 // The first null direction that nothing was taken for.
@@ -329,36 +330,27 @@ std::string ColumnsInWords(const Camera& camera, const Matrix3d& machine_from_ta
   return fmt::format("{}{}", right[axis] < 0 ? "-" : "+", "XYZ"[axis]);
 }
 
-void NoteCoverage(const BoardAnswerInput& input, BoardCalibration& result) {
+void NoteCoverage(const BoardWork& work, BoardCalibration& result) {
   const Vector2d principal = PrincipalPoint(result.camera);
   double seen_px = 0;
-  for (const BoardNetwork::Sight& sight : input.pieces.network.sights) {
-    if (!sight.used || !input.pieces.network.stops[sight.view].used) continue;
-    seen_px = std::max(seen_px, (sight.pixel - principal).norm());
+  for (const NetworkObservation& observation : work.pieces.network.observations) {
+    if (!TakesPart(work.pieces.network, observation)) continue;
+    seen_px = std::max(seen_px, (observation.pixel - principal).norm());
   }
-  double corner_px = 0;
-  for (const double column : {0.0, result.camera.width_px - 1.0}) {
-    for (const double row : {0.0, result.camera.height_px - 1.0}) {
-      corner_px = std::max(corner_px, (Vector2d(column, row) - principal).norm());
-    }
+  if (auto notice = NoticeOfCoverage(result.camera, "mark", seen_px)) {
+    result.notices.push_back(std::move(*notice));
   }
-  constexpr double kEnough = 0.9;
-  if (seen_px >= kEnough * corner_px) return;
-  result.notices.push_back(fmt::format(
-      "no mark is farther than {:.0f} px from the principal point, the corner is {:.0f} px away: "
-      "do not measure outside, the lens is extrapolated there",
-      seen_px, corner_px));
 }
 
-void NoteSigmas(const BoardAnswerInput& input, BoardCalibration& result) {
+void NoteSigmas(const BoardWork& work, BoardCalibration& result) {
   constexpr double kMuch = 1.5;
-  if (input.pixel_factor > kMuch) {
+  if (work.pixel_factor > kMuch) {
     result.notices.push_back(fmt::format(
         "marks scatter by {:.2f} times their stated sigmas: the covariance is by what they scatter",
-        input.pixel_factor));
+        work.pixel_factor));
   }
-  const double stated = input.measurement.machine.repeatability_mm;
-  const double found = input.pieces.network.machine.repeatability_mm;
+  const double stated = work.measurement->machine.repeatability_mm;
+  const double found = work.pieces.network.machine.repeatability_mm;
   if (found > 2 * stated) {
     result.notices.push_back(fmt::format(
         "the spindle stands {} beside where the machine states it (k = 1 per axis), more than the "
@@ -369,18 +361,18 @@ void NoteSigmas(const BoardAnswerInput& input, BoardCalibration& result) {
 
 }  // namespace
 
-std::optional<PrintResult> PrintOf(const BoardAnswerInput& input) {
-  const BoardNetwork& network = input.pieces.network;
+std::optional<PrintResult> PrintOf(const BoardWork& work) {
+  const BoardNetwork& network = work.pieces.network;
   const std::vector<bool> seen = SeenMarks(network);
   std::map<std::string, Vector2d> layout;
-  for (const PrintedMark& mark : input.measurement.layout) layout[mark.id] = mark.at_mm;
-  const BoardPlane plane = PlaneOf(network, input.state);
+  for (const PrintedMark& mark : work.measurement->layout) layout[mark.id] = mark.at_mm;
+  const BoardPlane plane = PlaneOf(network, work.state);
   std::vector<std::pair<Vector2d, Vector3d>> pairs;
   for (std::size_t i = 0; i < network.marks; ++i) {
-    const auto meant = layout.find(input.pieces.ids[i]);
+    const auto meant = layout.find(work.pieces.ids[i]);
     if (!seen[i] || meant == layout.end()) continue;
     pairs.emplace_back(meant->second,
-                       plane.axes.transpose() * (input.state.marks_mm[i] - plane.middle));
+                       plane.axes.transpose() * (work.state.marks_mm[i] - plane.middle));
   }
   constexpr std::size_t kLeast = 4;
   if (pairs.size() < kLeast) return std::nullopt;
@@ -404,72 +396,64 @@ std::optional<PrintResult> PrintOf(const BoardAnswerInput& input) {
   return print;
 }
 
-bool RefuseUnits(const BoardAnswerInput& input, BoardCalibration& result) {
-  return RefuseLengths(input, result) || RefuseFocal(input, result);
+bool RefuseUnits(const BoardWork& work, BoardCalibration& result) {
+  return RefuseLengths(work, result) || RefuseFocal(work, result);
 }
 
-std::vector<Vector2d> CorrectedCentres(const BoardMeasurement& measurement,
-                                       const BoardPieces& pieces, const BoardState& state,
-                                       double radius_mm) {
-  const BoardNetwork& network = pieces.network;
-  const std::vector<Vector3d> normals = NormalsOf(network, state);
+std::vector<Vector2d> CorrectedCentres(const BoardWork& work) {
+  const BoardNetwork& network = work.pieces.network;
+  const std::vector<Vector3d> normals = NormalsOf(network, work.state);
   std::vector<Vector2d> pixels;
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const BoardNetwork::Sight& sight = network.sights[i];
-    const BoardView& view = measurement.views[sight.view];
-    const Observation& seen = view.observations[pieces.observation_of_sight[i]];
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    const BoardView& view = work.measurement->views[observation.station];
+    const Observation& seen = view.observations[work.pieces.index_in_view[i]];
     Vector2d pixel(seen.column_px, seen.row_px);
-    if (!view.discs.empty() && radius_mm > 0 && sight.used && network.stops[sight.view].used) {
-      const CameraFrame camera = FrameOfCamera(network, state, sight.view);
-      const Vector3d centre =
-          camera.camera_from_machine * (state.marks_mm[sight.mark] - camera.origin_mm);
-      const auto off = Eccentricity(state.camera, centre,
-                                    camera.camera_from_machine * normals[sight.mark], radius_mm);
-      if (off) pixel -= *off;
+    if (!view.discs.empty() && work.disc_radius_mm > 0 && TakesPart(network, observation)) {
+      const SeenDisc disc = SeenDiscOf(network, work.state, normals, observation);
+      if (const auto off =
+              Eccentricity(work.state.camera, disc.centre_mm, disc.normal, work.disc_radius_mm)) {
+        pixel -= *off;
+      }
     }
     pixels.push_back(pixel);
   }
   return pixels;
 }
 
-double DiscRadius(const BoardMeasurement& measurement, const BoardPieces& pieces,
-                  const BoardState& state) {
-  const BoardNetwork& network = pieces.network;
-  const std::vector<Vector3d> normals = NormalsOf(network, state);
+double DiscRadius(const BoardWork& work) {
+  const BoardNetwork& network = work.pieces.network;
+  const std::vector<Vector3d> normals = NormalsOf(network, work.state);
   std::vector<double> radii;
   constexpr std::size_t kMost = 2000;
-  for (std::size_t i = 0; i < network.sights.size() && radii.size() < kMost; ++i) {
-    const BoardNetwork::Sight& sight = network.sights[i];
-    const BoardView& view = measurement.views[sight.view];
-    if (view.discs.empty() || !sight.used || !network.stops[sight.view].used) continue;
-    const ImageEllipse& disc = view.discs[pieces.observation_of_sight[i]];
-    const CameraFrame camera = FrameOfCamera(network, state, sight.view);
-    const Vector3d centre =
-        camera.camera_from_machine * (state.marks_mm[sight.mark] - camera.origin_mm);
-    const double trial_mm = std::abs(centre.z()) / 100;
-    const auto image = ImageOfDisc(state.camera, centre,
-                                   camera.camera_from_machine * normals[sight.mark], trial_mm);
+  for (std::size_t i = 0; i < network.observations.size() && radii.size() < kMost; ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    const BoardView& view = work.measurement->views[observation.station];
+    if (view.discs.empty() || !TakesPart(network, observation)) continue;
+    const ImageEllipse& ellipse = view.discs[work.pieces.index_in_view[i]];
+    const SeenDisc disc = SeenDiscOf(network, work.state, normals, observation);
+    const double trial_mm = std::abs(disc.centre_mm.z()) / 100;
+    const auto image = ImageOfDisc(work.state.camera, disc.centre_mm, disc.normal, trial_mm);
     if (!image) continue;
-    radii.push_back(trial_mm * std::sqrt(disc.semi_major_px * disc.semi_minor_px /
+    radii.push_back(trial_mm * std::sqrt(ellipse.semi_major_px * ellipse.semi_minor_px /
                                          (image->semi_major_px * image->semi_minor_px)));
   }
-  if (radii.empty()) return 0;
-  std::nth_element(radii.begin(), radii.begin() + static_cast<long>(radii.size() / 2), radii.end());
-  return radii[radii.size() / 2];
+  return radii.empty() ? 0 : Median(radii);
 }
 
-void AnswerOf(const BoardAnswerInput& input, const BoardCalibrateOptions& options,
+void AnswerOf(const BoardWork& work, const BoardCalibrateOptions& options,
               BoardCalibration& result) {
-  const BoardNetwork& network = input.pieces.network;
-  result.camera = input.state.camera;
-  result.lean_rad = input.state.lean_rad;
+  const BoardNetwork& network = work.pieces.network;
+  result.camera = work.state.camera;
+  result.lean_rad = work.state.lean_rad;
   result.lean_sigma_rad =
-      input.precision.covariance.diagonal().segment<2>(kBoardLean).cwiseMax(0).cwiseSqrt();
-  result.residual_rms_sigma = input.pixel_factor;
+      work.precision.covariance.diagonal().segment<2>(kBoardLean).cwiseMax(0).cwiseSqrt();
+  result.residual_rms_sigma = work.pixel_factor;
   result.repeatability_mm = network.machine.repeatability_mm;
-  result.degrees_of_freedom = static_cast<int>(std::lround(input.precision.pixel_redundancy));
-  NoteMarks(input, result);
-  NameNull(input, result);
+  result.degrees_of_freedom = static_cast<int>(std::lround(work.precision.pixel_redundancy));
+  NoteMarks(work, result);
+  NamePlace(work, result);
+  NameMachine(work, result);
   const double focal = std::sqrt(result.covariance(0, 0)) / result.camera.focal_length_mm;
   if (!(focal <= options.most_focal_uncertainty)) {
     result.verdict = Verdict::kCannotTell;
@@ -477,7 +461,7 @@ void AnswerOf(const BoardAnswerInput& input, const BoardCalibrateOptions& option
         "the focal length is known only to {:.2g} of itself (k = 1, at most {:g}): the heights of "
         "the pictures span {:.3g} mm at distances of {:.0f} … {:.0f} mm; take some from heights of "
         "1 : 2 above the board",
-        focal, options.most_focal_uncertainty, input.depth_mm, result.nearest_mm,
+        focal, options.most_focal_uncertainty, work.depth_mm, result.nearest_mm,
         result.farthest_mm);
     return;
   }
@@ -488,8 +472,8 @@ void AnswerOf(const BoardAnswerInput& input, const BoardCalibrateOptions& option
       "not tell a machine of which two axes have the wrong sign from a camera that is turned by "
       "half a turn: see that it is so",
       ColumnsInWords(result.camera, network.machine_from_spindle)));
-  NoteCoverage(input, result);
-  NoteSigmas(input, result);
+  NoteCoverage(work, result);
+  NoteSigmas(work, result);
 }
 
 }  // namespace trammel::part_alignment

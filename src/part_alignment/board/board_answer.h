@@ -9,41 +9,39 @@
 
 namespace trammel::part_alignment {
 
-struct BoardAnswerInput {
-  const BoardMeasurement& measurement;
-  const BoardPieces& pieces;
-  const BoardState& state;
-  const BoardPrecision& precision;
-  double pixel_factor = 1;          ///< sigmas of the sights over those stated
-  std::vector<bool> rejected = {};  ///< sights that contradict the others
-  bool turned = false;              ///< the spindle, between pictures
-  bool touched_along = false;
-  bool touched_across = false;
-  double depth_mm = 0;        ///< of the spindle's heights
-  double disc_radius_mm = 0;  ///< as the pictures show it; 0: no disc is known
+/// An adjustment with what it works on.
+struct BoardWork {
+  const BoardMeasurement* measurement = nullptr;
+  BoardPieces pieces = {};
+  PlaceTold told = {};
+  HeldUnknowns held = {};
+  BoardState state = {};
+  DescentEnd fit = {};
+  BoardPrecision precision = {};
+  double pixel_factor = 1;          ///< sigmas of the observations over those stated
+  std::vector<bool> rejected = {};  ///< observations that contradict the others
+  double depth_mm = 0;              ///< of the spindle's heights
+  bool shallow = false;             ///< these are nearly alike
+  double disc_radius_mm = 0;        ///< as the pictures show it; 0: no disc is known
 };
 
 /// The sheet against its layout: two scales of an affine map; absent where no layout is known.
-[[nodiscard]] std::optional<PrintResult> PrintOf(const BoardAnswerInput& input);
+[[nodiscard]] std::optional<PrintResult> PrintOf(const BoardWork& work);
 
 /// True where the sheet or the lens says that a unit is wrong: then the result says so. Needs the
 /// result's `print`.
-[[nodiscard]] bool RefuseUnits(const BoardAnswerInput& input, BoardCalibration& result);
+[[nodiscard]] bool RefuseUnits(const BoardWork& work, BoardCalibration& result);
 
 /// Verdict and everything of the result but views' reasons, the sheet and the covariance, which it
 /// has.
-void AnswerOf(const BoardAnswerInput& input, const BoardCalibrateOptions& options,
+void AnswerOf(const BoardWork& work, const BoardCalibrateOptions& options,
               BoardCalibration& result);
 
-/// The pixel of each sight: the image of its disc's centre, by camera, paper and place as they are.
-/// Sights without a disc keep theirs.
-[[nodiscard]] std::vector<Eigen::Vector2d> CorrectedCentres(const BoardMeasurement& measurement,
-                                                            const BoardPieces& pieces,
-                                                            const BoardState& state,
-                                                            double radius_mm);
+/// The pixel of each observation: the image of its disc's centre, by camera, paper and place as
+/// they are. Observations without a disc keep theirs.
+[[nodiscard]] std::vector<Eigen::Vector2d> CorrectedCentres(const BoardWork& work);
 
 /// The discs' radius by their images, the median; 0 where there is none.
-[[nodiscard]] double DiscRadius(const BoardMeasurement& measurement, const BoardPieces& pieces,
-                                const BoardState& state);
+[[nodiscard]] double DiscRadius(const BoardWork& work);
 
 }  // namespace trammel::part_alignment

@@ -13,15 +13,14 @@
 #include <utility>
 #include <vector>
 
+#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/board/board_adjust.h"
 #include "part_alignment/board/board_answer.h"
-#include "part_alignment/board/board_change.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_start.h"
-#include "part_alignment/board/board_stated.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -33,18 +32,13 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kLeastViews = 8;
 constexpr std::size_t kLeastMarks = 6;
-constexpr double kMostWrong = 0.05;  // of pictures, and of sights
+constexpr double kMostWrong = 0.05;  // of pictures, and of observations
 constexpr int kIterations = 60;
 
 BoardCalibration& Say(Verdict verdict, std::string reason, BoardCalibration& result) {
   result.verdict = verdict;
   result.reason = std::move(reason);
   return result;
-}
-
-std::string NameOf(const BoardMeasurement& measurement, std::size_t view) {
-  const std::string& picture = measurement.views[view].picture;
-  return picture.empty() ? fmt::format("view {}", view + 1) : picture;
 }
 
 // Pictures of another size than the camera's.
@@ -64,39 +58,20 @@ std::optional<std::string> SizeFault(const BoardMeasurement& measurement) {
   return std::nullopt;
 }
 
-// The adjustment with what it works on.
-struct Work {
-  BoardPieces pieces;
-  PlaceTold told;
-  HeldUnknowns held;
-  BoardState state;
-  BoardFit fit;
-  BoardPrecision precision;
-  double pixel_factor = 1;     ///< sigmas of the sights over those stated
-  bool shallow = false;        ///< the spindle's heights are nearly alike
-  std::vector<bool> rejected;  ///< sights that contradict the others
-};
-
-void Adjust(Work& work) {
-  work.fit = AdjustBoard(work.pieces.network, work.held, kIterations, work.state);
-  if (std::isfinite(work.fit.cost)) {
-    work.precision = PrecisionOf(work.pieces.network, work.state, work.held);
-  }
+// @param first  from a first guess
+void Adjust(BoardWork& work, bool first = false) {
+  BoardNetwork& network = work.pieces.network;
+  work.fit = first ? AdjustFirst(work.held, kIterations, network, work.state)
+                   : AdjustBoard(network, work.held, kIterations, work.state);
+  if (std::isfinite(work.fit.cost)) work.precision = PrecisionOf(network, work.state, work.held);
 }
 
-void AdjustFromStart(Work& work) {
-  work.fit = AdjustFirst(work.held, kIterations, work.pieces.network, work.state);
-  if (std::isfinite(work.fit.cost)) {
-    work.precision = PrecisionOf(work.pieces.network, work.state, work.held);
-  }
-}
-
-double PixelRoot(const Work& work) {
+double PixelRoot(const BoardWork& work) {
   return std::sqrt(work.precision.pixel_square / std::max(1.0, work.precision.pixel_redundancy));
 }
 
-// Puts the sigmas of sights and of the machine to what they scatter by (Helmert's estimate).
-void FitSigmas(Work& work) {
+// Puts the sigmas of observations and of the machine to what they scatter by (Helmert's estimate).
+void FitSigmas(BoardWork& work) {
   BoardNetwork& network = work.pieces.network;
   constexpr double kLeastFactor = 1;  // what is stated counts at least
   constexpr double kEnoughFreedom = 20;
@@ -107,7 +82,7 @@ void FitSigmas(Work& work) {
     // The standard deviation of Student's t over that of the normal distribution is in it.
     const double freedom = work.precision.place_redundancy;
     const double places = placed ? std::sqrt(work.precision.place_square / (freedom - 2)) : 1;
-    for (BoardNetwork::Sight& sight : network.sights) sight.sigma_px *= factor;
+    for (NetworkObservation& observation : network.observations) observation.sigma_px *= factor;
     work.pixel_factor *= factor;
     constexpr double kLeast_mm = 1e-4;
     const double machine_mm =
@@ -120,50 +95,47 @@ void FitSigmas(Work& work) {
   }
 }
 
-// Sights that are far beside where all others put them; false when there are too many.
-bool DropWrongSights(double false_alarm, Work& work, std::size_t& dropped) {
+// Observations that are far beside where all others put them; false when there are too many.
+bool DropWrongObservations(double false_alarm, BoardWork& work, std::size_t& dropped) {
   BoardNetwork& network = work.pieces.network;
   std::vector<double> lengths;
   std::vector<std::size_t> of;
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const BoardNetwork::Sight& sight = network.sights[i];
-    if (!sight.used || !network.stops[sight.view].used) continue;
-    const auto residual =
-        SightResidual(network, work.state, FrameOf(network, work.state, sight.view), sight);
-    lengths.push_back(residual ? residual->norm() / sight.sigma_px
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    if (!TakesPart(network, observation)) continue;
+    const auto residual = ResidualOf(network, work.state, observation);
+    lengths.push_back(residual ? residual->norm() / observation.sigma_px
                                : std::numeric_limits<double>::infinity());
     of.push_back(i);
   }
   if (lengths.empty()) return false;
-  std::vector<double> sorted = lengths;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2),
-                   sorted.end());
   // The length of two standard normal numbers exceeds x in exp(-x²/2) of the cases.
   const double wrong_sigma =
       std::sqrt(2 * std::log(static_cast<double>(lengths.size()) / false_alarm));
-  const double scale = std::max(0.05, sorted[sorted.size() / 2] / 1.177);
+  const double scale = std::max(0.05, Median(lengths) / 1.177);
   const double worst = *std::max_element(lengths.begin(), lengths.end());
   if (!(worst > wrong_sigma * scale)) return true;
   const double limit = std::max(wrong_sigma * scale, worst / 2);
   for (std::size_t k = 0; k < of.size(); ++k) {
     if (!(lengths[k] > limit)) continue;
-    network.sights[of[k]].used = false;
+    network.observations[of[k]].used = false;
     work.rejected[of[k]] = true;
     ++dropped;
   }
   LeaveOutLonely(network);
   Adjust(work);
-  return static_cast<double>(dropped) <= kMostWrong * static_cast<double>(network.sights.size());
+  return static_cast<double>(dropped) <=
+         kMostWrong * static_cast<double>(network.observations.size());
 }
 
 // The picture whose place contradicts the others most; absent where none does.
-std::optional<std::size_t> WrongPlace(const Work& work, double false_alarm) {
+std::optional<std::size_t> WrongPlace(const BoardWork& work, double false_alarm) {
   const BoardNetwork& network = work.pieces.network;
   const double prior = std::pow(network.machine.repeatability_mm, 2);
-  std::vector<double> tests(network.stops.size(), 0);
+  std::vector<double> tests(network.stations.size(), 0);
   std::vector<double> used;
-  for (std::size_t i = 0; i < network.stops.size(); ++i) {
-    if (!network.stops[i].used) continue;
+  for (std::size_t i = 0; i < network.stations.size(); ++i) {
+    if (!network.stations[i].used) continue;
     // Where pictures tell next to nothing of a place, rounding must not speak.
     constexpr double kRounding = 1e-3;
     const Matrix3d covariance =
@@ -173,8 +145,7 @@ std::optional<std::size_t> WrongPlace(const Work& work, double false_alarm) {
     used.push_back(tests[i]);
   }
   if (used.empty()) return std::nullopt;
-  std::nth_element(used.begin(), used.begin() + static_cast<long>(used.size() / 2), used.end());
-  const double scale = std::max(1.0, used[used.size() / 2] / ChiSquareQuantile(0.5, 3));
+  const double scale = std::max(1.0, Median(used) / ChiSquareQuantile(0.5, 3));
   const auto worst = std::max_element(tests.begin(), tests.end());
   const double limit =
       ChiSquareQuantile(1 - false_alarm / static_cast<double>(used.size()), 3) * scale;
@@ -196,7 +167,7 @@ void NoteUnused(const BoardNetwork& network, BoardCalibration& result) {
   std::vector<std::string> few;
   for (std::size_t i = 0; i < result.views.size(); ++i) {
     BoardViewResult& view = result.views[i];
-    view.used = network.stops[i].used;
+    view.used = network.stations[i].used;
     if (view.used) continue;
     if (view.reason.empty()) {
       view.reason = fmt::format("shows fewer than {} marks that others show", kLeastMarksInView);
@@ -288,28 +259,27 @@ double RootOf(const BoardMeasurement& measurement) {
   held[kBoardTool] = true;
   if (!Turns(measurement)) held[7] = held[8] = true;
   constexpr int kFewIterations = 25;
-  const BoardFit fit = AdjustFirst(held, kFewIterations, network, start.state);
-  int sights = 0;
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    sights += sight.used && network.stops[sight.view].used ? 1 : 0;
+  const DescentEnd fit = AdjustFirst(held, kFewIterations, network, start.state);
+  int observations = 0;
+  for (const NetworkObservation& observation : network.observations) {
+    observations += TakesPart(network, observation) ? 1 : 0;
   }
-  const double freedom = 2.0 * sights - 3.0 * static_cast<double>(network.marks) - 20;
+  const double freedom = 2.0 * observations - 3.0 * static_cast<double>(network.marks) - 20;
   if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
   return std::sqrt(fit.cost / freedom);
 }
 
 // The pictures with the largest residuals.
-std::string LargestResiduals(const BoardMeasurement& measurement, const Work& work) {
+std::string LargestResiduals(const BoardMeasurement& measurement, const BoardWork& work) {
   const BoardNetwork& network = work.pieces.network;
-  std::vector<double> squares(network.stops.size(), 0);
-  std::vector<int> counts(network.stops.size(), 0);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used) continue;
-    const auto residual =
-        SightResidual(network, work.state, FrameOf(network, work.state, sight.view), sight);
+  std::vector<double> squares(network.stations.size(), 0);
+  std::vector<int> counts(network.stations.size(), 0);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    const auto residual = ResidualOf(network, work.state, observation);
     if (!residual) continue;
-    squares[sight.view] += residual->squaredNorm();
-    ++counts[sight.view];
+    squares[observation.station] += residual->squaredNorm();
+    ++counts[observation.station];
   }
   std::vector<std::pair<double, std::size_t>> rms_px;
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -374,7 +344,7 @@ bool SplitsAt(const BoardMeasurement& measurement, std::size_t first_after, doub
 }
 
 // A machine's error that is far beyond what was stated of it.
-std::optional<std::string> PriorFault(const Work& work) {
+std::optional<std::string> PriorFault(const BoardWork& work) {
   constexpr double kBeyond = 6;  // sigmas
   const BoardNetwork& network = work.pieces.network;
   const Eigen::VectorXd shared = SharedOf(network, work.state);
@@ -403,8 +373,8 @@ std::optional<std::string> PriorFault(const Work& work) {
 }
 
 // A fit whose residuals are beyond reason, or that asks for a machine beyond what was stated of it.
-void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma, const Work& work,
-                BoardCalibration& result) {
+void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
+                const BoardWork& work, BoardCalibration& result) {
   constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
   const double root = std::min(RootOf(measurement), kBeyond);
   const std::string head = fmt::format(
@@ -448,11 +418,8 @@ void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
 bool NeedsMore(const BoardMeasurement& measurement, const BoardNetwork& network,
                BoardCalibration& result) {
   std::size_t views = 0;
-  for (const BoardNetwork::Stop& stop : network.stops) views += stop.used ? 1 : 0;
-  std::vector<bool> seen(network.marks, false);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (sight.used && network.stops[sight.view].used) seen[sight.mark] = true;
-  }
+  for (const BoardNetwork::Station& station : network.stations) views += station.used ? 1 : 0;
+  const std::vector<bool> seen = SeenMarks(network);
   const auto marks = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), true));
   if (views >= kLeastViews && marks >= kLeastMarks) return false;
   Say(Verdict::kCannotTell,
@@ -464,24 +431,25 @@ bool NeedsMore(const BoardMeasurement& measurement, const BoardNetwork& network,
 }
 
 // Takes perspective and lens out of the discs' centres by the camera and board as they are.
-void CorrectDiscs(const BoardMeasurement& measurement, double radius_mm, Work& work) {
-  const auto corrected = CorrectedCentres(measurement, work.pieces, work.state, radius_mm);
+void CorrectDiscs(BoardWork& work) {
+  const auto corrected = CorrectedCentres(work);
   for (std::size_t i = 0; i < corrected.size(); ++i) {
-    work.pieces.network.sights[i].pixel = corrected[i];
+    work.pieces.network.observations[i].pixel = corrected[i];
   }
   Adjust(work);
 }
 
-// Wrong sights and wrongly stated places, one after the other; false where there are too many.
+// Wrong observations and wrongly stated places, one after the other; false where there are too
+// many.
 bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
-                   Work& work, BoardCalibration& result) {
+                   BoardWork& work, BoardCalibration& result) {
   std::size_t dropped = 0;
   std::size_t wrong_places = 0;
   const auto most_places = static_cast<std::size_t>(
       std::ceil(kMostWrong * static_cast<double>(measurement.views.size())));
   for (int round = 0; round < 100; ++round) {
     const std::size_t before = dropped;
-    if (!DropWrongSights(options.false_alarm, work, dropped) || !std::isfinite(work.fit.cost))
+    if (!DropWrongObservations(options.false_alarm, work, dropped) || !std::isfinite(work.fit.cost))
       return false;
     if (dropped > before) continue;
     const auto wrong = WrongPlace(work, options.false_alarm);
@@ -494,10 +462,10 @@ bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOpti
     result.notices.push_back(result.views[*wrong].picture + " left out: it " +
                              result.views[*wrong].reason);
     for (std::size_t i = 0; i < work.rejected.size(); ++i) {
-      const BoardNetwork::Sight& sight = work.pieces.network.sights[i];
-      if (sight.view == *wrong && sight.used) work.rejected[i] = true;
+      const NetworkObservation& observation = work.pieces.network.observations[i];
+      if (observation.station == *wrong && observation.used) work.rejected[i] = true;
     }
-    work.pieces.network.stops[*wrong].used = false;
+    work.pieces.network.stations[*wrong].used = false;
     work.state.off_mm[*wrong].setZero();
     LeaveOutLonely(work.pieces.network);
     Adjust(work);
@@ -505,12 +473,12 @@ bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOpti
   if (dropped > 0) {
     result.notices.push_back(
         fmt::format("{} of {} marks in pictures left out: beside where all others put them",
-                    dropped, work.pieces.network.sights.size()));
+                    dropped, work.pieces.network.observations.size()));
   }
   return true;
 }
 
-bool Misfits(const Work& work, const BoardCalibrateOptions& options) {
+bool Misfits(const BoardWork& work, const BoardCalibrateOptions& options) {
   if (!work.fit.converged || !std::isfinite(work.fit.cost)) return true;
   const double places =
       std::sqrt(work.precision.place_square / std::max(1.0, work.precision.place_redundancy));
@@ -521,12 +489,12 @@ bool Misfits(const Work& work, const BoardCalibrateOptions& options) {
 // Adjusts with a machine that counts as little certain, so that a wrong row stands out by itself;
 // then as stated, without those rows. False where too many are wrong.
 bool SettleLoosely(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
-                   Work& work, BoardCalibration& result) {
+                   BoardWork& work, BoardCalibration& result) {
   double& repeatability_mm = work.pieces.network.machine.repeatability_mm;
   const double stated_mm = repeatability_mm;
   constexpr double kLoose_mm = 1;
   repeatability_mm = std::max(stated_mm, kLoose_mm);
-  AdjustFromStart(work);
+  Adjust(work, true);
   if (!std::isfinite(work.fit.cost) || !LeaveOutWrong(measurement, options, work, result)) {
     return false;
   }
@@ -537,7 +505,7 @@ bool SettleLoosely(const BoardMeasurement& measurement, const BoardCalibrateOpti
 
 // Refuses for what changed half-way, or widens by what it may have done.
 bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
-                  const Work& work, CameraCovariance& covariance, BoardCalibration& result) {
+                  const BoardWork& work, CameraCovariance& covariance, BoardCalibration& result) {
   auto changes = FindChanges(work.pieces.network, work.state, work.precision, 3);
   const auto views = static_cast<double>(measurement.views.size());
   std::erase_if(changes, [&](const BoardChange& change) {
@@ -579,7 +547,7 @@ bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptio
 }
 
 // Adjusts anew with what was touched and stated; true where that contradicts.
-bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, Work& work,
+bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, BoardWork& work,
                   BoardCalibration& result) {
   BoardNetwork& network = work.pieces.network;
   JoinStated(std::move(stated), network);
@@ -604,15 +572,16 @@ bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, Work
   return true;
 }
 
-AdjustmentCheck CheckOf(const BoardMeasurement& measurement, const Work& work) {
+AdjustmentCheck CheckOf(const BoardMeasurement& measurement, const BoardWork& work) {
   const BoardNetwork& network = work.pieces.network;
   RejectionTally tally;
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const BoardNetwork::Sight& sight = network.sights[i];
-    const bool used = sight.used && network.stops[sight.view].used;
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    const bool used = TakesPart(network, observation);
     if (!used && !work.rejected[i]) continue;
-    tally.Add({NameOf(measurement, sight.view), "mark " + work.pieces.ids[sight.mark]},
-              work.rejected[i]);
+    tally.Add(
+        {NameOf(measurement, observation.station), "mark " + work.pieces.ids[observation.point]},
+        work.rejected[i]);
   }
   return tally.Check(static_cast<int>(std::lround(work.precision.pixel_redundancy)));
 }
@@ -625,7 +594,8 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   BoardCalibration result;
   NoteViews(measurement, result);
   if (const auto fault = SizeFault(measurement)) return Say(Verdict::kRefused, *fault, result);
-  Work work;
+  BoardWork work;
+  work.measurement = &measurement;
   work.pieces = PiecesOf(measurement);
   BoardNetwork& network = work.pieces.network;
   BoardStated stated = TakeStated(network);
@@ -634,24 +604,25 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   BoardStart start = StartBoard(network);
   if (RefuseStart(start, result)) return result;
   UseStart(start, network);
-  work.rejected.assign(network.sights.size(), false);
+  work.rejected.assign(network.observations.size(), false);
   for (const std::size_t stray : start.strays) work.rejected[stray] = true;
   if (!start.strays.empty()) {
     result.notices.push_back(
         fmt::format("{} of {} marks in pictures left out: far beside where the others put them, as "
                     "misread or exchanged codes are",
-                    start.strays.size(), network.sights.size()));
+                    start.strays.size(), network.observations.size()));
   }
   work.state = std::move(start.state);
   work.told = ToldOf(network);
   work.held = HeldOf(network, work.told);
   constexpr double kShallow = 0.1;
+  work.depth_mm = start.depth_mm;
   work.shallow = start.depth_mm < kShallow * start.width_mm;
-  const Work fresh = work;
-  AdjustFromStart(work);
+  const BoardWork fresh = work;
+  Adjust(work, true);
   if (Misfits(work, options)) {
     // A few wrong rows or codes alone may do that.
-    Work tried = fresh;
+    BoardWork tried = fresh;
     BoardCalibration notes = result;
     if (!SettleLoosely(measurement, options, tried, notes) || Misfits(tried, options)) {
       NameMisfit(measurement, options.most_residual_sigma, work, result);
@@ -660,8 +631,8 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
     work = std::move(tried);
     result = std::move(notes);
   }
-  const double first_radius = DiscRadius(measurement, work.pieces, work.state);
-  if (measurement.disc_radius_mm > 0) CorrectDiscs(measurement, first_radius, work);
+  work.disc_radius_mm = DiscRadius(work);
+  if (measurement.disc_radius_mm > 0) CorrectDiscs(work);
   FitSigmas(work);
   const bool few_wrong = LeaveOutWrong(measurement, options, work, result);
   if (few_wrong) FitSigmas(work);
@@ -673,16 +644,8 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
     return result;
   }
   if (RefuseStated(options, std::move(stated), work, result)) return result;
-  BoardAnswerInput input{measurement, work.pieces, work.state, work.precision};
-  input.pixel_factor = work.pixel_factor;
-  input.rejected = work.rejected;
-  input.turned = work.told.turned;
-  input.touched_along = work.told.touched_along;
-  input.touched_across = work.told.touched_across;
-  input.depth_mm = start.depth_mm;
-  input.disc_radius_mm = first_radius;
-  result.print = PrintOf(input);
-  if (RefuseUnits(input, result)) return result;
+  result.print = PrintOf(work);
+  if (RefuseUnits(work, result)) return result;
   result.covariance =
       work.precision.covariance.topLeftCorner<kCameraParameters, kCameraParameters>();
   result.check = CheckOf(measurement, work);
@@ -695,7 +658,7 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   }
   if (RefuseChange(measurement, options, work, result.covariance, result)) return result;
   result.unchecked = UncheckedPlace(work.pieces.network, work.told);
-  AnswerOf(input, options, result);
+  AnswerOf(work, options, result);
   return result;
 }
 

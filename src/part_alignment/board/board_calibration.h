@@ -10,7 +10,7 @@
 #include "base/measured.h"
 #include "base/rejection.h"
 #include "base/result.h"
-#include "part_alignment/camera/camera_parameters.h"
+#include "part_alignment/camera/camera.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/targets/image_ellipse.h"
 

@@ -3,27 +3,28 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
+
+#include "base/chi_square.h"
 
 namespace trammel::part_alignment {
-namespace {
-
+using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+namespace {
 
 constexpr double kMostPlace_mm = 1e6;
 constexpr double kMostSigma_px = 1000;
 constexpr double kAxisTolerance = 1e-5;
 
-std::string NameOf(const BoardView& view, std::size_t index) {
-  return view.picture.empty() ? fmt::format("view {}", index + 1) : view.picture;
-}
-
 Result<void> CheckView(const BoardMeasurement& measurement, std::size_t index) {
   const BoardView& view = measurement.views[index];
-  const std::string name = NameOf(view, index);
+  const std::string name = NameOf(measurement, index);
   if (!view.spindle_mm.allFinite() || view.spindle_mm.cwiseAbs().maxCoeff() > kMostPlace_mm) {
     return Fail(
         fmt::format("{}: spindle_mm must be three numbers within ±{:g} mm", name, kMostPlace_mm));
@@ -111,6 +112,11 @@ Result<void> CheckTouches(const BoardMeasurement& measurement) {
 
 }  // namespace
 
+std::string NameOf(const BoardMeasurement& measurement, std::size_t view) {
+  const std::string& picture = measurement.views[view].picture;
+  return picture.empty() ? fmt::format("view {}", view + 1) : picture;
+}
+
 Result<void> Validate(const BoardMeasurement& measurement, const BoardCalibrateOptions& options) {
   const Camera& camera = measurement.camera;
   Camera frame = camera;
@@ -157,23 +163,24 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
   for (std::size_t i = 0; i < measurement.views.size(); ++i) {
     const BoardView& view = measurement.views[i];
     const Matrix3d turn = network.machine_from_spindle.transpose() * view.spindle_rotation;
-    BoardNetwork::Stop stop;
-    stop.stated_mm = view.spindle_mm;
-    stop.turn_rad = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
+    BoardNetwork::Station station;
+    station.stated_mm = view.spindle_mm;
+    station.turn_rad = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
     if (i == 0) network.stays = 1;
-    if (i > 0 && std::abs(std::remainder(stop.turn_rad - before, 2 * std::numbers::pi)) > 1e-7) {
+    if (i > 0 && std::abs(std::remainder(station.turn_rad - before, 2 * std::numbers::pi)) > 1e-7) {
       ++network.stays;
     }
-    before = stop.turn_rad;
-    stop.stay = network.stays - 1;
+    before = station.turn_rad;
+    station.stay = network.stays - 1;
     network.middle_mm += view.spindle_mm / static_cast<double>(measurement.views.size());
-    network.stops.push_back(stop);
+    network.stations.push_back(station);
     for (std::size_t k = 0; k < view.observations.size(); ++k) {
       const Observation& seen = view.observations[k];
       const auto [place, added] = index.try_emplace(seen.target, pieces.ids.size());
       if (added) pieces.ids.push_back(seen.target);
-      network.sights.push_back({i, place->second, {seen.column_px, seen.row_px}, seen.sigma_px});
-      pieces.observation_of_sight.push_back(k);
+      network.observations.push_back(
+          {i, place->second, {seen.column_px, seen.row_px}, seen.sigma_px});
+      pieces.index_in_view.push_back(k);
     }
   }
   network.marks = pieces.ids.size();
@@ -188,29 +195,170 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
 }
 
 void LeaveOutLonely(BoardNetwork& network) {
-  constexpr int kLeastSights = 3;
+  constexpr int kLeastObservations = 3;
   bool changed = true;
   while (changed) {
     changed = false;
     std::vector<int> of_mark(network.marks, 0);
-    std::vector<int> of_stop(network.stops.size(), 0);
-    for (const BoardNetwork::Sight& sight : network.sights) {
-      if (!sight.used || !network.stops[sight.view].used) continue;
-      ++of_mark[sight.mark];
-      ++of_stop[sight.view];
+    std::vector<int> of_station(network.stations.size(), 0);
+    for (const NetworkObservation& observation : network.observations) {
+      if (!TakesPart(network, observation)) continue;
+      ++of_mark[observation.point];
+      ++of_station[observation.station];
     }
-    for (BoardNetwork::Sight& sight : network.sights) {
-      if (sight.used && of_mark[sight.mark] < kLeastSights) {
-        sight.used = false;
-        changed = changed || of_mark[sight.mark] > 0;
+    for (NetworkObservation& observation : network.observations) {
+      if (observation.used && of_mark[observation.point] < kLeastObservations) {
+        observation.used = false;
+        changed = changed || of_mark[observation.point] > 0;
       }
     }
-    for (std::size_t i = 0; i < network.stops.size(); ++i) {
-      if (!network.stops[i].used || of_stop[i] >= kLeastMarksInView) continue;
-      network.stops[i].used = false;
+    for (std::size_t i = 0; i < network.stations.size(); ++i) {
+      if (!network.stations[i].used || of_station[i] >= kLeastMarksInView) continue;
+      network.stations[i].used = false;
       changed = true;
     }
   }
+}
+
+namespace {
+
+std::string NameOf(const BoardPieces& pieces, const StatedCheck& check) {
+  const char axis = "XYZ"[check.axis];
+  if (!check.touch) return fmt::format("the stated place of the camera ({})", axis);
+  return fmt::format("the touch of mark {} ({})",
+                     pieces.ids[pieces.network.touches[*check.touch].mark], axis);
+}
+
+}  // namespace
+
+BoardStated TakeStated(BoardNetwork& network) {
+  return {std::exchange(network.touches, {}), std::exchange(network.place, std::nullopt)};
+}
+
+void JoinStated(BoardStated stated, BoardNetwork& network) {
+  network.touches = std::move(stated.touches);
+  network.place = std::move(stated.place);
+}
+
+PlaceTold ToldOf(const BoardNetwork& network) {
+  PlaceTold told;
+  constexpr double kTurned_rad = 0.02;  // the index error leaves nothing of less
+  double first = 0;
+  bool any = false;
+  for (const BoardNetwork::Station& station : network.stations) {
+    if (!station.used) continue;
+    if (!any) first = station.turn_rad;
+    any = true;
+    const double by = std::remainder(station.turn_rad - first, 2 * std::numbers::pi);
+    told.turned = told.turned || std::abs(by) > kTurned_rad;
+  }
+  const std::vector<bool> seen = SeenMarks(network);
+  const Matrix3d turn = network.machine_from_spindle.transpose();
+  for (const BoardNetwork::Touch& touch : network.touches) {
+    if (!seen[touch.mark]) continue;
+    for (Index axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(touch.sigma_mm[axis])) continue;
+      const Vector3d along = turn.col(axis).cwiseAbs();
+      told.touched_along = told.touched_along || along.z() > 0.5;
+    }
+    const Vector3d sigma = touch.sigma_mm;
+    int across = 0;
+    for (Index axis = 0; axis < 3; ++axis) {
+      if (std::isfinite(sigma[axis]) && turn.col(axis).head<2>().norm() > 0.5) ++across;
+    }
+    told.touched_across = told.touched_across || across >= 2;
+  }
+  told.prior = network.place.has_value();
+  return told;
+}
+
+HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
+  HeldUnknowns held(static_cast<std::size_t>(SharedUnknowns(network)), false);
+  held[7] = held[8] = !told.across();
+  held[9] = !told.along();
+  for (Index i = kBoardScale; i < SharedUnknowns(network); ++i) {
+    held[static_cast<std::size_t>(i)] = !(PriorSigma(network, i) > 0);
+  }
+  return held;
+}
+
+void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state) {
+  const Matrix3d& turn = network.machine_from_spindle;
+  Vector3d by = Vector3d::Zero();  // in the spindle's frame
+  Vector3d count = Vector3d::Zero();
+  for (const BoardNetwork::Touch& touch : network.touches) {
+    if (state.marks_mm[touch.mark].isZero()) continue;
+    const Vector3d off = turn.transpose() * (PartialsOf(network, state, touch).residual_mm);
+    for (Index axis = 0; axis < 3; ++axis) {
+      Index machine_axis = 0;
+      turn.col(axis).cwiseAbs().maxCoeff(&machine_axis);
+      if (!std::isfinite(touch.sigma_mm[machine_axis])) continue;
+      by[axis] -= off[axis];
+      count[axis] += 1;
+    }
+  }
+  Vector3d& place = state.camera.taper_from_camera.translation_mm;
+  for (Index axis = 0; axis < 3; ++axis) {
+    if (axis < 2 && told.turned) {
+      by[axis] = 0;
+    } else if (count[axis] > 0) {
+      by[axis] /= count[axis];
+    } else {
+      by[axis] = network.place ? network.place->at_mm[axis] - place[axis] : 0;
+    }
+  }
+  place += by;
+  for (Vector3d& mark : state.marks_mm) mark += turn * by;
+}
+
+std::optional<std::string> StatedContradiction(const BoardPieces& pieces,
+                                               const BoardPrecision& precision,
+                                               double false_alarm) {
+  std::vector<const StatedCheck*> tested;
+  double squares = 0;
+  double redundancy = 0;
+  for (const StatedCheck& check : precision.stated) {
+    if (check.test == 0) continue;
+    tested.push_back(&check);
+    squares += check.test * check.test * check.redundancy;
+    redundancy += check.redundancy;
+  }
+  if (tested.empty()) return std::nullopt;
+  const auto size = [](const StatedCheck* check) { return std::abs(check->test); };
+  std::sort(tested.begin(), tested.end(),
+            [&](const auto* a, const auto* b) { return size(a) > size(b); });
+  const StatedCheck& worst = *tested.front();
+  // Half of the false alarms for one that is wrong, half for many that are a little.
+  const double one =
+      std::sqrt(ChiSquareQuantile(1 - false_alarm / 2 / static_cast<double>(tested.size()), 1));
+  const int freedom = std::max(1, static_cast<int>(std::lround(redundancy)));
+  const double all = ChiSquareQuantile(1 - false_alarm / 2, freedom);
+  if (size(&worst) <= one && squares <= all) return std::nullopt;
+  constexpr double kSame = 0.99;  // of two that check one another none stands out
+  const bool alone = tested.size() < 2 || size(tested[1]) < kSame * size(&worst);
+  const std::string by = fmt::format("{:.3f} mm", std::abs(worst.off_mm / worst.redundancy));
+  constexpr const char* kRemedy =
+      "; touch the marks anew and state for each the length of the tool that touched it";
+  if (alone) {
+    return fmt::format(
+        "{} is {} from where the pictures and all else that is stated put it, {:.3g} "
+        "times its uncertainty{}",
+        NameOf(pieces, worst), by, size(&worst), kRemedy);
+  }
+  return fmt::format("{} and {} contradict one another by {}, {:.3g} times their uncertainty{}",
+                     NameOf(pieces, worst), NameOf(pieces, *tested[1]), by, size(&worst), kRemedy);
+}
+
+std::string UncheckedPlace(const BoardNetwork& network, const PlaceTold& told) {
+  if (!told.touched_along || told.prior) return {};
+  const auto& touches = network.touches;
+  if (std::any_of(touches.begin(), touches.end(), [](const auto& of) { return of.other_tool; })) {
+    return {};
+  }
+  return fmt::format(
+      "the length of the one tool that touched ({:g} mm) is checked by nothing: an error of it is "
+      "one of the camera's place along the spindle; touch a mark with a tool of another length",
+      touches.front().tool_length_mm);
 }
 
 }  // namespace trammel::part_alignment

@@ -25,8 +25,8 @@ std::array<Matrix3d, 2> LeanDerivatives(const Vector2d& lean_rad) {
           geometry::RotationFromAngles(x) * geometry::RotationDerivative(y, 1)};
 }
 
-double TurnOfStop(const BoardNetwork& network, const BoardState& state, std::size_t stop) {
-  return network.stops[stop].turn_rad + state.index_rad[network.stops[stop].stay];
+double TurnOfStation(const BoardNetwork& network, const BoardState& state, std::size_t station) {
+  return network.stations[station].turn_rad + state.index_rad[network.stations[station].stay];
 }
 
 // d(actual place) / d(scale, square) at a stated place.
@@ -85,19 +85,22 @@ Vector3d ActualPlace(const BoardNetwork& network, const BoardState& state,
   return stated_mm + PlaceByMachine(stated_mm - network.middle_mm) * machine;
 }
 
-Matrix3d MachineFromTaper(const BoardNetwork& network, const BoardState& state, std::size_t stop) {
+Matrix3d MachineFromTaper(const BoardNetwork& network, const BoardState& state,
+                          std::size_t station) {
   const Matrix3d lean = Lean(state.lean_rad);
   return network.machine_from_spindle * lean *
-         geometry::RotationFromAngles({0, 0, TurnOfStop(network, state, stop)}) * lean.transpose();
+         geometry::RotationFromAngles({0, 0, TurnOfStation(network, state, station)}) *
+         lean.transpose();
 }
 
-StopFrame FrameOf(const BoardNetwork& network, const BoardState& state, std::size_t stop) {
-  StopFrame frame;
-  frame.actual_mm = ActualPlace(network, state, network.stops[stop].stated_mm) + state.off_mm[stop];
+StationFrame FrameOf(const BoardNetwork& network, const BoardState& state, std::size_t station) {
+  StationFrame frame;
+  frame.actual_mm =
+      ActualPlace(network, state, network.stations[station].stated_mm) + state.off_mm[station];
   const Matrix3d spindle_from_machine = network.machine_from_spindle.transpose();
   const Matrix3d lean = Lean(state.lean_rad);
   const auto by_lean = LeanDerivatives(state.lean_rad);
-  const Vector3d turn(0, 0, TurnOfStop(network, state, stop));
+  const Vector3d turn(0, 0, TurnOfStation(network, state, station));
   const Matrix3d back = geometry::RotationFromAngles(turn).transpose();
   frame.taper_from_machine = lean * back * lean.transpose() * spindle_from_machine;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -110,39 +113,51 @@ StopFrame FrameOf(const BoardNetwork& network, const BoardState& state, std::siz
   return frame;
 }
 
-std::optional<Vector2d> SightResidual(const BoardNetwork& network, const BoardState& state,
-                                      const StopFrame& frame, const BoardNetwork::Sight& sight) {
-  (void)network;
+bool TakesPart(const BoardNetwork& network, const NetworkObservation& observation) {
+  return observation.used && network.stations[observation.station].used;
+}
+
+std::vector<bool> SeenMarks(const BoardNetwork& network) {
+  std::vector<bool> seen(network.marks, false);
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) seen[observation.point] = true;
+  }
+  return seen;
+}
+
+std::optional<Vector2d> ResidualOf(const BoardNetwork& network, const BoardState& state,
+                                   const NetworkObservation& observation) {
+  const StationFrame frame = FrameOf(network, state, observation.station);
   const Vector3d taper_mm =
-      frame.taper_from_machine * (state.marks_mm[sight.mark] - frame.actual_mm);
+      frame.taper_from_machine * (state.marks_mm[observation.point] - frame.actual_mm);
   const geometry::Pose& pose = state.camera.taper_from_camera;
   const Vector3d camera_mm =
       geometry::RotationFromAngles(pose.angles_rad).transpose() * (taper_mm - pose.translation_mm);
   const auto pixel = Project(state.camera, camera_mm);
   if (!pixel) return std::nullopt;
-  return Vector2d(sight.pixel - *pixel);
+  return Vector2d(observation.pixel - *pixel);
 }
 
-bool PartialsOf(const BoardNetwork& network, const BoardState& state, const StopFrame& frame,
-                const BoardNetwork::Sight& sight, SightPartials& partials) {
-  const Vector3d machine_mm = state.marks_mm[sight.mark] - frame.actual_mm;
+bool PartialsOf(const BoardNetwork& network, const BoardState& state, const StationFrame& frame,
+                const NetworkObservation& observation, MarkPartials& partials) {
+  const Vector3d machine_mm = state.marks_mm[observation.point] - frame.actual_mm;
   partials.taper_mm = frame.taper_from_machine * machine_mm;
   const auto projected = ProjectFromTaper(state.camera, partials.taper_mm);
   if (!projected) return false;
-  const BoardNetwork::Stop& stop = network.stops[sight.view];
-  partials.residual = projected->pixel - sight.pixel;
+  const BoardNetwork::Station& station = network.stations[observation.station];
+  partials.residual = projected->pixel - observation.pixel;
   partials.by_taper = projected->by_taper;
   partials.by_mark = projected->by_taper * frame.taper_from_machine;
   auto& shared = partials.by_shared;
   shared.setZero(2, SharedUnknowns(network));
   shared.leftCols<kCameraParameters>() = projected->by_parameter;
   shared.middleCols<6>(kBoardScale) =
-      -partials.by_mark * PlaceByMachine(stop.stated_mm - network.middle_mm);
+      -partials.by_mark * PlaceByMachine(station.stated_mm - network.middle_mm);
   for (int i = 0; i < 2; ++i) {
     shared.col(kBoardLean + i) = projected->by_taper * (frame.by_lean[i] * machine_mm);
   }
-  if (stop.stay > 0) {
-    shared.col(kBoardStays + static_cast<Index>(stop.stay) - 1) =
+  if (station.stay > 0) {
+    shared.col(kBoardStays + static_cast<Index>(station.stay) - 1) =
         projected->by_taper * (frame.by_index * machine_mm);
   }
   return true;

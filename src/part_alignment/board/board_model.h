@@ -7,21 +7,15 @@
 #include <vector>
 
 #include "part_alignment/board/board_calibration.h"
+#include "part_alignment/network/observation.h"
 
 namespace trammel::part_alignment {
 
 /// A measurement in numbers: what takes part in an adjustment.
 struct BoardNetwork {
-  struct Sight {
-    std::size_t view = 0;
-    std::size_t mark = 0;
-    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-    double sigma_px = 0;
-    bool used = true;
-  };
-  struct Stop {
+  struct Station {
     Eigen::Vector3d stated_mm = Eigen::Vector3d::Zero();
-    double turn_rad = 0;   ///< of the spindle since the first stop
+    double turn_rad = 0;   ///< of the spindle since the first station
     std::size_t stay = 0;  ///< counts turns of the spindle
     bool used = true;
   };
@@ -34,10 +28,10 @@ struct BoardNetwork {
   };
   Camera frame;
   Eigen::Matrix3d machine_from_spindle =
-      Eigen::Matrix3d::Identity();                      ///< stated, of the first stop
+      Eigen::Matrix3d::Identity();                      ///< stated, of the first station
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< about which the machine is stretched
-  std::vector<Stop> stops;
-  std::vector<Sight> sights;
+  std::vector<Station> stations;
+  std::vector<NetworkObservation> observations;  ///< of marks
   std::vector<Touch> touches;
   std::size_t marks = 0;
   std::size_t stays = 0;
@@ -46,9 +40,15 @@ struct BoardNetwork {
   std::optional<CameraPlacePrior> place;
 };
 
+/// Whether an observation is used, and its station.
+[[nodiscard]] bool TakesPart(const BoardNetwork& network, const NetworkObservation& observation);
+/// Of the marks, those that an observation shows that takes part.
+[[nodiscard]] std::vector<bool> SeenMarks(const BoardNetwork& network);
+
 /// Unknowns that all pictures share, in their order; then the marks, three each.
 enum BoardIndex {
   kBoardCamera = 0,  // kCameraParameters of them
+  kBoardPlace = 7,   // of the camera in the taper, among its parameters
   kBoardScale = kCameraParameters,
   kBoardSquare = kBoardScale + 3,  // xy, xz, yz
   kBoardLean = kBoardSquare + 3,
@@ -64,7 +64,7 @@ struct BoardState {
   double tool_mm = 0;
   std::vector<double> index_rad;  ///< of each stay; that of the first is 0
   std::vector<Eigen::Vector3d> marks_mm;
-  std::vector<Eigen::Vector3d> off_mm;  ///< of each stop from where it was stated
+  std::vector<Eigen::Vector3d> off_mm;  ///< of each station from where it was stated
 };
 
 /// The number of shared unknowns.
@@ -79,37 +79,36 @@ void SetShared(const Eigen::VectorXd& shared, BoardState& state);
 /// the machine's X, y in the plane of X and Y.
 [[nodiscard]] Eigen::Vector3d ActualPlace(const BoardNetwork& network, const BoardState& state,
                                           const Eigen::Vector3d& stated_mm);
-/// Turns the taper's frame into the machine's at a stop.
+/// Turns the taper's frame into the machine's at a station.
 [[nodiscard]] Eigen::Matrix3d MachineFromTaper(const BoardNetwork& network, const BoardState& state,
-                                               std::size_t stop);
+                                               std::size_t station);
 
-/// Of one stop, made once for all of its sights.
-struct StopFrame {
+/// Of one station, made once for all of its observations.
+struct StationFrame {
   Eigen::Vector3d actual_mm;
   Eigen::Matrix3d taper_from_machine;
   Eigen::Matrix3d by_lean[2];  ///< of taper_from_machine
   Eigen::Matrix3d by_index;
 };
-[[nodiscard]] StopFrame FrameOf(const BoardNetwork& network, const BoardState& state,
-                                std::size_t stop);
+[[nodiscard]] StationFrame FrameOf(const BoardNetwork& network, const BoardState& state,
+                                   std::size_t station);
 
-/// Seen less foretold, not whitened. Absent where the camera cannot see the mark.
-[[nodiscard]] std::optional<Eigen::Vector2d> SightResidual(const BoardNetwork& network,
-                                                           const BoardState& state,
-                                                           const StopFrame& frame,
-                                                           const BoardNetwork::Sight& sight);
+/// Seen less projected, not whitened. Absent where the camera cannot see the mark.
+[[nodiscard]] std::optional<Eigen::Vector2d> ResidualOf(const BoardNetwork& network,
+                                                        const BoardState& state,
+                                                        const NetworkObservation& observation);
 
-struct SightPartials {
-  Eigen::Vector2d residual;  ///< foretold less seen
+struct MarkPartials {
+  Eigen::Vector2d residual;  ///< projected less seen
   Eigen::Matrix<double, 2, Eigen::Dynamic> by_shared;
-  Eigen::Matrix<double, 2, 3> by_mark;   ///< that by the stop's place is its negative
+  Eigen::Matrix<double, 2, 3> by_mark;   ///< that by the station's place is its negative
   Eigen::Matrix<double, 2, 3> by_taper;  ///< by the point in the taper's frame
   Eigen::Vector3d taper_mm;
 };
 /// False where the camera cannot see the mark. `partials` keeps its memory.
 [[nodiscard]] bool PartialsOf(const BoardNetwork& network, const BoardState& state,
-                              const StopFrame& frame, const BoardNetwork::Sight& sight,
-                              SightPartials& partials);
+                              const StationFrame& frame, const NetworkObservation& observation,
+                              MarkPartials& partials);
 
 /// Of a touch along a machine axis, k = 1: of the touch, the approach, and another tool's length.
 /// Infinite where the touch tells nothing.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/statistics.h"
 #include "geometry/euler.h"
 #include "part_alignment/board/board_input.h"
 #include "part_alignment/board/board_start.h"
@@ -213,11 +214,7 @@ Result<BoardSketch> SketchBoard(const BoardMeasurement& first) {
   sketch.middle_mm /= std::max<double>(1, static_cast<double>(sketch.marks_mm.size()));
   std::vector<double> radii;
   for (const ImageEllipse& disc : first.views.front().discs) radii.push_back(disc.semi_major_px);
-  if (!radii.empty()) {
-    const auto middle = radii.begin() + static_cast<long>(radii.size() / 2);
-    std::nth_element(radii.begin(), middle, radii.end());
-    sketch.disc_radius_px = *middle;
-  }
+  if (!radii.empty()) sketch.disc_radius_px = Median(radii);
   return sketch;
 }
 
@@ -290,9 +287,7 @@ double ShiftSketch(const BoardView& view, double turn_rad, BoardSketch& sketch) 
         Project(sketch.camera, machine_from_camera.transpose() * (moved - view.spindle_mm));
     off.push_back(foretold ? (*foretold - pixel).norm() : sketch.camera.width_px);
   }
-  const auto middle = off.begin() + static_cast<long>(off.size() / 2);
-  std::nth_element(off.begin(), middle, off.end());
-  return *middle;
+  return Median(off);
 }
 
 }  // namespace trammel::part_alignment

@@ -8,10 +8,13 @@
 #include <map>
 #include <optional>
 
+#include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/board/board_input.h"
+#include "part_alignment/camera/calibrate_start.h"
+#include "part_alignment/network/normal.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -26,25 +29,25 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 constexpr double kSameTurn_rad = 1e-6;
 constexpr std::size_t kLeastPictures = 4;  // of one angle
 
-// Stops at the angle that has most of them.
+// Stations at the angle that has most of them.
 std::vector<std::size_t> LargestGroup(const BoardNetwork& network) {
   std::map<long long, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < network.stops.size(); ++i) {
-    if (!network.stops[i].used) continue;
-    const double turn = std::remainder(network.stops[i].turn_rad, 2 * M_PI);
+  for (std::size_t i = 0; i < network.stations.size(); ++i) {
+    if (!network.stations[i].used) continue;
+    const double turn = std::remainder(network.stations[i].turn_rad, 2 * M_PI);
     groups[std::llround(turn / kSameTurn_rad)].push_back(i);
   }
   std::vector<std::size_t> largest;
-  for (const auto& [turn, stops] : groups) {
-    if (stops.size() > largest.size()) largest = stops;
+  for (const auto& [turn, stations] : groups) {
+    if (stations.size() > largest.size()) largest = stations;
   }
   return largest;
 }
 
 struct PlanarView {
-  std::size_t sight = 0;
-  std::size_t view = 0;
-  std::size_t mark = 0;
+  std::size_t observation = 0;
+  std::size_t station = 0;
+  std::size_t point = 0;
   Vector2d at = Vector2d::Zero();  ///< about the picture's middle, half its width is 1
   Vector3d place = Vector3d::Zero();
 };
@@ -55,17 +58,18 @@ struct PinHole {
   double misfit = std::numeric_limits<double>::infinity();
 };
 
-// How far the pin-hole puts a sight beside where it is seen; 0 of marks that it does not have.
-double MissOf(const PinHole& pin_hole, double bend, const PlanarView& sight) {
-  const auto mark = pin_hole.marks.find(sight.mark);
+// How far the pin-hole puts a observation beside where it is seen; 0 of marks that it does not
+// have.
+double MissOf(const PinHole& pin_hole, double bend, const PlanarView& observation) {
+  const auto mark = pin_hole.marks.find(observation.point);
   if (mark == pin_hole.marks.end()) return 0;
-  const Vector3d at = mark->second - pin_hole.h * sight.place;
-  const double stretch = 1 + bend * sight.at.squaredNorm();
-  return (Vector2d(at.x(), at.y()) / at.z() - sight.at * stretch).norm() / std::abs(stretch);
+  const Vector3d at = mark->second - pin_hole.h * observation.place;
+  const double stretch = 1 + bend * observation.at.squaredNorm();
+  return (Vector2d(at.x(), at.y()) / at.z() - observation.at * stretch).norm() / std::abs(stretch);
 }
 
 // H and H · mark so that (H mark - H place) is along each ideal picture point: bend straightens it.
-PinHole SolvePinHole(const std::vector<PlanarView>& sights, double bend) {
+PinHole SolvePinHole(const std::vector<PlanarView>& observations, double bend) {
   struct OfMark {
     Matrix3d own = Matrix3d::Zero();
     Matrix39d with_h = Matrix39d::Zero();
@@ -73,14 +77,14 @@ PinHole SolvePinHole(const std::vector<PlanarView>& sights, double bend) {
   };
   std::map<std::size_t, OfMark> marks;
   Matrix9d normal = Matrix9d::Zero();
-  for (const PlanarView& sight : sights) {
-    const Vector2d q = sight.at * (1 + bend * sight.at.squaredNorm());
+  for (const PlanarView& observation : observations) {
+    const Vector2d q = observation.at * (1 + bend * observation.at.squaredNorm());
     Eigen::Matrix<double, 2, 3> rows;
     rows << 1, 0, -q.x(), 0, 1, -q.y();
     Matrix39d by_h = Matrix39d::Zero();
-    for (int r = 0; r < 3; ++r) by_h.block<1, 3>(r, 3 * r) = -sight.place.transpose();
+    for (int r = 0; r < 3; ++r) by_h.block<1, 3>(r, 3 * r) = -observation.place.transpose();
     const Matrix3d square = rows.transpose() * rows;
-    OfMark& mark = marks[sight.mark];
+    OfMark& mark = marks[observation.point];
     mark.own += square;
     const Matrix39d with_h = square * by_h;
     mark.with_h += with_h;
@@ -105,13 +109,14 @@ PinHole SolvePinHole(const std::vector<PlanarView>& sights, double bend) {
     pin_hole.marks[id] = -geometry::SolveSymmetric(mark.own, mark.with_h * h);
   }
   double squares = 0;
-  for (const PlanarView& sight : sights) squares += std::pow(MissOf(pin_hole, bend, sight), 2);
+  for (const PlanarView& observation : observations)
+    squares += std::pow(MissOf(pin_hole, bend, observation), 2);
   if (std::isfinite(squares)) pin_hole.misfit = squares;
   return pin_hole;
 }
 
 // The bend with the least misfit: first coarsely, then between neighbours.
-PinHole BestPinHole(const std::vector<PlanarView>& sights, double& bend) {
+PinHole BestPinHole(const std::vector<PlanarView>& observations, double& bend) {
   PinHole best;
   double step = 0.1;
   double middle = 0.05;
@@ -119,7 +124,7 @@ PinHole BestPinHole(const std::vector<PlanarView>& sights, double& bend) {
     const double centre = middle;
     for (int k = -5; k <= 5; ++k) {
       const double trial = centre + k * step;
-      PinHole pin_hole = SolvePinHole(sights, trial);
+      PinHole pin_hole = SolvePinHole(observations, trial);
       if (!(pin_hole.misfit < best.misfit)) continue;
       best = std::move(pin_hole);
       middle = trial;
@@ -130,33 +135,30 @@ PinHole BestPinHole(const std::vector<PlanarView>& sights, double& bend) {
   return best;
 }
 
-// Takes out sights that are off by far more than the others of their picture.
+// Takes out observations that are off by far more than the others of their picture.
 std::vector<std::size_t> TakeStrays(const PinHole& pin_hole, double bend,
-                                    std::vector<PlanarView>& sights) {
+                                    std::vector<PlanarView>& observations) {
   std::map<std::size_t, std::vector<double>> by_view;
   std::vector<double> off;
-  for (const PlanarView& sight : sights) {
-    const double size = MissOf(pin_hole, bend, sight);
+  for (const PlanarView& observation : observations) {
+    const double size = MissOf(pin_hole, bend, observation);
     off.push_back(size);
-    by_view[sight.view].push_back(size);
+    by_view[observation.station].push_back(size);
   }
-  for (auto& [view, sizes] : by_view) {
-    std::nth_element(sizes.begin(), sizes.begin() + static_cast<long>(sizes.size() / 2),
-                     sizes.end());
-  }
+  std::map<std::size_t, double> usual;
+  for (const auto& [view, sizes] : by_view) usual[view] = Median(sizes);
   constexpr double kFar = 8;       // times the median of the picture
   constexpr double kLeast = 0.03;  // of half the picture's width
   std::vector<std::size_t> strays;
   std::vector<PlanarView> kept;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    const auto& sizes = by_view[sights[i].view];
-    if (off[i] > std::max(kLeast, kFar * sizes[sizes.size() / 2])) {
-      strays.push_back(sights[i].sight);
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (off[i] > std::max(kLeast, kFar * usual[observations[i].station])) {
+      strays.push_back(observations[i].observation);
     } else {
-      kept.push_back(sights[i]);
+      kept.push_back(observations[i]);
     }
   }
-  sights = std::move(kept);
+  observations = std::move(kept);
   return strays;
 }
 
@@ -167,15 +169,16 @@ struct Spread {
   double width = 0;
 };
 
-Spread SpreadOf(const BoardNetwork& network, const std::vector<std::size_t>& stops) {
+Spread SpreadOf(const BoardNetwork& network, const std::vector<std::size_t>& stations) {
   Spread spread;
-  const auto count = static_cast<double>(stops.size());
-  for (const std::size_t stop : stops) spread.middle += network.stops[stop].stated_mm / count;
+  const auto count = static_cast<double>(stations.size());
+  for (const std::size_t station : stations)
+    spread.middle += network.stations[station].stated_mm / count;
   Matrix3d squares = Matrix3d::Zero();
   Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
   Vector3d high = -low;
-  for (const std::size_t stop : stops) {
-    const Vector3d from = network.stops[stop].stated_mm - spread.middle;
+  for (const std::size_t station : stations) {
+    const Vector3d from = network.stations[station].stated_mm - spread.middle;
     squares += from * from.transpose() / count;
     const Vector3d in_spindle = network.machine_from_spindle.transpose() * from;
     low = low.cwiseMin(in_spindle);
@@ -187,25 +190,25 @@ Spread SpreadOf(const BoardNetwork& network, const std::vector<std::size_t>& sto
   return spread;
 }
 
-std::vector<PlanarView> ViewsOf(const BoardNetwork& network, const std::vector<std::size_t>& stops,
-                                const Spread& spread) {
-  std::vector<bool> wanted(network.stops.size(), false);
-  for (const std::size_t stop : stops) wanted[stop] = true;
+std::vector<PlanarView> ViewsOf(const BoardNetwork& network,
+                                const std::vector<std::size_t>& stations, const Spread& spread) {
+  std::vector<bool> wanted(network.stations.size(), false);
+  for (const std::size_t station : stations) wanted[station] = true;
   const double half = network.frame.width_px / 2.0;
   const Vector2d middle((network.frame.width_px - 1) / 2.0, (network.frame.height_px - 1) / 2.0);
   const double scale = spread.axes[2] > 0 ? spread.axes[2] : 1;
   std::vector<PlanarView> views;
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const BoardNetwork::Sight& sight = network.sights[i];
-    if (!sight.used || !wanted[sight.view]) continue;
-    views.push_back({i, sight.view, sight.mark, (sight.pixel - middle) / half,
-                     (network.stops[sight.view].stated_mm - spread.middle) / scale});
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    if (!observation.used || !wanted[observation.station]) continue;
+    views.push_back({i, observation.station, observation.point, (observation.pixel - middle) / half,
+                     (network.stations[observation.station].stated_mm - spread.middle) / scale});
   }
   return views;
 }
 
 // Camera and marks of a pin-hole; the rows of a mirrored one cannot be turned upright.
-BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t stop, const Spread& spread,
+BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t station, const Spread& spread,
                             PinHole pin_hole, double bend, BoardStart& start) {
   const double half = network.frame.width_px / 2.0;
   const double scale = spread.axes[2] > 0 ? spread.axes[2] : 1;
@@ -216,28 +219,21 @@ BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t stop, const
   for (const auto& [id, mark] : pin_hole.marks) before += side * mark.z() > 0 ? 1 : -1;
   const double sign = before < 0 ? -1 : 1;
   const Matrix3d h = pin_hole.h * (sign / length);
-  const Vector3d axis = h.row(2);
-  const Vector2d principal(h.row(0).dot(axis), h.row(1).dot(axis));
-  const Vector3d across = h.row(0).transpose() - principal.x() * axis;
-  const Vector3d down = h.row(1).transpose() - principal.y() * axis;
-  Matrix3d rows;
-  rows << across.transpose().normalized(), down.transpose().normalized(), axis.transpose();
-  if (rows.determinant() < 0) return BoardStartFault::kMirrored;
-  const double ratio = across.norm() / down.norm();
+  const PinholeParts parts = PartsOf(h);
+  if (parts.mirrored) return BoardStartFault::kMirrored;
+  const double ratio = parts.across / parts.down;
   constexpr double kAlike = 1.5;  // a bent lens and few pictures bend the linear answer as well
   if (!(ratio < kAlike && ratio > 1 / kAlike)) return BoardStartFault::kNoCamera;
-  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
-  const Matrix3d camera_from_machine = nearly.u * nearly.v.transpose();
   Camera& camera = start.state.camera;
   camera = network.frame;
-  camera.focal_length_mm = camera.pixel_pitch_mm * half * (across.norm() + down.norm()) / 2;
-  camera.principal_point_offset_px = principal * half;
+  camera.focal_length_mm = camera.pixel_pitch_mm * half * (parts.across + parts.down) / 2;
+  camera.principal_point_offset_px = parts.principal * half;
   const bool photogrammetry = camera.convention == CameraConvention::kBrownMeasuredToIdeal;
   camera.k1 = (photogrammetry ? bend : -bend) / (half * half);
   camera.k2 = camera.p1 = camera.p2 = 0;
-  const Matrix3d machine_from_taper = MachineFromTaper(network, start.state, stop);
+  const Matrix3d machine_from_taper = MachineFromTaper(network, start.state, station);
   const Matrix3d taper_from_camera =
-      machine_from_taper.transpose() * camera_from_machine.transpose();
+      machine_from_taper.transpose() * parts.camera_from_object.transpose();
   camera.taper_from_camera = {Vector3d::Zero(), geometry::AnglesFromRotation(taper_from_camera)};
   if (side * taper_from_camera(2, 2) > -0.5) return BoardStartFault::kLooksAway;
   const Matrix3d back = pin_hole.h.inverse();
@@ -248,26 +244,25 @@ BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t stop, const
   return BoardStartFault::kNone;
 }
 
-// The camera's place across the axis, from sights at other angles.
+// The camera's place across the axis, from observations at other angles.
 void PlaceByTurns(const BoardNetwork& network, std::size_t reference, BoardStart& start) {
   BoardState& state = start.state;
   const Matrix3d first = MachineFromTaper(network, state, reference);
   const Matrix3d turn = geometry::RotationFromAngles(state.camera.taper_from_camera.angles_rad);
   Matrix3d normal = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used || !start.placed[sight.mark]) continue;
-    const Matrix3d here = MachineFromTaper(network, state, sight.view);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation) || !start.placed[observation.point]) continue;
+    const Matrix3d here = MachineFromTaper(network, state, observation.station);
     const Matrix3d by_place = here.transpose() * first - Matrix3d::Identity();
     if (by_place.norm() < 1e-3) continue;
-    const auto line = LineOfSight(state.camera, sight.pixel);
+    const auto line = LineOfSight(state.camera, observation.pixel);
     if (!line) continue;
     // The mark is first · place further than it was taken to be.
     const Vector3d along = turn * *line;
-    const Vector3d offset =
-        here.transpose() * (state.marks_mm[sight.mark] - network.stops[sight.view].stated_mm);
-    Matrix3d cross;
-    cross << 0, -along.z(), along.y(), along.z(), 0, -along.x(), -along.y(), along.x(), 0;
+    const Vector3d offset = here.transpose() * (state.marks_mm[observation.point] -
+                                                network.stations[observation.station].stated_mm);
+    const Matrix3d cross = CrossMatrix(along);
     const Matrix3d rows = cross * by_place;
     normal += rows.transpose() * rows;
     right -= rows.transpose() * (cross * offset);
@@ -292,17 +287,18 @@ void PlaceOtherMarks(const BoardNetwork& network, BoardStart& start) {
   std::vector<Matrix3d> normal(network.marks, Matrix3d::Zero());
   std::vector<Vector3d> right(network.marks, Vector3d::Zero());
   std::vector<int> count(network.marks, 0);
-  for (const BoardNetwork::Sight& sight : network.sights) {
-    if (!sight.used || !network.stops[sight.view].used || start.placed[sight.mark]) continue;
-    const auto line = LineOfSight(state.camera, sight.pixel);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation) || start.placed[observation.point]) continue;
+    const auto line = LineOfSight(state.camera, observation.pixel);
     if (!line) continue;
-    const Matrix3d here = MachineFromTaper(network, state, sight.view);
+    const Matrix3d here = MachineFromTaper(network, state, observation.station);
     const Vector3d along = here * turn * *line;
-    const Vector3d origin = network.stops[sight.view].stated_mm + here * pose.translation_mm;
+    const Vector3d origin =
+        network.stations[observation.station].stated_mm + here * pose.translation_mm;
     const Matrix3d off = Matrix3d::Identity() - along * along.transpose();
-    normal[sight.mark] += off;
-    right[sight.mark] += off * origin;
-    ++count[sight.mark];
+    normal[observation.point] += off;
+    right[observation.point] += off * origin;
+    ++count[observation.point];
   }
   for (std::size_t i = 0; i < network.marks; ++i) {
     if (count[i] < 2) continue;
@@ -318,7 +314,7 @@ BoardStart StartBoard(const BoardNetwork& network) {
   start.state.camera = network.frame;
   start.state.index_rad.assign(network.stays, 0);
   start.state.marks_mm.assign(network.marks, Vector3d::Zero());
-  start.state.off_mm.assign(network.stops.size(), Vector3d::Zero());
+  start.state.off_mm.assign(network.stations.size(), Vector3d::Zero());
   start.placed.assign(network.marks, false);
   const std::vector<std::size_t> group = LargestGroup(network);
   if (group.size() < kLeastPictures) {
@@ -360,9 +356,9 @@ BoardStart StartBoard(const BoardNetwork& network) {
 }
 
 void UseStart(const BoardStart& start, BoardNetwork& network) {
-  for (const std::size_t stray : start.strays) network.sights[stray].used = false;
-  for (BoardNetwork::Sight& sight : network.sights) {
-    sight.used = sight.used && start.placed[sight.mark];
+  for (const std::size_t stray : start.strays) network.observations[stray].used = false;
+  for (NetworkObservation& observation : network.observations) {
+    observation.used = observation.used && start.placed[observation.point];
   }
   LeaveOutLonely(network);
 }

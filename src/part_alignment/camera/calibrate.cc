@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -11,10 +12,11 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/statistics.h"
+#include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/camera/calibrate_start.h"
-#include "part_alignment/camera/calibrate_uncertainty.h"
-#include "part_alignment/camera/least_squares.h"
+#include "part_alignment/network/least_squares.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -135,10 +137,8 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
   while (true) {
     std::vector<double> errors;
     for (const std::size_t i : used) errors.push_back(WhitenedError(camera, samples[i]));
-    std::vector<double> sorted = errors;
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
     // The median of the length of two standard normal numbers is 1.177.
-    const double scale = std::max(1.0, sorted[sorted.size() / 2] / 1.177);
+    const double scale = std::max(1.0, Median(errors) / 1.177);
     const auto worst = std::max_element(errors.begin(), errors.end());
     if (!(*worst > kWrongSigma * scale)) return true;
     if (used.size() <= least) return false;
@@ -153,6 +153,49 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
     const LeastSquaresFit fit = FitCamera(camera, samples, used);
     if (fit.converged) camera = WithParameters(camera, fit.x);
   }
+}
+
+// What the fitted camera becomes when the target or the taper were elsewhere than stated: the views
+// fix the camera in the measuring machine's frame, so taper_from_camera follows them.
+Eigen::Matrix<double, 6, 1> TaperFromCamera(const Eigen::Matrix3d& cmm_from_camera,
+                                            const Vector3d& camera_in_cmm_mm,
+                                            const geometry::Pose& cmm_from_taper) {
+  const Eigen::Matrix3d taper_from_cmm =
+      geometry::RotationFromAngles(cmm_from_taper.angles_rad).transpose();
+  Eigen::Matrix<double, 6, 1> pose;
+  pose << taper_from_cmm * (camera_in_cmm_mm - cmm_from_taper.translation_mm),
+      geometry::AnglesFromRotation(taper_from_cmm * cmm_from_camera);
+  return pose;
+}
+
+// What the probed taper and the target's place on its tip add to the covariance: no view tells of
+// either, both shift and turn the camera in its taper.
+CameraCovariance CovarianceOfSetUp(const GridMeasurement& grid, const Camera& camera) {
+  const Eigen::Matrix3d cmm_from_taper =
+      geometry::RotationFromAngles(grid.cmm_from_taper.angles_rad);
+  const Eigen::Matrix3d cmm_from_camera =
+      cmm_from_taper * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
+  const Vector3d in_cmm_mm =
+      cmm_from_taper * camera.taper_from_camera.translation_mm + grid.cmm_from_taper.translation_mm;
+  Eigen::Matrix<double, 6, 9> by_sigma;  // columns: taper, target; each times its sigma
+  constexpr double kStep = 1e-5;         // mm and rad
+  for (int i = 0; i < 9; ++i) {
+    std::array<Eigen::Matrix<double, 6, 1>, 2> pose;
+    for (const int side : {0, 1}) {
+      geometry::Pose taper = grid.cmm_from_taper;
+      Vector3d moved_mm = in_cmm_mm;
+      const double step = side == 0 ? -kStep : kStep;
+      if (i < 3) taper.translation_mm[i] += step;
+      if (i >= 3 && i < 6) taper.angles_rad[i - 3] += step;
+      if (i >= 6) moved_mm[i - 6] += step;
+      pose[static_cast<std::size_t>(side)] = TaperFromCamera(cmm_from_camera, moved_mm, taper);
+    }
+    const double sigma = i < 6 ? grid.taper_sigma[i] : grid.target_from_tip_sigma_mm[i - 6];
+    by_sigma.col(i) = (pose[1] - pose[0]) / (2 * kStep) * sigma;
+  }
+  CameraCovariance covariance = CameraCovariance::Zero();
+  covariance.bottomRightCorner<6, 6>() = by_sigma.lazyProduct(by_sigma.transpose());
+  return covariance;
 }
 
 double AlongAxis(const Camera& camera, const Vector3d& taper_mm) {
@@ -262,28 +305,6 @@ void NoteResiduals(const GridMeasurement& grid, const std::vector<Sample>& sampl
   result.residual_rms_sigma = std::sqrt(sum_sigma / result.degrees_of_freedom);
 }
 
-void NoteCoverage(const std::vector<Sample>& samples, const std::vector<std::size_t>& used,
-                  CameraCalibration& result) {
-  const Vector2d principal = PrincipalPoint(result.camera);
-  double seen_px = 0;
-  for (const std::size_t i : used) {
-    seen_px = std::max(seen_px, (samples[i].pixel - principal).norm());
-  }
-  double corner_px = 0;
-  for (const double column : {0.0, result.camera.width_px - 1.0}) {
-    for (const double row : {0.0, result.camera.height_px - 1.0}) {
-      corner_px = std::max(corner_px, (Vector2d(column, row) - principal).norm());
-    }
-  }
-  constexpr double kEnough = 0.9;
-  if (seen_px < kEnough * corner_px) {
-    result.notices.push_back(fmt::format(
-        "no view is farther than {:.0f} px from the principal point, the corner is {:.0f} "
-        "px away: do not measure outside, the lens is extrapolated there",
-        seen_px, corner_px));
-  }
-}
-
 void NoteMisfit(CameraCalibration& result) {
   // Four standard deviations of the root mean square of so many normal numbers.
   const double expected = 4 / std::sqrt(2.0 * result.degrees_of_freedom);
@@ -334,6 +355,22 @@ CameraCalibration SayStartFault(const CameraStart& start) {
 
 }  // namespace
 
+std::optional<std::string> NoticeOfCoverage(const Camera& camera, const char* what,
+                                            double seen_px) {
+  constexpr double kEnough = 0.9;
+  double corner_px = 0;
+  for (const double column : {0.0, camera.width_px - 1.0}) {
+    for (const double row : {0.0, camera.height_px - 1.0}) {
+      corner_px = std::max(corner_px, (Vector2d(column, row) - PrincipalPoint(camera)).norm());
+    }
+  }
+  if (seen_px >= kEnough * corner_px) return std::nullopt;
+  return fmt::format(
+      "no {} is farther than {:.0f} px from the principal point, the corner is {:.0f} px away: do "
+      "not measure outside, the lens is extrapolated there",
+      what, seen_px, corner_px);
+}
+
 Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
                                           const CalibrateOptions& options) {
   if (const auto fault = FaultOfGrid(grid)) return Fail(*fault);
@@ -365,7 +402,7 @@ Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
   fit = FitCamera(camera, samples, used);
   CameraCalibration result;
   result.camera = WithParameters(camera, fit.x);
-  const ScaledInverse inverse = InvertNormal(fit.jacobian);
+  const JacobianInverse inverse = InvertNormal(fit.jacobian);
   NoteResiduals(grid, samples, used, result);
   const double widened = std::max(1.0, result.residual_rms_sigma);
   result.scatter = inverse.covariance * (widened * widened);
@@ -394,7 +431,13 @@ Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
   if (result.cross_validation.empty()) {
     result.notices.push_back("fewer than three planes: nothing could be held out to foretell");
   }
-  NoteCoverage(samples, used, result);
+  double seen_px = 0;
+  for (const std::size_t i : used) {
+    seen_px = std::max(seen_px, (samples[i].pixel - PrincipalPoint(result.camera)).norm());
+  }
+  if (auto notice = NoticeOfCoverage(result.camera, "view", seen_px)) {
+    result.notices.push_back(std::move(*notice));
+  }
   NoteMisfit(result);
   return result;
 }

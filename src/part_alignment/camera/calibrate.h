@@ -3,13 +3,14 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/measured.h"
 #include "base/rejection.h"
 #include "base/result.h"
-#include "part_alignment/camera/camera_parameters.h"
+#include "part_alignment/camera/camera.h"
 
 namespace trammel::part_alignment {
 
@@ -89,5 +90,11 @@ struct CameraCalibration {
 /// Accuracy: exact to 1e-9 px on noise-free grids (calibrate_test).
 [[nodiscard]] Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
                                                         const CalibrateOptions& options);
+
+/// What to say where what was seen (`what`: "mark") leaves the picture's corners out; absent where
+/// it does not.
+/// @param seen_px  the farthest from the principal point
+[[nodiscard]] std::optional<std::string> NoticeOfCoverage(const Camera& camera, const char* what,
+                                                          double seen_px);
 
 }  // namespace trammel::part_alignment

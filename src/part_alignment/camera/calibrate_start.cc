@@ -72,6 +72,22 @@ double Flatness(std::span<const Vector3d> places) {
 
 }  // namespace
 
+PinholeParts PartsOf(const Matrix3d& pinhole) {
+  const Vector3d axis = pinhole.row(2);
+  PinholeParts parts;
+  parts.principal = {pinhole.row(0).dot(axis), pinhole.row(1).dot(axis)};
+  const Vector3d across = pinhole.row(0).transpose() - parts.principal.x() * axis;
+  const Vector3d down = pinhole.row(1).transpose() - parts.principal.y() * axis;
+  parts.across = across.norm();
+  parts.down = down.norm();
+  Matrix3d rows;
+  rows << across.transpose().normalized(), down.transpose().normalized(), axis.transpose();
+  parts.mirrored = rows.determinant() < 0;
+  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
+  parts.camera_from_object = nearly.u * nearly.v.transpose();
+  return parts;
+}
+
 CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
                         std::span<const Vector2d> pixels) {
   TRAMMEL_CHECK(taper_mm.size() == pixels.size() && taper_mm.size() >= 6, "{} places, {} pixels",
@@ -89,27 +105,21 @@ CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
   p /= p.row(2).head<3>().norm();
   const double side = frame.looks_along == LooksAlong::kPlusZ ? 1 : -1;
   if (side * (p.row(2) * scaling.mean.homogeneous()).value() < 0) p = -p;
-  const Vector3d axis = p.row(2).head<3>();
-  const Vector2d principal(p.row(0).head<3>().dot(axis), p.row(1).head<3>().dot(axis));
-  const Vector3d across = p.row(0).head<3>().transpose() - principal.x() * axis;
-  const Vector3d down = p.row(1).head<3>().transpose() - principal.y() * axis;
-  Matrix3d rows;
-  rows << across.transpose().normalized(), down.transpose().normalized(), axis.transpose();
-  if (rows.determinant() < 0) {
+  const PinholeParts parts = PartsOf(p.leftCols<3>());
+  if (parts.mirrored) {
     // Of shallow places noise alone may turn the sign.
     constexpr double kShallow = 0.05;
     const bool shallow = start.flatness_mm < kShallow * scaling.size;
     start.fault = shallow ? StartFault::kFlat : StartFault::kMirrored;
     return start;
   }
-  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
-  const Matrix3d taper_from_camera = nearly.v * nearly.u.transpose();
   Camera& camera = start.camera;
-  camera.focal_length_mm = camera.pixel_pitch_mm * (across.norm() + down.norm()) / 2;
+  camera.focal_length_mm = camera.pixel_pitch_mm * (parts.across + parts.down) / 2;
   camera.principal_point_offset_px =
-      principal - Vector2d((camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0);
+      parts.principal - Vector2d((camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0);
   camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
-  camera.taper_from_camera.angles_rad = geometry::AnglesFromRotation(taper_from_camera);
+  camera.taper_from_camera.angles_rad =
+      geometry::AnglesFromRotation(parts.camera_from_object.transpose());
   // The camera's centre is where the pin-hole's three rows vanish.
   camera.taper_from_camera.translation_mm = -p.leftCols<3>().inverse() * p.col(3);
   return start;

@@ -26,4 +26,14 @@ struct CameraStart {
                                       std::span<const Eigen::Vector3d> taper_mm,
                                       std::span<const Eigen::Vector2d> pixels);
 
+/// What the left 3 × 3 of a pin-hole's matrix holds, its third row of length 1.
+struct PinholeParts {
+  Eigen::Vector2d principal = Eigen::Vector2d::Zero();
+  double across = 0;  ///< focal lengths along columns and rows
+  double down = 0;
+  bool mirrored = false;  ///< no proper rotation has these rows; the rotation means nothing
+  Eigen::Matrix3d camera_from_object = Eigen::Matrix3d::Identity();
+};
+[[nodiscard]] PinholeParts PartsOf(const Eigen::Matrix3d& pinhole);
+
 }  // namespace trammel::part_alignment

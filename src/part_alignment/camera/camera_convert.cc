@@ -8,8 +8,8 @@
 #include <cmath>
 #include <utility>
 
-#include "part_alignment/camera/camera_parameters.h"
-#include "part_alignment/camera/least_squares.h"
+#include "part_alignment/camera/camera.h"
+#include "part_alignment/network/least_squares.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <limits>
 
-#include "part_alignment/camera/camera_parameters.h"
+#include "part_alignment/camera/camera.h"
 
 namespace trammel::part_alignment {
 namespace {

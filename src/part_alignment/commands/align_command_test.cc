@@ -80,14 +80,10 @@ TEST_F(AlignCommand, SolvePrintsWhereThePartIs) {
   EXPECT_THAT(solved.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("gamma")));
 }
 
-TEST_F(AlignCommand, GaussNewtonSaysTheSameAndJsonLeavesTheWordsOut) {
-  const json ceres = json::parse(Align("solve seen.json --json").standard_output);
-  const CommandResult newton = Align("solve seen.json --json --method gauss_newton");
-  const json result = json::parse(newton.standard_output);
-  EXPECT_EQ(newton.standard_error, "");
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(result["part_mm"][i], ceres["part_mm"][i], kExact_mm);
-  }
+TEST_F(AlignCommand, JsonLeavesTheWordsOut) {
+  const CommandResult solved = Align("solve seen.json --json");
+  EXPECT_EQ(solved.standard_error, "");
+  EXPECT_EQ(json::parse(solved.standard_output)["verdict"], "good");
 }
 
 TEST_F(AlignCommand, ATerminalGetsTheTextAndWhereTheJsonIsInPlaceOfTheJson) {

@@ -27,7 +27,7 @@
 #include "base/check.h"
 #include "base/json_text.h"
 #include "files/new_file.h"
-#include "part_alignment/camera/calibration_age.h"
+#include "part_alignment/camera/calibration_record.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/machine_options.h"
 #include "part_alignment/correction/control_text.h"

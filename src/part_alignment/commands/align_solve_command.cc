@@ -31,7 +31,6 @@ namespace {
 
 struct SolveArguments {
   std::string file;
-  std::string method = "ceres";
   std::vector<std::string> unknowns;
   bool not_robust = false;
   int trials = 0;
@@ -108,8 +107,6 @@ Result<int> RunSolve(const SolveArguments& arguments) {
   }
   part_alignment::SolveOptions options = SolveOptionsOf(input);
   options.robust = !arguments.not_robust;
-  options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
-                                                      : part_alignment::SolveMethod::kCeres;
   const SlowWork work("solving the views");
   auto alignment = part_alignment::Solve(input.measurement, options);
   if (!alignment) {
@@ -140,9 +137,6 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
       parent.add_subcommand("solve", "where the part is, and how the camera is clamped");
   const auto arguments = std::make_shared<SolveArguments>();
   command->add_option("file", arguments->file, "observations (docs/formats.md)")->required();
-  command->add_option("--method", arguments->method)
-      ->check(CLI::IsMember(std::vector<std::string>{"ceres", "gauss_newton"}))
-      ->capture_default_str();
   command
       ->add_option("--unknowns", arguments->unknowns,
                    "instead of the file's: pose, clamp_angle, clamp_eccentricity, clamp_tilt, "

@@ -15,7 +15,6 @@
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/survey_file.h"
 #include "part_alignment/files/target_file.h"
-#include "part_alignment/survey/survey_picture_test_support.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/targets/code_book.h"
 #include "support/run_trammel.h"

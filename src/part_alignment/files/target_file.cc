@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "part_alignment/pose/solve_input.h"
+#include "part_alignment/pose/pose_problem.h"
 
 namespace trammel::files {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
-#include "part_alignment/pose/solution.h"
+#include "part_alignment/pose/solve.h"
 #include "part_alignment/targets/eccentricity.h"
 
 namespace trammel::part_alignment {

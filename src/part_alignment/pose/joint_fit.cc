@@ -1,20 +1,122 @@
 #include "part_alignment/pose/joint_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "base/chi_square.h"
 #include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
-#include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/pose_fit.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::Vector2d;
 using Eigen::VectorXd;
+
+namespace {
+
+const Unknowns kEverything{true, true, true, true, true};
+
+}  // namespace
+
+Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns) {
+  const Layout all = LayoutOf(kEverything);
+  Theta sigmas = Theta::Zero(all.size);
+  const auto set = [&](bool solved, int first, int count, double sigma) {
+    sigmas.segment(first, count).setConstant(solved ? 0 : sigma);
+  };
+  set(unknowns.clamp_angle, all.clamp_angle, 1, inputs.clamp_angle_rad);
+  set(unknowns.clamp_eccentricity, all.clamp_eccentricity, 2, inputs.clamp_eccentricity_mm.value());
+  set(unknowns.clamp_tilt, all.clamp_tilt, 2, inputs.clamp_tilt_rad);
+  set(unknowns.focal_length, all.focal_length, 1, inputs.focal_length_mm);
+  set(unknowns.camera_offset, all.camera_offset, 3, inputs.camera_offset_mm.value());
+  return sigmas;
+}
+
+PoseProblem WithEverything(const PoseProblem& problem) {
+  PoseProblem all = problem;
+  all.unknowns = kEverything;
+  return all;
+}
+
+Theta EverythingAt(const PoseProblem& problem, const Theta& theta) {
+  PoseProblem all = WithEverything(problem);
+  all.camera = CameraOf(problem, theta);
+  return ThetaOf(all, PoseOf(theta), ClampingOf(LayoutOf(problem.unknowns), theta));
+}
+
+CameraCovariance CountingRoot(const Unknowns& unknowns, const CameraCovariance& covariance) {
+  CameraCovariance root = geometry::CovarianceRoot(covariance);
+  if (unknowns.focal_length) {
+    root.row(0).setZero();
+  }
+  if (unknowns.camera_offset) {
+    root.middleRows<3>(7).setZero();
+  }
+  return root;
+}
+
+InputErrors ErrorsOf(const InputUncertainty& inputs, const Unknowns& unknowns,
+                     std::size_t target_count, const std::optional<MatrixXd>& targets,
+                     const std::optional<CameraCovariance>& camera) {
+  InputErrors errors{inputs.machine_mm.value(), CommonSigmas(inputs, unknowns), {}, {}};
+  const auto rows = 3 * static_cast<Index>(target_count);
+  const double alone_mm = inputs.target_mm.value();
+  if (targets) {
+    errors.targets =
+        geometry::CovarianceRoot(*targets + alone_mm * alone_mm * MatrixXd::Identity(rows, rows));
+  } else if (alone_mm > 0) {
+    errors.targets = alone_mm * MatrixXd::Identity(rows, rows);
+  }
+  if (camera) errors.camera = CountingRoot(unknowns, *camera);
+  return errors;
+}
+
+void InflateSigmas(const Theta& theta, PoseProblem& problem) {
+  const InputErrors& errors = problem.errors;
+  const Chain chain(problem, theta, true);
+  Vector2d residual_px;
+  ObservationDerivative derivative;
+  for (WeightedObservation& observation : problem.observations) {
+    observation.sigma_px = observation.pixel_sigma_px;
+    double squares_mm2 = errors.machine_mm * errors.machine_mm;
+    if (errors.targets.size() > 0) {
+      squares_mm2 +=
+          errors.targets.middleRows<3>(3 * static_cast<Index>(observation.target)).squaredNorm() /
+          3;
+    }
+    if (squares_mm2 > 0 && chain.ResidualAndDerivative(observation, residual_px, derivative)) {
+      const double px_per_mm = derivative.leftCols<3>().norm() / std::sqrt(2.0);
+      observation.sigma_px =
+          std::hypot(observation.pixel_sigma_px, px_per_mm * std::sqrt(squares_mm2));
+    }
+  }
+}
+
+std::vector<CameraMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
+                                    const CameraCovariance& root) {
+  const Camera camera = CameraOf(problem, theta);
+  const Eigen::Matrix3d rotation =
+      geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
+  const Clamping clamping = ClampingOf(LayoutOf(problem.unknowns), theta);
+  std::vector<CameraMove> moves;
+  for (const WeightedObservation& observation : problem.observations) {
+    const View view{observation.spindle_mm, observation.spindle_from_machine.transpose(), {}};
+    const Eigen::Vector3d taper_mm =
+        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), observation.part_mm) +
+        camera.taper_from_camera.translation_mm;
+    const auto projected = ProjectFromTaper(camera, taper_mm);
+    moves.push_back(projected ? CameraMove(projected->by_parameter.lazyProduct(root))
+                              : CameraMove::Zero());
+  }
+  return moves;
+}
+
+namespace {
 
 /// (1 + M·Mᵀ)^(-1/2) of a view's rows M by the machine's errors of unit variance, as 1 less what
 /// few directions lose: a view may see thousands of targets.
@@ -265,6 +367,61 @@ TargetDirections DirectionsOfTargets(const PoseProblem& problem, const Theta& th
       (of.vectors.rightCols(reached).transpose() * (by_target.transpose() * reduced.remaining))
           .cwiseQuotient(directions.reach);
   return directions;
+}
+
+double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta,
+                                bool targets_known) {
+  constexpr int kTrialRuns = 4;
+  constexpr double kOneInTen = 0.1;
+  constexpr double kNear = 1.01;
+  PoseProblem tried = problem;
+  int freedom = DegreesOfFreedom(problem);
+  if (!targets_known) {
+    constexpr double kAnyTimes = 1000;
+    constexpr double kExplained_sigma = 30;
+    tried.errors.targets *= kAnyTimes;
+    const Eigen::VectorXd reach = DirectionsOfTargets(tried, theta).reach;
+    freedom -= static_cast<int>((reach.array() > kExplained_sigma).count());
+  }
+  const double wanted = ChiSquareQuantile(kOneInTen, std::max(0, freedom) + kTrialRuns);
+  const auto chi_square = JointChiSquareByMachine(tried, theta);
+  const auto too_small = [&](double machine_mm) {
+    const double share = kUsualRepeatability_mm / machine_mm;
+    return chi_square(machine_mm) + kTrialRuns * share * share > wanted;
+  };
+  double low_mm = kUsualRepeatability_mm / 10;
+  double high_mm = 2 * kWorstRepeatability_mm;
+  if (too_small(high_mm)) return high_mm;
+  while (high_mm > kNear * low_mm) {
+    const double middle_mm = std::sqrt(low_mm * high_mm);
+    (too_small(middle_mm) ? low_mm : high_mm) = middle_mm;
+  }
+  return high_mm;
+}
+
+double TargetErrorByResiduals(const PoseProblem& problem, const Theta& theta, double usual_mm,
+                              double share) {
+  constexpr double kShows_sigma = 1;
+  constexpr double kMost = 1e6;
+  constexpr double kNear = 1.01;
+  const TargetDirections all = DirectionsOfTargets(problem, theta);
+  const Eigen::Index count = (all.reach.array() >= kShows_sigma).count();
+  if (count == 0) return usual_mm;
+  // From the smallest up, so that those that show stand last.
+  const auto reach = all.reach.tail(count).array();
+  const auto residual = all.residual.tail(count).array();
+  const double wanted = ChiSquareQuantile(share, static_cast<int>(count));
+  const auto too_small = [&](double times) {
+    return (residual.square() / (1 + (times * reach).square())).sum() > wanted;
+  };
+  double low = 1;
+  double high = kMost;
+  if (!too_small(low)) return usual_mm;
+  while (high > kNear * low) {
+    const double middle = std::sqrt(low * high);
+    (too_small(middle) ? low : high) = middle;
+  }
+  return high * usual_mm;
 }
 
 }  // namespace trammel::part_alignment

@@ -1,24 +1,28 @@
 #include "part_alignment/pose/joint_fit.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "geometry/linear_systems.h"
-#include "part_alignment/pose/alignment_test_support.h"
-#include "part_alignment/pose/input_effect.h"
-#include "part_alignment/pose/repeatability.h"
-#include "part_alignment/pose/solve_input.h"
+#include "part_alignment/pose/pose_problem.h"
+#include "part_alignment/pose/solve_test_support.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test_support::AlignmentWorld;
+using test_support::BenchWorld;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
-constexpr double kSigma_px = 0.03;
+namespace {
+
+constexpr double kNoise_px = 0.03;
 
 /// Two views of each target, the last one with the spindle turned by half, and one with two
 /// targets.
@@ -30,8 +34,8 @@ struct Bench {
         world, 0, geometry::RotationFromAngles({0, 0, std::numbers::pi}), 300, {10, 20}));
     world.views.back().observations.push_back({4, Eigen::Vector2d::Zero()});
     Random random(5);
-    test_support::TakePictures(world, kSigma_px, random);
-    problem = MakeProblem(MeasurementOf(world, kSigma_px), options).value();
+    test_support::TakePictures(world, kNoise_px, random);
+    problem = MakeProblem(MeasurementOf(world, kNoise_px), options).value();
     theta = ThetaOf(problem, world.machine_from_part, {world.clamping.angle_rad, {}, {}});
   }
   PoseProblem problem;
@@ -105,7 +109,7 @@ MatrixXd CovarianceOfResiduals(const PoseProblem& problem, const Theta& theta) {
     everything.segment<3>(layout.camera_offset) += by.segment<3>(7);
     add(moved, everything, kStep, 1);
   }
-  for (Index i = 0; i < count; ++i) covariance(i, i) += kSigma_px * kSigma_px;
+  for (Index i = 0; i < count; ++i) covariance(i, i) += kNoise_px * kNoise_px;
   return covariance;
 }
 
@@ -185,5 +189,95 @@ TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   EXPECT_LT(RepeatabilityByResiduals(good.problem, good.theta, true), kUsualRepeatability_mm / 2);
 }
 
+constexpr double kUsual_mm = 0.02;
+constexpr double kMiddle = 0.5;
+
+/// BenchWorld with its targets' places stated wrong after the pictures.
+AlignmentWorld WithTargetsOff(double off_mm, std::uint64_t seed) {
+  AlignmentWorld world = Pictured(BenchWorld(300), 0.03, seed);
+  Random random(seed + 1000);
+  for (auto& target_mm : world.targets_mm) {
+    for (double& mm : target_mm) mm += random.Normal(0, off_mm);
+  }
+  return world;
+}
+
+struct TargetBench {
+  explicit TargetBench(const AlignmentWorld& world) {
+    SolveOptions options;
+    options.inputs = ExactInputs();
+    options.inputs.target_mm = kUsual_mm;
+    problem = MakeProblem(MeasurementOf(world, 0.03), options).value();
+    theta = ThetaOf(problem, world.machine_from_part, {world.clamping.angle_rad, {}, {}});
+  }
+  PoseProblem problem;
+  Theta theta;
+};
+
+TEST(TargetErrors, TheirDirectionsHoldWhatTheyAddToChiSquare) {
+  const TargetBench bench(WithTargetsOff(0.05, 3));
+  const TargetDirections directions = DirectionsOfTargets(bench.problem, bench.theta);
+  const auto reach2 = directions.reach.array().square();
+  const auto residual2 = directions.residual.array().square();
+  PoseProblem exact = bench.problem;
+  exact.errors.targets.resize(0, 0);
+  EXPECT_NEAR(JointChiSquare(exact, bench.theta) - JointChiSquare(bench.problem, bench.theta),
+              (residual2 * reach2 / (1 + reach2)).sum(), 1e-6);
+  EXPECT_EQ(DirectionsOfTargets(exact, bench.theta).reach.size(), 0);
+}
+
+TEST(TargetErrors, OfManySamplesTheirMiddleIsTheTruth) {
+  constexpr double kOff_mm = 0.1;
+  std::vector<double> found_mm;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const TargetBench bench(WithTargetsOff(kOff_mm, seed));
+    found_mm.push_back(TargetErrorByResiduals(bench.problem, bench.theta, kUsual_mm, kMiddle));
+  }
+  std::nth_element(found_mm.begin(), found_mm.begin() + 100, found_mm.end());
+  // Half of 200 samples of some six degrees of freedom: the median is known to 4 % (1 sigma).
+  EXPECT_NEAR(found_mm[100], kOff_mm, 0.12 * kOff_mm);
+}
+
+TEST(TargetErrors, AreNeverBelowTheUsual) {
+  const TargetBench exact(WithTargetsOff(0, 3));
+  EXPECT_EQ(TargetErrorByResiduals(exact.problem, exact.theta, kUsual_mm, kMiddle), kUsual_mm);
+  TargetBench few(WithTargetsOff(0.5, 3));
+  few.problem.observations.resize(3);  // fewer numbers than unknowns: no residual shows anything
+  EXPECT_EQ(TargetErrorByResiduals(few.problem, few.theta, kUsual_mm, kMiddle), kUsual_mm);
+}
+
+TEST(TargetErrors, OfWhichNothingIsStatedWidenTheAnswer) {
+  const auto usual = Solve(MeasurementOf(WithTargetsOff(0, 5), 0.03), {});
+  const auto off = Solve(MeasurementOf(WithTargetsOff(0.1, 5), 0.03), {});
+  ASSERT_TRUE(usual && off);
+  ASSERT_EQ(usual->verdict, Verdict::kGood) << usual->reason;
+  ASSERT_EQ(off->verdict, Verdict::kGood) << off->reason;
+  EXPECT_GT(*off->inputs.target_mm, 3 * *usual->inputs.target_mm);
+  EXPECT_GT(off->covariance(0, 0), 2 * usual->covariance(0, 0));
+  EXPECT_THAT(off->notices, Contains(HasSubstr("measure them on the part")));
+  EXPECT_TRUE(usual->notices.empty());
+}
+
+TEST(TargetErrors, OneWrongTargetAmongSoundOnesIsNamedAllTheSame) {
+  AlignmentWorld world = Pictured(BenchWorld(300), 0.03, 7);
+  world.targets_mm[1] += Eigen::Vector3d(0.6, -0.5, 0);
+  const auto alignment = Solve(MeasurementOf(world, 0.03), {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  EXPECT_THAT(alignment->notices, Contains(HasSubstr("left out: target T2")));
+  EXPECT_LT(*alignment->inputs.target_mm, 0.1);
+  EXPECT_LT(
+      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
+      0.1);
+}
+
+TEST(TargetErrors, BeyondWhatTheAnswerMayBeUncertainByTellNothing) {
+  const auto alignment = Solve(MeasurementOf(WithTargetsOff(0.6, 5), 0.03), {});
+  ASSERT_TRUE(alignment);
+  EXPECT_EQ(alignment->verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment->reason, HasSubstr("targets that are off by"));
+}
+
 }  // namespace
+
 }  // namespace trammel::part_alignment

@@ -1,5 +1,11 @@
 #include "part_alignment/pose/measurement.h"
 
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
 namespace trammel::part_alignment {
 
 Eigen::Vector3d CameraFromPart(const Camera& camera, const Clamping& clamping, const View& view,
@@ -16,6 +22,53 @@ Eigen::Vector3d CameraFromPart(const Camera& camera, const Clamping& clamping, c
   const Eigen::Vector3d taper_mm = spindle_from_taper.transpose() * spindle_mm;
   return RotationFromAngles(camera.taper_from_camera.angles_rad).transpose() *
          (taper_mm - camera.taper_from_camera.translation_mm);
+}
+
+double UsualTarget_mm(double extent_mm) {
+  constexpr double kLengthError_mm = 0.05;
+  constexpr double kLengthErrorPerMm = 20e-6;
+  return (kLengthError_mm + kLengthErrorPerMm * extent_mm) / std::sqrt(3.0) / std::sqrt(2.0);
+}
+
+InputUncertainty ExactInputs() {
+  InputUncertainty exact;
+  exact.machine_mm = 0;
+  exact.target_mm = 0;
+  exact.clamp_eccentricity_mm = 0;
+  exact.camera_offset_mm = 0;
+  return exact;
+}
+
+InputUncertainty WithUsualSizes(const InputUncertainty& inputs, OtherwiseStated otherwise,
+                                double extent_mm) {
+  InputUncertainty usual = inputs;
+  usual.machine_mm = inputs.machine_mm.value_or(kUsualRepeatability_mm);
+  usual.clamp_eccentricity_mm = inputs.clamp_eccentricity_mm.value_or(kUsualEccentricity_mm);
+  usual.camera_offset_mm =
+      inputs.camera_offset_mm.value_or(otherwise.camera ? 0 : kUsualCameraOffset_mm);
+  usual.target_mm = inputs.target_mm.value_or(otherwise.targets ? 0 : UsualTarget_mm(extent_mm));
+  return usual;
+}
+
+Result<void> Validate(const InputUncertainty& inputs) {
+  struct Field {
+    std::string_view name;
+    double value;
+  };
+  const std::array fields{Field{"machine_mm", inputs.machine_mm.value_or(0)},
+                          Field{"target_mm", inputs.target_mm.value_or(0)},
+                          Field{"clamp_angle_rad", inputs.clamp_angle_rad},
+                          Field{"clamp_eccentricity_mm", inputs.clamp_eccentricity_mm.value_or(0)},
+                          Field{"clamp_tilt_rad", inputs.clamp_tilt_rad},
+                          Field{"focal_length_mm", inputs.focal_length_mm},
+                          Field{"camera_offset_mm", inputs.camera_offset_mm.value_or(0)}};
+  for (const Field& field : fields) {
+    if (!(field.value >= 0 && field.value <= 1000)) {
+      return Fail(
+          fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", field.name, field.value));
+    }
+  }
+  return {};
 }
 
 }  // namespace trammel::part_alignment

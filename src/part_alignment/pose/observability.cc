@@ -225,27 +225,6 @@ geometry::SingularValues Decompose(const PoseProblem& problem, const Theta& thet
 
 }  // namespace
 
-std::vector<std::string> UnknownNames(const Unknowns& unknowns) {
-  std::vector<std::string> names{"the part's X",
-                                 "the part's Y",
-                                 "the part's Z",
-                                 "the part's rotation about X",
-                                 "the part's rotation about Y",
-                                 "the part's rotation about Z"};
-  const auto add = [&](bool asked, std::initializer_list<const char*> more) {
-    if (asked) {
-      names.insert(names.end(), more.begin(), more.end());
-    }
-  };
-  add(unknowns.clamp_angle, {"the clamp angle"});
-  add(unknowns.clamp_eccentricity, {"the clamp eccentricity in X", "the clamp eccentricity in Y"});
-  add(unknowns.clamp_tilt, {"the clamp tilt about X", "the clamp tilt about Y"});
-  add(unknowns.focal_length, {"the focal length"});
-  add(unknowns.camera_offset,
-      {"the camera's offset in X", "the camera's offset in Y", "the camera's offset in Z"});
-  return names;
-}
-
 Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta) {
   constexpr double kShortest_mm = 10;  // below it a lever counts as this long
   const Layout layout = LayoutOf(middle_problem.unknowns);

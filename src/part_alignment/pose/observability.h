@@ -5,9 +5,6 @@
 
 namespace trammel::part_alignment {
 
-/// For people, in the order of theta: "the part's X", "the clamp angle".
-[[nodiscard]] std::vector<std::string> UnknownNames(const Unknowns& unknowns);
-
 /// What each unknown has to change by to move the targets by about 1 mm (mm or rad per mm), at
 /// theta in the middle frame.
 [[nodiscard]] Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta);

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <map>
 
-#include "part_alignment/pose/ceres_descend.h"
-
 namespace trammel::part_alignment {
 namespace {
 
@@ -94,7 +92,7 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
 
 /// Those of `kind` that make the rest fit, without those that hold another one.
 std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
-                                   const std::vector<Suspicion>& kind, SolveMethod method) {
+                                   const std::vector<Suspicion>& kind) {
   std::vector<Outliers> explanations;
   const std::vector<double> starts = ClampStarts(problem, all);
   for (const Suspicion& suspicion : kind) {
@@ -102,7 +100,7 @@ std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
       PoseProblem exchanged = problem;
       std::swap(exchanged.observations[suspicion.observations[0]].part_mm,
                 exchanged.observations[suspicion.observations[1]].part_mm);
-      if (!Fits(exchanged, FitFrom(exchanged, SolveMethod::kGaussNewton, starts))) {
+      if (!Fits(exchanged, FitFrom(exchanged, starts))) {
         continue;
       }
     }
@@ -110,7 +108,7 @@ std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
     if (DegreesOfFreedom(rest) < 1) {
       continue;
     }
-    const Fit fit = FitFrom(rest, SolveMethod::kGaussNewton, starts);
+    const Fit fit = FitFrom(rest, starts);
     if (Fits(rest, fit)) {
       explanations.push_back({suspicion.observations, suspicion.what, fit, {}});
     }
@@ -126,15 +124,12 @@ std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
   std::vector<Outliers> least;
   std::copy_if(explanations.begin(), explanations.end(), std::back_inserter(least),
                [&](const Outliers& one) { return !holds_another(one); });
-  if (least.size() == 1 && method == SolveMethod::kCeres) {
-    least[0].fit = FitFrom(Without(problem, least[0].observations), method, starts);
-  }
   return least;
 }
 
 /// For many observations: what a Cauchy loss leaves far off, again and again.
 Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
-                      const std::vector<std::string>& labels, SolveMethod method) {
+                      const std::vector<std::string>& labels) {
   constexpr double kLoss_sigma = 2;
   constexpr double kFar2 = 25;  // 5 sigma: 4e-6 per observation by chance
   Outliers none;
@@ -144,8 +139,8 @@ Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
   }
   const MiddleFrame frame =
       MiddleFrameOf(problem, geometry::RotationFromAngles(all.theta.segment<3>(3)));
-  const Descent robust =
-      DescendByCeres(InMiddleFrame(problem, frame), ToMiddleFrame(frame, all.theta), kLoss_sigma);
+  const Descent robust = Descend(InMiddleFrame(problem, frame), ToMiddleFrame(frame, all.theta),
+                                 {kLoss_sigma * kLoss_sigma});
   const Chain chain(problem, FromMiddleFrame(frame, robust.theta), false);
   Outliers wrong;
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
@@ -162,14 +157,14 @@ Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
       DegreesOfFreedom(rest) < 1) {
     return none;
   }
-  wrong.fit = FitFrom(rest, method, ClampStarts(problem, all));
+  wrong.fit = FitFrom(rest, ClampStarts(problem, all));
   return Fits(rest, wrong.fit) ? wrong : none;
 }
 
 }  // namespace
 
 Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
-                      const std::vector<std::string>& labels, SolveMethod method) {
+                      const std::vector<std::string>& labels) {
   constexpr std::size_t kMostOneByOne = 60;
   constexpr std::size_t kMostForPairs = 20;
   const std::size_t count = problem.observations.size();
@@ -180,7 +175,7 @@ Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
       kinds.push_back(Pairs(problem, labels));
     }
     for (const std::vector<Suspicion>& kind : kinds) {
-      const std::vector<Outliers> found = Explanations(problem, all, kind, method);
+      const std::vector<Outliers> found = Explanations(problem, all, kind);
       if (found.size() == 1) {
         return found[0];
       }
@@ -192,7 +187,7 @@ Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
       }
     }
   }
-  return ByRobustLoss(problem, all, labels, method);
+  return ByRobustLoss(problem, all, labels);
 }
 
 }  // namespace trammel::part_alignment

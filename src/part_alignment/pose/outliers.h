@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/pose/fit.h"
+#include "part_alignment/pose/pose_fit.h"
 
 namespace trammel::part_alignment {
 
@@ -24,6 +24,6 @@ struct Outliers {
 /// @param all     the fit of all observations, which does not fit.
 /// @param labels  the targets' ids, by WeightedObservation::target.
 [[nodiscard]] Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
-                                    const std::vector<std::string>& labels, SolveMethod method);
+                                    const std::vector<std::string>& labels);
 
 }  // namespace trammel::part_alignment

@@ -1,46 +1,103 @@
 #include "part_alignment/pose/pose_problem.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
+
+#include "geometry/decompositions.h"
+#include "part_alignment/pose/joint_fit.h"
 
 namespace trammel::part_alignment {
-
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using geometry::RotationDerivative;
 using geometry::RotationFromAngles;
 
+namespace {
+
+struct UnknownGroup {
+  bool Unknowns::*asked;
+  int Layout::*first;
+  int count;
+  std::array<const char*, 3> parameters;
+  std::array<const char*, 3> words;
+};
+// What may be solved for beside the pose, in the order of theta.
+constexpr std::array kGroups{
+    UnknownGroup{
+        &Unknowns::clamp_angle, &Layout::clamp_angle, 1, {"clamp_angle_rad"}, {"the clamp angle"}},
+    UnknownGroup{&Unknowns::clamp_eccentricity,
+                 &Layout::clamp_eccentricity,
+                 2,
+                 {"clamp_eccentricity_x_mm", "clamp_eccentricity_y_mm"},
+                 {"the clamp eccentricity in X", "the clamp eccentricity in Y"}},
+    UnknownGroup{&Unknowns::clamp_tilt,
+                 &Layout::clamp_tilt,
+                 2,
+                 {"clamp_tilt_x_rad", "clamp_tilt_y_rad"},
+                 {"the clamp tilt about X", "the clamp tilt about Y"}},
+    UnknownGroup{&Unknowns::focal_length,
+                 &Layout::focal_length,
+                 1,
+                 {"focal_length_mm"},
+                 {"the focal length"}},
+    UnknownGroup{
+        &Unknowns::camera_offset,
+        &Layout::camera_offset,
+        3,
+        {"camera_offset_x_mm", "camera_offset_y_mm", "camera_offset_z_mm"},
+        {"the camera's offset in X", "the camera's offset in Y", "the camera's offset in Z"}}};
+
+std::vector<std::string> Names(const Unknowns& unknowns, std::vector<std::string> of_pose,
+                               std::array<const char*, 3> UnknownGroup::*of_group) {
+  for (const UnknownGroup& group : kGroups) {
+    if (!(unknowns.*group.asked)) continue;
+    const auto& names = group.*of_group;
+    of_pose.insert(of_pose.end(), names.begin(), names.begin() + group.count);
+  }
+  return of_pose;
+}
+
+}  // namespace
+
 Layout LayoutOf(const Unknowns& unknowns) {
   Layout layout;
-  const auto take = [&](bool asked, int count) {
-    const int first = layout.size;
-    layout.size += asked ? count : 0;
-    return asked ? first : -1;
-  };
-  layout.clamp_angle = take(unknowns.clamp_angle, 1);
-  layout.clamp_eccentricity = take(unknowns.clamp_eccentricity, 2);
-  layout.clamp_tilt = take(unknowns.clamp_tilt, 2);
-  layout.focal_length = take(unknowns.focal_length, 1);
-  layout.camera_offset = take(unknowns.camera_offset, 3);
+  for (const UnknownGroup& group : kGroups) {
+    if (!(unknowns.*group.asked)) continue;
+    layout.*group.first = layout.size;
+    layout.size += group.count;
+  }
   return layout;
 }
 
 std::vector<std::string> ParameterNames(const Unknowns& unknowns) {
-  std::vector<std::string> names{"x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad"};
-  const auto add = [&](bool asked, std::initializer_list<const char*> more) {
-    if (asked) {
-      names.insert(names.end(), more.begin(), more.end());
-    }
-  };
-  add(unknowns.clamp_angle, {"clamp_angle_rad"});
-  add(unknowns.clamp_eccentricity, {"clamp_eccentricity_x_mm", "clamp_eccentricity_y_mm"});
-  add(unknowns.clamp_tilt, {"clamp_tilt_x_rad", "clamp_tilt_y_rad"});
-  add(unknowns.focal_length, {"focal_length_mm"});
-  add(unknowns.camera_offset, {"camera_offset_x_mm", "camera_offset_y_mm", "camera_offset_z_mm"});
-  return names;
+  return Names(unknowns, {"x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad"},
+               &UnknownGroup::parameters);
+}
+
+std::vector<std::string> UnknownNames(const Unknowns& unknowns) {
+  return Names(unknowns,
+               {"the part's X", "the part's Y", "the part's Z", "the part's rotation about X",
+                "the part's rotation about Y", "the part's rotation about Z"},
+               &UnknownGroup::words);
+}
+
+Camera CameraOf(const PoseProblem& problem, const Theta& theta) {
+  const Layout layout = LayoutOf(problem.unknowns);
+  Camera camera = problem.camera;
+  if (layout.focal_length >= 0) camera.focal_length_mm = theta[layout.focal_length];
+  if (layout.camera_offset >= 0) {
+    camera.taper_from_camera.translation_mm = theta.segment<3>(layout.camera_offset);
+  }
+  return camera;
 }
 
 geometry::Pose PoseOf(const Theta& theta) { return {theta.head<3>(), theta.segment<3>(3)}; }
@@ -84,13 +141,7 @@ Theta ThetaOf(const PoseProblem& problem, const geometry::Pose& machine_from_par
 }
 
 Chain::Chain(const PoseProblem& problem, const Theta& theta, bool with_derivatives)
-    : layout_(LayoutOf(problem.unknowns)), camera_(problem.camera) {
-  if (layout_.focal_length >= 0) {
-    camera_.focal_length_mm = theta[layout_.focal_length];
-  }
-  if (layout_.camera_offset >= 0) {
-    camera_.taper_from_camera.translation_mm = theta.segment<3>(layout_.camera_offset);
-  }
+    : layout_(LayoutOf(problem.unknowns)), camera_(CameraOf(problem, theta)) {
   const Clamping clamping = ClampingOf(layout_, theta);
   const Vector3d part_rad = theta.segment<3>(3);
   const Vector3d about_z(0, 0, -clamping.angle_rad);
@@ -243,6 +294,172 @@ MiddleFrame MiddleFrameOf(const PoseProblem& problem, const Matrix3d& machine_fr
     frame.middle_mm += observation.part_mm / static_cast<double>(problem.observations.size());
   }
   return frame;
+}
+
+namespace {
+
+constexpr double kFarthest_mm = 1e6;
+
+bool Within(const Eigen::Vector3d& place_mm) {
+  return place_mm.allFinite() && place_mm.cwiseAbs().maxCoeff() <= kFarthest_mm;
+}
+
+std::string Text(const Eigen::Vector3d& place_mm) {
+  return fmt::format("({}, {}, {})", place_mm.x(), place_mm.y(), place_mm.z());
+}
+
+Result<std::map<std::string, std::size_t>> TargetsById(const std::vector<PartTarget>& targets) {
+  std::map<std::string, std::size_t> by_id;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (!Within(targets[i].ideal_mm)) {
+      return Fail(fmt::format("target {}: ideal_mm is {}, coordinates must lie within +-{} mm",
+                              targets[i].id, Text(targets[i].ideal_mm), kFarthest_mm));
+    }
+    if (!by_id.emplace(targets[i].id, i).second) {
+      return Fail(
+          fmt::format("target {} is given twice: which of the two is meant?", targets[i].id));
+    }
+  }
+  return by_id;
+}
+
+Result<void> CheckView(const View& view, std::size_t number) {
+  constexpr double kOrthogonal = 1e-6;
+  if (!Within(view.spindle_mm)) {
+    return Fail(fmt::format("view {}: spindle_mm is {}, it must lie within +-{} mm", number + 1,
+                            Text(view.spindle_mm), kFarthest_mm));
+  }
+  const Eigen::Matrix3d& rotation = view.spindle_rotation;
+  const double off =
+      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off <= kOrthogonal) || !(rotation.determinant() > 0)) {
+    return Fail(fmt::format(
+        "view {}: spindle_rotation is no rotation (R R^T is off by {:.3g}, determinant {:.3g}): "
+        "give its rows as orthogonal unit vectors, right-handed",
+        number + 1, off, rotation.determinant()));
+  }
+  return {};
+}
+
+Result<void> CheckObservation(const Camera& camera, const Observation& seen, std::size_t view) {
+  const auto inside = [](double place, int size) { return place >= -0.5 && place <= size - 0.5; };
+  if (!inside(seen.column_px, camera.width_px) || !inside(seen.row_px, camera.height_px)) {
+    return Fail(fmt::format(
+        "view {}, target {}: ({}, {}) px lies outside the picture of {} x {} px", view + 1,
+        seen.target, seen.column_px, seen.row_px, camera.width_px, camera.height_px));
+  }
+  if (!(seen.sigma_px >= 1e-6 && seen.sigma_px <= 100)) {
+    return Fail(fmt::format("view {}, target {}: sigma_px is {}, it must lie in 1e-6 ... 100",
+                            view + 1, seen.target, seen.sigma_px));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance, std::size_t target_count) {
+  constexpr double kRounding = 1e-9;
+  constexpr double kMost_mm2 = 1e6;
+  const auto rows = 3 * static_cast<Eigen::Index>(target_count);
+  if (covariance.rows() != rows || covariance.cols() != rows) {
+    return Fail(fmt::format("the targets' covariance is {} x {}, {} targets need {} x {}",
+                            covariance.rows(), covariance.cols(), target_count, rows, rows));
+  }
+  if (!covariance.allFinite() || covariance.cwiseAbs().maxCoeff() > kMost_mm2) {
+    return Fail("the targets' covariance has entries that are no numbers or beyond 1e6 mm^2");
+  }
+  const double largest = covariance.cwiseAbs().maxCoeff();
+  if ((covariance - covariance.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) {
+    return Fail("the targets' covariance is not symmetric");
+  }
+  const double least = geometry::SymmetricEigenvalues(covariance).minCoeff();
+  if (least < -kRounding * static_cast<double>(rows) * largest) {
+    return Fail(
+        fmt::format("the targets' covariance is none: along one direction it is {:.3g} "
+                    "mm^2, below 0",
+                    least));
+  }
+  return {};
+}
+
+Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& unknowns) {
+  TRY(Validate(measurement.camera));
+  const auto by_id = TRY(TargetsById(measurement.targets));
+  PoseProblem problem{measurement.camera, unknowns, {}, {}};
+  for (std::size_t number = 0; number < measurement.views.size(); ++number) {
+    const View& view = measurement.views[number];
+    TRY(CheckView(view, number));
+    std::set<std::string> seen_here;
+    for (const Observation& seen : view.observations) {
+      const auto found = by_id.find(seen.target);
+      if (found == by_id.end()) {
+        return Fail(fmt::format("view {}: target {} is not among the {} targets of the part",
+                                number + 1, seen.target, by_id.size()));
+      }
+      if (!seen_here.insert(seen.target).second) {
+        return Fail(fmt::format("view {}: target {} is observed twice in one picture", number + 1,
+                                seen.target));
+      }
+      TRY(CheckObservation(measurement.camera, seen, number));
+      problem.observations.push_back({measurement.targets[found->second].ideal_mm,
+                                      view.spindle_rotation.transpose(),
+                                      view.spindle_mm,
+                                      {seen.column_px, seen.row_px},
+                                      seen.sigma_px,
+                                      seen.sigma_px,
+                                      number,
+                                      found->second});
+    }
+  }
+  constexpr std::size_t kMostObservations = 20000;
+  if (problem.observations.size() > kMostObservations) {
+    return Fail(fmt::format("{} observations, at most {} can be solved for at once",
+                            problem.observations.size(), kMostObservations));
+  }
+  if (problem.observations.empty()) {
+    return Fail("no view has an observation: take pictures with targets in them");
+  }
+  return problem;
+}
+
+namespace {
+
+Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
+                            std::size_t target_count) {
+  TRY(Validate(options.inputs));
+  constexpr std::size_t kMostUncertain = 300;  // 900 errors that observations share
+  if ((options.target_covariance || target_mm > 0) && target_count > kMostUncertain) {
+    return Fail(
+        fmt::format("{} targets are uncertain, at most {} can be counted: leave out what "
+                    "is not seen{}",
+                    target_count, kMostUncertain,
+                    options.inputs.target_mm || options.target_covariance
+                        ? ""
+                        : ", or state target_mm: 0 if they are exact"));
+  }
+  TRY(options.target_covariance ? ValidateTargetCovariance(*options.target_covariance, target_count)
+                                : Result<void>{});
+  return options.camera_covariance ? Validate(*options.camera_covariance) : Result<void>{};
+}
+
+}  // namespace
+
+InputUncertainty CountedInputs(const Measurement& measurement, const SolveOptions& options) {
+  Eigen::AlignedBox3d box;
+  for (const PartTarget& target : measurement.targets) box.extend(target.ideal_mm);
+  return WithUsualSizes(
+      options.inputs,
+      {options.camera_covariance.has_value(), options.target_covariance.has_value()},
+      box.isEmpty() ? 0 : box.diagonal().norm());
+}
+
+Result<PoseProblem> MakeProblem(const Measurement& measurement, const SolveOptions& options) {
+  const InputUncertainty inputs = CountedInputs(measurement, options);
+  TRY(ValidateInputs(options, inputs.target_mm.value(), measurement.targets.size()));
+  PoseProblem problem = TRY(MakeProblem(measurement, options.unknowns));
+  problem.errors = ErrorsOf(inputs, options.unknowns, measurement.targets.size(),
+                            options.target_covariance, options.camera_covariance);
+  return problem;
 }
 
 }  // namespace trammel::part_alignment

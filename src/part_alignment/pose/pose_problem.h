@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/camera/camera_parameters.h"
+#include "base/result.h"
+#include "part_alignment/camera/camera.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/pose/solve.h"
 
@@ -35,6 +36,8 @@ struct Layout {
 
 /// Names with units, as in Alignment::parameters.
 [[nodiscard]] std::vector<std::string> ParameterNames(const Unknowns& unknowns);
+/// For people, in the same order: "the part's X", "the clamp angle".
+[[nodiscard]] std::vector<std::string> UnknownNames(const Unknowns& unknowns);
 
 /// One line of sight: a target seen in a view.
 struct WeightedObservation {
@@ -102,6 +105,8 @@ class Chain {
                             const Clamping& clamping);
 [[nodiscard]] geometry::Pose PoseOf(const Theta& theta);
 [[nodiscard]] Clamping ClampingOf(const Layout& layout, const Theta& theta);
+/// The problem's camera with what theta has of it.
+[[nodiscard]] Camera CameraOf(const PoseProblem& problem, const Theta& theta);
 
 /// The whole Jacobian of the projected places, each row divided by its sigma: (2 · observations,
 /// unknowns). Empty where a target cannot be seen.
@@ -123,5 +128,23 @@ struct MiddleFrame {
 /// Middle of the observations' targets, turned as in `machine_from_part`.
 [[nodiscard]] MiddleFrame MiddleFrameOf(const PoseProblem& problem,
                                         const Eigen::Matrix3d& machine_from_part);
+
+/// Errors (kInput) say what a covariance of the targets' coordinates is not: of their size, of
+/// numbers, symmetric, nowhere below 0.
+[[nodiscard]] Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance,
+                                                    std::size_t target_count);
+
+/// The options' inputs as they count for a measurement: usual sizes in place of what is not stated.
+[[nodiscard]] InputUncertainty CountedInputs(const Measurement& measurement,
+                                             const SolveOptions& options);
+
+/// With the errors of the inputs, usual sizes in place of what is not stated. The errors are those
+/// of Solve, as below.
+[[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,
+                                              const SolveOptions& options);
+
+/// Without errors of inputs.
+[[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,
+                                              const Unknowns& unknowns);
 
 }  // namespace trammel::part_alignment

@@ -4,24 +4,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <utility>
 
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
-#include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/joint_fit.h"
-#include "part_alignment/pose/pose_solver.h"
-#include "part_alignment/pose/solution.h"
+#include "part_alignment/pose/pose_fit.h"
+#include "part_alignment/pose/solve.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+namespace {
+
+/// Without the observations that the answer left out.
+Measurement Kept(Measurement measurement, const Alignment& alignment) {
+  for (const AlignmentResidual& residual : alignment.residuals) {
+    if (residual.weight != 0 || residual.view >= measurement.views.size()) continue;
+    std::erase_if(measurement.views[residual.view].observations,
+                  [&](const Observation& seen) { return seen.target == residual.target; });
+  }
+  return measurement;
+}
 
 /// The fixed part of the model at the state: the solver takes the clamping that it does not solve
 /// for as centred, so a state with another clamping would be a bias, not an uncertainty.
@@ -153,15 +163,12 @@ void Summarise(const MatrixXd& errors, const MatrixXd& linear, MonteCarloUncerta
 Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
                                             const SolveOptions& options,
                                             const AlignmentState& state) {
-  const auto solver = Prepare(measurement, options, state);
-  if (!solver) {
-    return tl::unexpected(solver.error());
-  }
-  const PoseProblem& problem = solver->problem();
-  if (!std::isfinite(ChiSquare(problem, solver->state()))) {
+  const PoseSolver solver = TRY(Prepare(measurement, options, state));
+  const PoseProblem& problem = solver.problem();
+  if (!std::isfinite(ChiSquare(problem, solver.state()))) {
     return Fail("a target that the measurement names lies behind the camera at the given state");
   }
-  MatrixXd covariance = FitJointly(problem, solver->state()).covariance;
+  MatrixXd covariance = FitJointly(problem, solver.state()).covariance;
   if (covariance.size() == 0) {
     return Fail("the views do not determine the unknowns: add the view that solve advises");
   }
@@ -175,32 +182,26 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
   if (trials < 100 || trials > 1'000'000) {
     return Fail(fmt::format("trials is {}, it must lie in 100 ... 1000000", trials));
   }
-  const auto linear = PropagateLinearly(measurement, options, state);
-  if (!linear) {
-    return tl::unexpected(linear.error());
-  }
-  auto solver = Prepare(measurement, options, state);
-  if (!solver) {
-    return tl::unexpected(solver.error());
-  }
-  const PoseProblem& problem = solver->problem();
-  Drawer drawer(problem, EverythingAt(problem, solver->state()));
+  const LinearUncertainty linear = TRY(PropagateLinearly(measurement, options, state));
+  PoseSolver solver = TRY(Prepare(measurement, options, state));
+  const PoseProblem& problem = solver.problem();
+  Drawer drawer(problem, EverythingAt(problem, solver.state()));
   MonteCarloUncertainty result;
-  result.parameters = linear->parameters;
+  result.parameters = linear.parameters;
   std::vector<Vector2d> pixels(problem.observations.size());
-  MatrixXd errors(solver->state().size(), trials);
+  MatrixXd errors(solver.state().size(), trials);
   for (int trial = 0; trial < trials; ++trial) {
     if (!drawer.Draw(random, pixels)) {
       ++result.failed;
       continue;
     }
-    const Descent descent = solver->SolvePixels(pixels);
+    const Descent descent = solver.SolvePixels(pixels);
     if (!descent.converged) {
       ++result.failed;
       continue;
     }
     auto error = errors.col(result.trials++);
-    error = descent.theta - solver->state();
+    error = descent.theta - solver.state();
     for (Index i = 3; i < std::min<Index>(7, error.size()); ++i) {
       const bool angle = i < 6 || options.unknowns.clamp_angle;
       error[i] = angle ? std::remainder(error[i], 2 * std::numbers::pi) : error[i];
@@ -212,7 +213,7 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
                     "uncertainties are too large for these views",
                     result.trials, trials));
   }
-  Summarise(errors.leftCols(result.trials), linear->covariance, result);
+  Summarise(errors.leftCols(result.trials), linear.covariance, result);
   return result;
 }
 
@@ -220,15 +221,8 @@ Result<MonteCarloUncertainty> SimulateAnswer(const Measurement& measurement,
                                              const SolveOptions& options,
                                              const Alignment& alignment, int trials,
                                              Random& random) {
-  Measurement counted = measurement;
+  Measurement counted = Kept(measurement, alignment);
   counted.camera = SolvedCamera(measurement, alignment);
-  for (const AlignmentResidual& residual : alignment.residuals) {
-    if (residual.weight > 0) {
-      continue;
-    }
-    std::erase_if(counted.views[residual.view].observations,
-                  [&](const Observation& seen) { return seen.target == residual.target; });
-  }
   SolveOptions as_counted = options;
   as_counted.inputs = alignment.inputs;
   return SimulateMeasurements(counted, as_counted,
@@ -254,6 +248,81 @@ std::optional<std::string> NoticeOfSimulation(const Alignment& alignment,
       "lie in the region stated for 95 %: so large uncertainties are not linear, the simulated "
       "ones hold",
       least, most, 100 * simulated.inside95);
+}
+
+namespace {
+
+std::optional<Eigen::Vector3d> Sigma(const Measurement& measurement, const SolveOptions& options,
+                                     const Alignment& alignment) {
+  const auto told =
+      PropagateLinearly(measurement, options, {alignment.machine_from_part, alignment.clamping});
+  if (!told || told->covariance.rows() < 3) return std::nullopt;
+  return Eigen::Vector3d(told->covariance.diagonal().head<3>().cwiseMax(0).cwiseSqrt());
+}
+
+struct Input {
+  std::string name;
+  double size = 0;
+  bool counts = false;
+  std::function<void(SolveOptions&)> make_exact;
+};
+
+std::vector<Input> InputsOf(const SolveOptions& options) {
+  const InputUncertainty& in = options.inputs;
+  const Unknowns& unknowns = options.unknowns;
+  const double machine = in.machine_mm.value_or(0);
+  const double target = in.target_mm.value_or(0);
+  const double eccentricity = in.clamp_eccentricity_mm.value_or(0);
+  const double camera_offset = in.camera_offset_mm.value_or(0);
+  return {{"machine_mm", machine, machine > 0, [](SolveOptions& o) { o.inputs.machine_mm = 0; }},
+          {"target_mm", target, target > 0, [](SolveOptions& o) { o.inputs.target_mm = 0; }},
+          {"clamp_angle_rad", in.clamp_angle_rad, in.clamp_angle_rad > 0 && !unknowns.clamp_angle,
+           [](SolveOptions& o) { o.inputs.clamp_angle_rad = 0; }},
+          {"clamp_eccentricity_mm", eccentricity, eccentricity > 0 && !unknowns.clamp_eccentricity,
+           [](SolveOptions& o) { o.inputs.clamp_eccentricity_mm = 0; }},
+          {"clamp_tilt_rad", in.clamp_tilt_rad, in.clamp_tilt_rad > 0 && !unknowns.clamp_tilt,
+           [](SolveOptions& o) { o.inputs.clamp_tilt_rad = 0; }},
+          {"focal_length_mm", in.focal_length_mm, in.focal_length_mm > 0 && !unknowns.focal_length,
+           [](SolveOptions& o) { o.inputs.focal_length_mm = 0; }},
+          {"camera_offset_mm", camera_offset, camera_offset > 0 && !unknowns.camera_offset,
+           [](SolveOptions& o) { o.inputs.camera_offset_mm = 0; }},
+          {"targets", 0, options.target_covariance.has_value(),
+           [](SolveOptions& o) { o.target_covariance.reset(); }},
+          {"camera", 0, options.camera_covariance.has_value(),
+           [](SolveOptions& o) { o.camera_covariance.reset(); }}};
+}
+
+}  // namespace
+
+std::vector<Contribution> ContributionsOf(const Measurement& measurement,
+                                          const SolveOptions& stated, const Alignment& alignment) {
+  if (alignment.verdict != Verdict::kGood) return {};
+  SolveOptions options = stated;
+  options.inputs = alignment.inputs;
+  const Measurement kept = Kept(measurement, alignment);
+  const auto all = Sigma(kept, options, alignment);
+  if (!all) return {};
+  std::vector<Contribution> parts;
+  SolveOptions exact = options;
+  for (const Input& input : InputsOf(options)) {
+    if (!input.counts) continue;
+    SolveOptions without = options;
+    input.make_exact(without);
+    input.make_exact(exact);
+    const auto sigma = Sigma(kept, without, alignment);
+    if (!sigma) continue;
+    const bool usual = std::find(alignment.usual_inputs.begin(), alignment.usual_inputs.end(),
+                                 input.name) != alignment.usual_inputs.end();
+    parts.push_back({input.name, input.size, usual, *sigma});
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Contribution& a, const Contribution& b) {
+    return a.sigma_mm.norm() < b.sigma_mm.norm();
+  });
+  parts.insert(parts.begin(), Contribution{"all", 0, false, *all});
+  if (const auto pixels = Sigma(kept, exact, alignment)) {
+    parts.push_back({"pixels", 0, false, *pixels});
+  }
+  return parts;
 }
 
 }  // namespace trammel::part_alignment

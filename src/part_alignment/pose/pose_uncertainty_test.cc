@@ -5,16 +5,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
 
 #include "part_alignment/pose/alignment_test_support.h"
-#include "part_alignment/pose/pose_solver.h"
+#include "part_alignment/pose/pose_fit.h"
+#include "part_alignment/pose/solve.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using test_support::AlignmentWorld;
 using test_support::BenchWorld;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+namespace {
 
 constexpr double kSigma_px = 0.05;
 constexpr std::uint64_t kSeed = 21;
@@ -345,5 +351,116 @@ TEST(PoseUncertainty, ErrorsNameTheInput) {
   EXPECT_FALSE(PropagateLinearly(away.measurement, {}, away.state));
 }
 
+constexpr const char* kToday = "2026-11-22";
+
+struct AnsweredBench {
+  explicit AnsweredBench(double turned_rad) {
+    test_support::AlignmentWorld world = test_support::BenchWorld(300);
+    world.views.push_back(test_support::ViewOf(
+        world, 0, geometry::RotationFromAngles({0, 0, turned_rad}), 300, {10, 20}));
+    Random random(5);
+    test_support::TakePictures(world, 0, random);
+    measurement = MeasurementOf(world, 0.05);
+    alignment = Solve(measurement, {}).value();
+  }
+  [[nodiscard]] std::vector<std::string> Said(
+      const SolveOptions& options, const std::optional<CalibrationRecord>& calibration = {}) const {
+    return Caveats(measurement, options, alignment, calibration, kToday);
+  }
+  Measurement measurement;
+  Alignment alignment;
+};
+
+TEST(Caveats, AnEccentricityIsInTheFigureAndNeedsNoSentence) {
+  const AnsweredBench one(0);
+  EXPECT_THAT(one.Said({}), IsEmpty());
+  EXPECT_GT(one.alignment.covariance(0, 0), kUsualEccentricity_mm * kUsualEccentricity_mm);
+}
+
+TEST(Caveats, InputsThatLeaveThePlaceOpenAreSpokenOf) {
+  AnsweredBench bench(0);
+  SolveOptions slip;
+  slip.inputs.clamp_eccentricity_mm = 15;  // meant in um
+  bench.alignment = Solve(bench.measurement, slip).value();
+  EXPECT_THAT(bench.Said(slip), ElementsAre(HasSubstr("leaves the part's place uncertain by 30")));
+}
+
+TEST(Caveats, ACameraFromOtherDistancesOrYearsIsSpokenOf) {
+  const AnsweredBench bench(std::numbers::pi);
+  SolveOptions options;
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2026-11-01", 200, 400}), IsEmpty());
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2026-11-01", 395, 1430}),
+              ElementsAre(HasSubstr("calibrated (2026-11-01) from 395 to 1430 mm")));
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2024-11-01", 200, 400}),
+              ElementsAre(HasSubstr("calibrated 751 days ago")));
+}
+
+TEST(Caveats, NothingIsSaidOfNoAnswer) {
+  AnsweredBench bench(0);
+  bench.alignment.verdict = Verdict::kCannotTell;
+  EXPECT_THAT(bench.Said({}, CalibrationRecord{"2024-11-01", 1, 2}), IsEmpty());
+}
+
+struct ContributionBench {
+  explicit ContributionBench(const SolveOptions& stated) : options(stated) {
+    test_support::AlignmentWorld world = test_support::BenchWorld(300);
+    Random random(5);
+    test_support::TakePictures(world, 0.03, random);
+    measurement = MeasurementOf(world, 0.03);
+    alignment = Solve(measurement, options).value();
+    EXPECT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
+    parts = ContributionsOf(measurement, options, alignment);
+  }
+  [[nodiscard]] std::vector<std::string> Names() const {
+    std::vector<std::string> names;
+    for (const Contribution& part : parts) names.push_back(part.input);
+    return names;
+  }
+  SolveOptions options;
+  Measurement measurement;
+  Alignment alignment;
+  std::vector<Contribution> parts;
+};
+
+TEST(Contributions, AreTheStatedFigureFirstThenWhatWouldHelpMostThenThePicturesAlone) {
+  const ContributionBench bench({});
+  EXPECT_THAT(bench.Names(), ElementsAre("all", "clamp_eccentricity_mm", "target_mm",
+                                         "camera_offset_mm", "machine_mm", "pixels"));
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(bench.parts.front().sigma_mm(axis),
+                std::sqrt(bench.alignment.covariance(axis, axis)),
+                0.02 * bench.parts.front().sigma_mm(axis));
+    for (const Contribution& part : bench.parts) {
+      EXPECT_LE(part.sigma_mm(axis), 1.0001 * bench.parts.front().sigma_mm(axis)) << part.input;
+      EXPECT_GE(part.sigma_mm(axis), 0.9999 * bench.parts.back().sigma_mm(axis)) << part.input;
+    }
+  }
+  EXPECT_TRUE(bench.parts[1].usual);
+  EXPECT_EQ(bench.parts[1].size, kUsualEccentricity_mm);
+  EXPECT_TRUE(bench.parts[2].usual);
+}
+
+TEST(Contributions, OfOneInputAreItsOwnSquareLessThePictures) {
+  SolveOptions options;
+  options.inputs = ExactInputs();
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  const ContributionBench bench(options);
+  EXPECT_THAT(bench.Names(), ElementsAre("all", "clamp_eccentricity_mm", "pixels"));
+  EXPECT_FALSE(bench.parts[1].usual);
+  // Views of one C cannot see it: X and Y move by all of it.
+  for (const int axis : {0, 1}) {
+    EXPECT_NEAR(std::hypot(bench.parts[2].sigma_mm(axis), 0.015), bench.parts[0].sigma_mm(axis),
+                2e-5);
+  }
+}
+
+TEST(Contributions, AreNoneWithoutAnAnswer) {
+  ContributionBench bench({});
+  bench.alignment.verdict = Verdict::kCannotTell;
+  EXPECT_THAT(ContributionsOf(bench.measurement, bench.options, bench.alignment), IsEmpty());
+}
+
 }  // namespace
+
 }  // namespace trammel::part_alignment

@@ -4,22 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "part_alignment/pose/fit.h"
-#include "part_alignment/pose/input_effect.h"
+#include "part_alignment/camera/calibration_record.h"
 #include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/observability.h"
 #include "part_alignment/pose/outliers.h"
-#include "part_alignment/pose/repeatability.h"
-#include "part_alignment/pose/solve_input.h"
-#include "part_alignment/pose/target_errors.h"
+#include "part_alignment/pose/pose_fit.h"
+#include "part_alignment/pose/pose_problem.h"
 #include "part_alignment/pose/view_advice.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Vector2d;
+
+namespace {
 
 /// The residuals of all observations; those left out have weight 0.
 /// @param common  what is estimated of clamping and camera beside the unknowns
@@ -43,15 +42,11 @@ void FillResiduals(const PoseProblem& problem, const Theta& theta, const Theta& 
 }
 
 void FillValues(const PoseProblem& problem, const Theta& theta, Alignment& alignment) {
-  const Layout layout = LayoutOf(problem.unknowns);
+  const Camera camera = CameraOf(problem, theta);
   alignment.machine_from_part = PoseOf(theta);
-  alignment.clamping = ClampingOf(layout, theta);
-  alignment.focal_length_mm =
-      layout.focal_length >= 0 ? theta[layout.focal_length] : problem.camera.focal_length_mm;
-  alignment.camera_offset_mm = problem.camera.taper_from_camera.translation_mm;
-  if (layout.camera_offset >= 0) {
-    alignment.camera_offset_mm = theta.segment<3>(layout.camera_offset);
-  }
+  alignment.clamping = ClampingOf(LayoutOf(problem.unknowns), theta);
+  alignment.focal_length_mm = camera.focal_length_mm;
+  alignment.camera_offset_mm = camera.taper_from_camera.translation_mm;
 }
 
 /// @param stated  all that residuals show, none of it with a usual size
@@ -265,7 +260,7 @@ Fit FitByResiduals(const Fit& fit, const SolveOptions& options, double share, Po
     problem.errors.machine_mm = *inputs.machine_mm;
   }
   InflateSigmas(fit.theta, problem);
-  const Descent descent = Refine(problem, fit.theta, options.method);
+  const Descent descent = Refine(problem, fit.theta);
   return {true, descent.converged, descent.theta, descent.chi_square, fit.steps, fit.other};
 }
 
@@ -285,8 +280,7 @@ Answer ByAllObservations(const Answer& usual, const SolveOptions& options) {
   scattered.fits = Fits(worst, judged);
   if (!scattered.fits) return usual;
   if (!usual.fits) {  // what larger errors let fit, they may let fit elsewhere too
-    scattered.fit.other =
-        SolveWithoutInitialGuess(scattered.problem, SolveMethod::kGaussNewton).other;
+    scattered.fit.other = SolveWithoutInitialGuess(scattered.problem).other;
   }
   return scattered;
 }
@@ -308,14 +302,10 @@ Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
   // A machine of which nothing is known may be as bad as machines are.
   PoseProblem rough = problem;
   if (!options.inputs.machine_mm) rough.errors.machine_mm = kWorstRepeatability_mm;
-  const Fit fit = SolveWithoutInitialGuess(rough, SolveMethod::kGaussNewton);
+  const Fit fit = SolveWithoutInitialGuess(rough);
   if (fit.found) InflateSigmas(fit.theta, problem);
-  if (!Fits(rough, fit)) return SolveWithoutInitialGuess(problem, options.method);
-  // Below full rank there is no answer, only a valley that Levenberg's growing steps would run
-  // along.
-  const SolveMethod method =
-      FullRank(problem, fit.theta) ? options.method : SolveMethod::kGaussNewton;
-  const Descent descent = Refine(problem, fit.theta, method);
+  if (!Fits(rough, fit)) return SolveWithoutInitialGuess(problem);
+  const Descent descent = Refine(problem, fit.theta);
   return {true,     descent.converged, descent.theta, descent.chi_square, fit.steps + descent.steps,
           fit.other};
 }
@@ -329,7 +319,7 @@ Answer FindAnswer(PoseProblem problem, const InputUncertainty& inputs,
   const Answer usual{problem, inputs, {}, fit, {}, {}, Fits(problem, fit)};
   Answer all = ByAllObservations(usual, options);
   if (usual.fits || !options.robust) return all;
-  const Outliers wrong = FindOutliers(problem, fit, labels, options.method);
+  const Outliers wrong = FindOutliers(problem, fit, labels);
   all.doubt = wrong.doubt;
   if (wrong.observations.empty()) return all;
   Answer rest = WithoutWrong(usual, wrong, options);
@@ -430,6 +420,83 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
         fmt::format("{} is wrong, and without it: {}", answer.what_is_wrong, alignment.reason);
   }
   return alignment;
+}
+
+Camera SolvedCamera(const Measurement& measurement, const Alignment& alignment) {
+  Camera camera = measurement.camera;
+  camera.focal_length_mm = alignment.focal_length_mm;
+  camera.taper_from_camera.translation_mm = alignment.camera_offset_mm;
+  return camera;
+}
+
+const PartTarget* FindTarget(const Measurement& measurement, const std::string& id) {
+  const auto found = std::find_if(measurement.targets.begin(), measurement.targets.end(),
+                                  [&id](const PartTarget& target) { return target.id == id; });
+  return found == measurement.targets.end() ? nullptr : &*found;
+}
+
+std::optional<Eigen::Vector2d> ImageOf(const Measurement& measurement, const Alignment& alignment,
+                                       const View& view, const PartTarget& target) {
+  const Camera camera = SolvedCamera(measurement, alignment);
+  const auto pixel = Project(camera, CameraFromPart(camera, alignment.clamping, view,
+                                                    alignment.machine_from_part, target.ideal_mm));
+  const bool inside = pixel && pixel->x() >= 0 && pixel->y() >= 0 &&
+                      pixel->x() <= camera.width_px - 1 && pixel->y() <= camera.height_px - 1;
+  return inside ? pixel : std::nullopt;
+}
+
+DistanceRange SeenDistances(const Measurement& measurement, const Alignment& alignment) {
+  const Camera camera = SolvedCamera(measurement, alignment);
+  DistanceRange range{std::numeric_limits<double>::infinity(), 0};
+  for (const View& view : measurement.views) {
+    for (const Observation& seen : view.observations) {
+      const PartTarget* target = FindTarget(measurement, seen.target);
+      if (target == nullptr) continue;
+      const double away_mm = std::abs(CameraFromPart(camera, alignment.clamping, view,
+                                                     alignment.machine_from_part, target->ideal_mm)
+                                          .z());
+      range.nearest_mm = std::min(range.nearest_mm, away_mm);
+      range.farthest_mm = std::max(range.farthest_mm, away_mm);
+    }
+  }
+  if (range.farthest_mm == 0) range.nearest_mm = 0;
+  return range;
+}
+
+namespace {
+
+/// The largest standard uncertainty of x, y and z.
+double PlaceSigma(const Alignment& alignment) {
+  if (alignment.covariance.rows() < 3) return 0;
+  return std::sqrt(alignment.covariance.diagonal().head<3>().maxCoeff());
+}
+
+}  // namespace
+
+std::vector<std::string> Caveats(const Measurement& measurement, const SolveOptions& options,
+                                 const Alignment& alignment,
+                                 const std::optional<CalibrationRecord>& calibration,
+                                 std::string_view today) {
+  std::vector<std::string> caveats;
+  if (alignment.verdict != Verdict::kGood) return caveats;
+  if (const double sigma_mm = PlaceSigma(alignment); sigma_mm > options.weakest_limit_mm) {
+    caveats.push_back(fmt::format(
+        "what is stated of the inputs leaves the part's place uncertain by {:.3g} mm (95 %), "
+        "however well the views tell it: look at input_uncertainty, its units and the camera's "
+        "covariance",
+        2 * sigma_mm));
+  }
+  if (!calibration) return caveats;
+  const DistanceRange seen = SeenDistances(measurement, alignment);
+  if (seen.nearest_mm < calibration->nearest_mm || seen.farthest_mm > calibration->farthest_mm) {
+    caveats.push_back(fmt::format(
+        "targets were seen from {:.0f} … {:.0f} mm, but the camera was calibrated ({}) from {:.0f} "
+        "to {:.0f} mm: its figures are extrapolated",
+        seen.nearest_mm, seen.farthest_mm, calibration->date, calibration->nearest_mm,
+        calibration->farthest_mm));
+  }
+  if (auto old = NoticeOfAge(calibration->date, today)) caveats.push_back(std::move(*old));
+  return caveats;
 }
 
 }  // namespace trammel::part_alignment

@@ -5,13 +5,14 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/measured.h"
 #include "base/rejection.h"
 #include "base/result.h"
-#include "part_alignment/camera/camera_parameters.h"
-#include "part_alignment/pose/input_uncertainty.h"
+#include "part_alignment/camera/calibration_record.h"
+#include "part_alignment/camera/camera.h"
 #include "part_alignment/pose/measurement.h"
 
 namespace trammel::part_alignment {
@@ -25,11 +26,8 @@ struct Unknowns {
   bool camera_offset = false;  ///< of taper_from_camera, x and y and z
 };
 
-enum class SolveMethod { kCeres, kGaussNewton };
-
 struct SolveOptions {
   Unknowns unknowns;
-  SolveMethod method = SolveMethod::kCeres;
   /// Where the residuals contradict their sigmas, one wrong target, view or observation is left out
   /// (weight 0) and named, if leaving it out, and nothing else, puts things right.
   bool robust = true;
@@ -108,5 +106,37 @@ struct Alignment {
 /// and all around where nothing fits there. Accuracy: the truth to 1e-9 mm and 1e-12 rad from
 /// observations without noise (solve_test).
 [[nodiscard]] Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& options);
+
+/// The measurement's camera with what was solved for of it. REQUIRES verdict good, as all below.
+[[nodiscard]] Camera SolvedCamera(const Measurement& measurement, const Alignment& alignment);
+
+/// Where the solution has a target in a view, (column, row) in px; absent outside the picture.
+[[nodiscard]] std::optional<Eigen::Vector2d> ImageOf(const Measurement& measurement,
+                                                     const Alignment& alignment, const View& view,
+                                                     const PartTarget& target);
+
+/// Along the camera's axis, in mm.
+struct DistanceRange {
+  double nearest_mm = 0;
+  double farthest_mm = 0;
+};
+
+/// From how near and how far the targets were seen that were observed; 0 where none was.
+[[nodiscard]] DistanceRange SeenDistances(const Measurement& measurement,
+                                          const Alignment& alignment);
+
+/// The part's target with this id; none where there is none.
+[[nodiscard]] const PartTarget* FindTarget(const Measurement& measurement, const std::string& id);
+
+/// A sentence for each: a camera used outside the distances it was calibrated at, or calibrated
+/// long ago; inputs that leave the part's place less certain than any view should. None unless the
+/// verdict is good.
+/// @param calibration  absent: nothing is known of it, and nothing said
+/// @param today        YYYY-MM-DD
+[[nodiscard]] std::vector<std::string> Caveats(const Measurement& measurement,
+                                               const SolveOptions& options,
+                                               const Alignment& alignment,
+                                               const std::optional<CalibrationRecord>& calibration,
+                                               std::string_view today);
 
 }  // namespace trammel::part_alignment

@@ -1,12 +1,46 @@
-// The views that would tell what the present ones cannot.
+// Views that could be taken, their information, and the ones that determine a weak direction.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "part_alignment/pose/pose_problem.h"
 
 namespace trammel::part_alignment {
+
+/// A view not taken yet. information is the J^T W J it would add, in UnitsPerMillimetre.
+struct CandidateView {
+  Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d spindle_rotation = Eigen::Matrix3d::Identity();
+  std::size_t aimed_at = 0;       ///< index of the target
+  std::vector<std::size_t> seen;  ///< indices of all targets in the picture
+  ThetaMatrix information;
+};
+
+struct CandidateOptions {
+  double distance_mm = 300;  ///< from the camera's origin to the target, along its axis
+  double field_share = 0.8;  ///< of the picture's width and height, about its centre, to be used
+  double sigma_px = 0.05;
+  std::vector<Eigen::Matrix3d> orientations;  ///< of the spindle
+};
+
+/// Candidates for all targets, all orientations and nine places of the target in the picture: its
+/// centre, the sides and the corners of the field.
+/// @param problem  camera and unknowns; its observations give nothing but the unknowns' units.
+/// @param theta    of the problem, as are the targets' coordinates (the same frame).
+/// @param units    UnitsPerMillimetre.
+[[nodiscard]] std::vector<CandidateView> CandidateViews(
+    const PoseProblem& problem, const Theta& theta, const Theta& units,
+    const std::vector<Eigen::Vector3d>& targets_mm, const CandidateOptions& options);
+
+/// The standard uncertainty (mm) along the weakest direction, of an information matrix in
+/// UnitsPerMillimetre; at most 1e6.
+[[nodiscard]] double WeakestSigma(const ThetaMatrix& information);
+
+/// Logarithm of the determinant, with a slight information about everything (1 m, k = 1) so that it
+/// ranks plans below full rank too.
+[[nodiscard]] double LogDeterminant(const ThetaMatrix& information);
 
 /// Up to four views, each the one that improves the weakest direction most, until it is known
 /// within `limit_mm`; at the distances used so far, in the orientations used so far and, for what

@@ -17,7 +17,7 @@
 #include "document/json_number.h"
 #include "document/plot.h"
 #include "part_alignment/report/answer_page.h"
-#include "part_alignment/survey/survey_advice.h"
+#include "part_alignment/survey/survey_answer.h"
 
 namespace trammel::report {
 namespace {

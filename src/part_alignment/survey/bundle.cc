@@ -1,5 +1,6 @@
 #include "part_alignment/survey/bundle.h"
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,37 +11,20 @@
 #include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
-namespace {
-
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kEnough = 1e-9;  // of the sum of squares in sigmas: a decrease nobody sees
-constexpr double kStuckDamping = 1e10;
+namespace {
 
-Matrix3d CrossMatrix(const Vector3d& v) {
-  Matrix3d cross;
-  cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return cross;
+CauchyLoss LossOf(const BundleOptions& options) {
+  return {options.loss_sigma * options.loss_sigma};
 }
 
-// rho(s) of a squared residual s, and its derivative as the weight.
-struct Loss {
-  double width2 = 0;
-  [[nodiscard]] double Cost(double s) const {
-    return width2 > 0 ? width2 * std::log1p(s / width2) : s;
-  }
-  [[nodiscard]] double Weight(double s) const { return width2 > 0 ? 1 / (1 + s / width2) : 1; }
-};
-
-Loss LossOf(const BundleOptions& options) { return {options.loss_sigma * options.loss_sigma}; }
-
 double CostOf(const Network& network, const BundleOptions& options) {
-  const Loss loss = LossOf(options);
+  const CauchyLoss loss = LossOf(options);
   double cost = 0;
   for (const NetworkObservation& observation : network.observations) {
     if (!TakesPart(network, observation)) continue;
@@ -57,48 +41,27 @@ double CostOf(const Network& network, const BundleOptions& options) {
   return cost;
 }
 
-struct Step {
-  VectorXd reduced;
-  std::vector<Vector6d> stations;  ///< as ReducedNormal::stations
-};
-
-Step Solve(const ReducedNormal& normal, const MatrixXd& motions, double damping) {
-  Step step;
-  VectorXd right;
-  MatrixXd matrix = Reduce(normal, damping, right);
-  const double scale = std::max(matrix.diagonal().mean(), std::numeric_limits<double>::min());
-  matrix += scale * motions * motions.transpose();
-  const auto solved = geometry::SolvePositive(matrix, right);
-  step.reduced = solved ? VectorXd(-*solved) : -geometry::SolveSymmetric(matrix, right);
-  for (const auto& station : normal.stations) {
-    Eigen::Matrix<double, 6, 6> block = station.block;
-    block.diagonal() *= 1 + damping;
-    const VectorXd part = step.reduced(station.unknowns);
-    step.stations.push_back(
-        -geometry::SolveSymmetric(block, station.right + station.coupling.transpose() * part));
-  }
-  return step;
-}
-
-void Apply(const ReducedNormal& normal, const Step& step, Network& network) {
+Network Moved(const BundleNormal& normal, const NormalStep& step, Network network) {
   for (std::size_t i = 0; i < network.points.size(); ++i) {
     if (normal.first_of_point[i] >= 0)
-      network.points[i].at += step.reduced.segment<3>(normal.first_of_point[i]);
+      network.points[i].at += step.shared.segment<3>(normal.first_of_point[i]);
   }
   for (std::size_t i = 0; i < kLensParameters; ++i) {
     if (normal.index_of_lens[i] >= 0)
-      network.lens[static_cast<Index>(i)] += step.reduced[normal.index_of_lens[i]];
+      network.lens[static_cast<Index>(i)] += step.shared[normal.index_of_lens[i]];
   }
-  for (std::size_t i = 0; i < normal.stations.size(); ++i) {
-    Station& station = network.stations[normal.stations[i].station];
+  for (std::size_t i = 0; i < step.stations.size(); ++i) {
+    Station& station = network.stations[normal.equations.stations[i].station];
     station.place += step.stations[i].head<3>();
     const Matrix3d turned =
         geometry::RotationFromVector(step.stations[i].tail<3>()) * station.rotation;
     station.rotation = Eigen::Quaterniond(turned).normalized().toRotationMatrix();
   }
+  return network;
 }
 
-void AddBars(const Network& network, ReducedNormal& normal) {
+void AddBars(const Network& network, BundleNormal& normal) {
+  NormalEquations& sums = normal.equations;
   for (const NetworkBar& bar : network.bars) {
     if (!TakesPart(network, bar)) continue;
     const Vector3d along = network.points[bar.to].at - network.points[bar.from].at;
@@ -109,33 +72,73 @@ void AddBars(const Network& network, ReducedNormal& normal) {
     const Index from = normal.first_of_point[bar.from];
     const Index to = normal.first_of_point[bar.to];
     const Matrix3d square = unit * unit.transpose();
-    normal.matrix.block<3, 3>(from, from) += square;
-    normal.matrix.block<3, 3>(to, to) += square;
-    normal.matrix.block<3, 3>(from, to) -= square;
-    normal.matrix.block<3, 3>(to, from) -= square;
-    normal.right.segment<3>(from) -= residual * unit;
-    normal.right.segment<3>(to) += residual * unit;
+    sums.matrix.block<3, 3>(from, from) += square;
+    sums.matrix.block<3, 3>(to, to) += square;
+    sums.matrix.block<3, 3>(from, to) -= square;
+    sums.matrix.block<3, 3>(to, from) -= square;
+    sums.right.segment<3>(from) += residual * unit;
+    sums.right.segment<3>(to) -= residual * unit;
   }
 }
 
-Index IndexUnknowns(const Network& network, const FreeLens& free, ReducedNormal& normal) {
+Index IndexUnknowns(const Network& network, const BundleOptions& options, BundleNormal& normal) {
   Index unknowns = 0;
   for (const NetworkPoint& point : network.points) {
-    normal.first_of_point.push_back(point.placed ? unknowns : -1);
-    if (point.placed) unknowns += 3;
+    const bool is_free = point.placed && !options.fixed_points;
+    normal.first_of_point.push_back(is_free ? unknowns : -1);
+    if (is_free) unknowns += 3;
   }
-  for (const bool is_free : free) normal.index_of_lens.push_back(is_free ? unknowns++ : -1);
+  for (const bool is_free : options.free) normal.index_of_lens.push_back(is_free ? unknowns++ : -1);
   return unknowns;
 }
 
-std::vector<Index> UnknownsOf(const NetworkObservation& observation, const ReducedNormal& normal) {
+ObservationRow RowOf(const Network& network, const NetworkObservation& observation,
+                     const CauchyLoss& loss, const BundleNormal& normal) {
+  const ObservationPartials partials = PartialsOf(network, observation);
+  const double root = std::sqrt(loss.Weight(partials.residual.squaredNorm()));
   const Index first = normal.first_of_point[observation.point];
-  std::vector<Index> unknowns = {first, first + 1, first + 2};
-  for (const Index i : normal.index_of_lens) {
-    if (i >= 0) unknowns.push_back(i);
+  ObservationRow row;
+  std::vector<Index> columns;  // of both
+  for (Index axis = 0; first >= 0 && axis < 3; ++axis) {
+    row.unknowns.push_back(first + axis);
+    columns.push_back(axis);
   }
-  return unknowns;
+  for (Index i = 0; i < kLensParameters; ++i) {
+    const Index unknown = normal.index_of_lens[static_cast<std::size_t>(i)];
+    if (unknown < 0) continue;
+    row.unknowns.push_back(unknown);
+    columns.push_back(3 + i);
+  }
+  Eigen::Matrix<double, 2, 3 + kLensParameters> both;
+  both << partials.by_point, partials.by_lens;
+  row.by_shared = root * both(Eigen::all, columns);
+  row.by_own = root * partials.by_station;
+  row.residual = root * partials.residual;
+  return row;
 }
+
+// Inner constraints: every step leaves the datum as it was.
+struct BundleModel {
+  const BundleOptions& options;
+  struct Linearised {
+    BundleNormal normal;
+    MatrixXd motions;
+  };
+  [[nodiscard]] double Cost(const Network& network) const {
+    return network.lens[kFocal] > 0 ? CostOf(network, options)
+                                    : std::numeric_limits<double>::infinity();
+  }
+  [[nodiscard]] Linearised Linearise(const Network& network) const {
+    Linearised at{NormalOf(network, options), {}};
+    if (!options.fixed_points) at.motions = DatumMotions(network, at.normal, options.bars);
+    return at;
+  }
+  [[nodiscard]] Proposal<Network> Propose(const Linearised& at, double damping,
+                                          const Network& network) const {
+    const NormalStep step = Solve(at.normal.equations, at.motions, damping);
+    return {Moved(at.normal, step, network), step.decrement};
+  }
+};
 
 }  // namespace
 
@@ -155,65 +158,25 @@ ObservationPartials PartialsOf(const Network& network, const NetworkObservation&
   return partials;
 }
 
-ReducedNormal NormalOf(const Network& network, const BundleOptions& options) {
-  ReducedNormal normal;
-  const Index size = IndexUnknowns(network, options.free, normal);
-  normal.matrix = MatrixXd::Zero(size, size);
-  normal.right = VectorXd::Zero(size);
-  std::vector<std::vector<const NetworkObservation*>> of_station(network.stations.size());
+BundleNormal NormalOf(const Network& network, const BundleOptions& options) {
+  BundleNormal normal;
+  const Index size = IndexUnknowns(network, options, normal);
+  normal.equations.matrix = MatrixXd::Zero(size, size);
+  normal.equations.right = VectorXd::Zero(size);
+  std::vector<std::vector<ObservationRow>> rows(network.stations.size());
+  const CauchyLoss loss = LossOf(options);
   for (const NetworkObservation& observation : network.observations) {
-    if (TakesPart(network, observation)) of_station[observation.station].push_back(&observation);
+    if (!TakesPart(network, observation)) continue;
+    rows[observation.station].push_back(RowOf(network, observation, loss, normal));
   }
-  const Loss loss = LossOf(options);
-  MatrixXd row(2, 3 + kLensParameters);
-  for (std::size_t s = 0; s < of_station.size(); ++s) {
-    if (of_station[s].empty()) continue;
-    ReducedNormal::Eliminated& out = normal.stations.emplace_back();
-    out.station = s;
-    out.block.setZero();
-    out.right.setZero();
-    MatrixXd coupling = MatrixXd::Zero(size, 6);
-    for (const NetworkObservation* observation : of_station[s]) {
-      const ObservationPartials partials = PartialsOf(network, *observation);
-      const double weight = loss.Weight(partials.residual.squaredNorm());
-      const auto unknowns = UnknownsOf(*observation, normal);
-      const auto columns = static_cast<Index>(unknowns.size());
-      row.leftCols<3>() = partials.by_point;
-      Index at = 3;
-      for (Index i = 0; i < kLensParameters; ++i) {
-        if (options.free[static_cast<std::size_t>(i)]) row.col(at++) = partials.by_lens.col(i);
-      }
-      const auto used = row.leftCols(columns);
-      normal.matrix(unknowns, unknowns) += weight * used.transpose() * used;
-      normal.right(unknowns) += weight * used.transpose() * partials.residual;
-      coupling(unknowns, Eigen::all) += weight * used.transpose() * partials.by_station;
-      out.block += weight * partials.by_station.transpose() * partials.by_station;
-      out.right += weight * partials.by_station.transpose() * partials.residual;
-      out.unknowns.insert(out.unknowns.end(), unknowns.begin(), unknowns.end());
-    }
-    std::sort(out.unknowns.begin(), out.unknowns.end());
-    out.unknowns.erase(std::unique(out.unknowns.begin(), out.unknowns.end()), out.unknowns.end());
-    out.coupling = coupling(out.unknowns, Eigen::all);
+  for (std::size_t s = 0; s < rows.size(); ++s) {
+    if (!rows[s].empty()) AddStation(s, rows[s], normal.equations);
   }
   if (options.bars) AddBars(network, normal);
   return normal;
 }
 
-MatrixXd Reduce(const ReducedNormal& normal, double damping, VectorXd& right) {
-  MatrixXd matrix = normal.matrix;
-  matrix.diagonal() *= 1 + damping;
-  right = normal.right;
-  for (const auto& station : normal.stations) {
-    Eigen::Matrix<double, 6, 6> block = station.block;
-    block.diagonal() *= 1 + damping;
-    const MatrixXd solved = geometry::SolveSymmetric(block, station.coupling.transpose());
-    matrix(station.unknowns, station.unknowns) -= station.coupling * solved;
-    right(station.unknowns) -= solved.transpose() * station.right;
-  }
-  return matrix;
-}
-
-MatrixXd DatumMotions(const Network& network, const ReducedNormal& normal, bool bars) {
+MatrixXd DatumMotions(const Network& network, const BundleNormal& normal, bool bars) {
   Vector3d centroid = Vector3d::Zero();
   double count = 0;
   for (const NetworkPoint& point : network.points) {
@@ -223,7 +186,7 @@ MatrixXd DatumMotions(const Network& network, const ReducedNormal& normal, bool 
     }
   }
   centroid /= count;
-  MatrixXd motions = MatrixXd::Zero(normal.right.size(), bars ? 6 : 7);
+  MatrixXd motions = MatrixXd::Zero(normal.equations.right.size(), bars ? 6 : 7);
   double size2 = 0;
   for (const NetworkPoint& point : network.points) {
     if (point.placed) size2 += (point.at - centroid).squaredNorm();
@@ -241,39 +204,94 @@ MatrixXd DatumMotions(const Network& network, const ReducedNormal& normal, bool 
   return geometry::SolveLower(geometry::CholeskyRoot(gram), motions.transpose()).transpose();
 }
 
-BundleFit AdjustBundle(const BundleOptions& options, Network& network) {
-  BundleFit fit;
-  fit.cost = CostOf(network, options);
-  TRAMMEL_CHECK(std::isfinite(fit.cost), "cost = {}", fit.cost);
-  double damping = 1e-4;
-  while (fit.iterations < options.most_iterations) {
-    ++fit.iterations;
-    const ReducedNormal normal = NormalOf(network, options);
-    const MatrixXd motions = DatumMotions(network, normal, options.bars);
-    bool accepted = false;
-    double decrease = 0;
-    while (!accepted && damping < kStuckDamping) {
-      Network trial = network;
-      const Step step = Solve(normal, motions, damping);
-      Apply(normal, step, trial);
-      const double cost =
-          trial.lens[kFocal] > 0 ? CostOf(trial, options) : std::numeric_limits<double>::infinity();
-      decrease = fit.cost - cost;
-      accepted = decrease >= -kEnough;
-      if (accepted) {
-        network = std::move(trial);
-        fit.cost = cost;
-        damping = std::max(0.1 * damping, 1e-12);
-      } else {
-        damping = std::max(damping, 1e-9) * 10;
+DescentEnd AdjustBundle(const BundleOptions& options, Network& network) {
+  const DescentEnd end =
+      Minimise(BundleModel{options}, {.most_iterations = options.most_iterations}, network);
+  TRAMMEL_CHECK(std::isfinite(end.cost), "cost = {}", end.cost);
+  return end;
+}
+
+namespace {
+
+constexpr double kUnchecked = 0.02;  // a redundancy below which a residual tells nothing
+
+// The inverse within the datum: bordered by the motions it leaves free.
+MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, bool& determined) {
+  const double scale = matrix.diagonal().head(points).mean();
+  matrix += scale * motions * motions.transpose();
+  const MatrixXd inverse =
+      ScaledInverse(matrix, determined) - motions * motions.transpose() / scale;
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+// The lens's unknowns are the last of all.
+NetworkPrecision::StationPrecision StationPrecisionOf(const NormalEquations::Station& station,
+                                                      const BundleNormal& normal,
+                                                      const StationCovariance& covariance) {
+  std::vector<Index> rows = {0, 1, 2, 3, 4, 5};
+  for (Index i = 0; i < kLensParameters; ++i) {
+    if (normal.index_of_lens[static_cast<std::size_t>(i)] >= 0) rows.push_back(6 + i);
+  }
+  const auto lens = std::ssize(rows) - 6;
+  const MatrixXd with = covariance.with.rightCols(lens);
+  MatrixXd whole(6 + lens, 6 + lens);
+  whole << covariance.own, with, with.transpose(), covariance.within.bottomRightCorner(lens, lens);
+  NetworkPrecision::StationPrecision precision;
+  precision.station = station.station;
+  precision.covariance.setZero();
+  precision.covariance(rows, rows) = whole;
+  return precision;
+}
+
+void CheckObservations(const Network& network, const BundleNormal& normal, const MatrixXd& inverse,
+                       NetworkPrecision& precision) {
+  std::vector<std::vector<std::size_t>> of_station(network.stations.size());
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    if (TakesPart(network, network.observations[i]))
+      of_station[network.observations[i].station].push_back(i);
+  }
+  for (const auto& station : normal.equations.stations) {
+    const StationCovariance covariance = CovarianceOf(station, inverse, precision.determined);
+    precision.stations.push_back(StationPrecisionOf(station, normal, covariance));
+    for (const std::size_t i : of_station[station.station]) {
+      const ObservationRow row = RowOf(network, network.observations[i], {}, normal);
+      const Eigen::Matrix2d left =
+          Eigen::Matrix2d::Identity() - FittedCovariance(row, station, covariance);
+      auto& check = precision.observations[i];
+      check.redundancy = 0.5 * left.trace();
+      precision.observation_redundancy += left.trace();
+      precision.observation_chi_square += row.residual.squaredNorm();
+      const double least =
+          check.redundancy - std::hypot(0.5 * (left(0, 0) - left(1, 1)), left(0, 1));
+      if (least > kUnchecked) {
+        check.test = geometry::SquaredMahalanobisDistance(left, row.residual);
       }
     }
-    if (!accepted || decrease < kEnough * (1 + fit.cost)) {
-      fit.converged = accepted;
-      break;
-    }
   }
-  return fit;
+}
+
+}  // namespace
+
+NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool bars) {
+  BundleOptions options;
+  options.free = free;
+  options.bars = bars;
+  const BundleNormal normal = NormalOf(network, options);
+  const Index points = normal.equations.right.size() - std::count(free.begin(), free.end(), true);
+  NetworkPrecision precision;
+  precision.determined = true;
+  const MatrixXd inverse =
+      InverseInDatum(Reduce(normal.equations, 0).matrix, DatumMotions(network, normal, bars),
+                     points, precision.determined);
+  precision.observations.resize(network.observations.size());
+  precision.points = inverse.topLeftCorner(points, points);
+  std::vector<Index> lens;
+  for (Index i = 0; i < kLensParameters; ++i) {
+    if (free[static_cast<std::size_t>(i)]) lens.push_back(i);
+  }
+  precision.lens(lens, lens) = inverse.bottomRightCorner(std::ssize(lens), std::ssize(lens));
+  CheckObservations(network, normal, inverse, precision);
+  return precision;
 }
 
 }  // namespace trammel::part_alignment

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,13 +17,220 @@
 #include "base/random.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
-#include "part_alignment/survey/network_precision.h"
+#include "part_alignment/camera/camera_convert.h"
+#include "part_alignment/survey/network.h"
+#include "part_alignment/survey/orientation.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 
 namespace trammel::part_alignment {
+using Eigen::Vector3d;
+
 namespace {
 
-using Eigen::Vector3d;
+Lens Bent() {
+  Lens lens = PlainLens(2773, 4000, 3000);
+  lens.tail<7>() +=
+      (Eigen::Matrix<double, 7, 1>() << 12, -9, -0.09, 0.03, -0.004, 3e-4, -2e-4).finished();
+  return lens;
+}
+
+TEST(Lens, ProjectsAsOpenCvDoes) {
+  const Lens lens = Bent();
+  const OpenCvCamera other{
+      4000,      3000,      lens[kFocal], lens[kFocal], lens[kColumn], lens[kRow],
+      lens[kK1], lens[kK2], lens[kP1],    lens[kP2],    lens[kK3],     0,
+      0,         0};
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.6, -0.4, 1.1),
+                                    Eigen::Vector3d(-700, 500, 900)}) {
+    const auto projection = ProjectLens(lens, at);
+    const auto expected = ProjectOpenCv(other, at);
+    ASSERT_TRUE(projection && expected);
+    EXPECT_LT((projection->pixel - *expected).norm(), 1e-9);
+  }
+}
+
+TEST(Lens, DerivativesAreThoseOfFiniteDifferences) {
+  const Lens lens = Bent();
+  const Eigen::Vector3d at(0.6, -0.4, 1.1);
+  const auto projection = ProjectLens(lens, at);
+  ASSERT_TRUE(projection);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+    const Eigen::Vector2d slope =
+        (ProjectLens(lens, at + step)->pixel - ProjectLens(lens, at - step)->pixel) / (2 * kStep);
+    EXPECT_LT((slope - projection->by_point.col(i)).norm(), 1e-4) << i;
+  }
+  for (int i = 0; i < kLensParameters; ++i) {
+    const Lens step = kStep * Lens::Unit(i);
+    const Eigen::Vector2d slope =
+        (ProjectLens(lens + step, at)->pixel - ProjectLens(lens - step, at)->pixel) / (2 * kStep);
+    EXPECT_LT((slope - projection->by_lens.col(i)).norm(), 1e-4) << kLensParameterNames.at(i);
+  }
+}
+
+TEST(Lens, ObservationLineGoesThroughWhatIsProjected) {
+  const Lens lens = Bent();
+  const Eigen::Vector3d at(0.6, -0.4, 1.1);
+  const auto line = ObservationLine(lens, ProjectLens(lens, at)->pixel);
+  ASSERT_TRUE(line);
+  EXPECT_LT((*line - at.normalized()).norm(), 1e-12);
+}
+
+TEST(Lens, HasNoPixelBehindTheCameraAndNoLineBeyondAFold) {
+  EXPECT_FALSE(ProjectLens(Bent(), {0, 0, -1}));
+  EXPECT_FALSE(ProjectLens(Bent(), {0, 0, 0}));
+  EXPECT_FALSE(ProjectLens(Bent(), {10, 0, 1}));
+  Lens folded = PlainLens(1000, 4000, 3000);
+  folded[kK1] = -1;  // the picture ends at r = 0.38 focal lengths
+  EXPECT_FALSE(ObservationLine(folded, {3999, 1500}));
+}
+
+Vector3d Somewhere(Random& random, double depth) {
+  return {random.Uniform(-1, 1), random.Uniform(-1, 1), depth * random.Uniform(-1, 1)};
+}
+
+// Some 4 from the points, looking their way, rolled by anything.
+Station Anywhere(Random& random) {
+  Station station;
+  station.place = Vector3d{random.Uniform(-2, 2), random.Uniform(-2, 2), 4};
+  const Vector3d ahead = (0.3 * Somewhere(random, 1) - station.place).normalized();
+  const Vector3d right = ahead.unitOrthogonal();
+  Eigen::Matrix3d rotation;
+  rotation << right.transpose(), ahead.cross(right).transpose(), ahead.transpose();
+  station.rotation = Eigen::AngleAxisd(random.Uniform(0, 6), Vector3d::UnitZ()) * rotation;
+  return station;
+}
+
+double TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return Eigen::AngleAxisd(a.transpose() * b).angle();
+}
+
+TEST(FivePointEssentials, HaveTheTrueOneAmongThem) {
+  for (const double depth : {0.5, 0.0}) {
+    Random random(3);
+    for (int trial = 0; trial < 200; ++trial) {
+      const Station one = Anywhere(random);
+      const Station two = Anywhere(random);
+      std::array<Vector3d, 5> first;
+      std::array<Vector3d, 5> second;
+      for (std::size_t i = 0; i < 5; ++i) {
+        const Vector3d at = Somewhere(random, depth);
+        first[i] = one.FromObject(at).normalized();
+        second[i] = two.FromObject(at).normalized();
+      }
+      const Eigen::Matrix3d rotation = two.rotation * one.rotation.transpose();
+      const Vector3d base = two.FromObject(one.place);
+      Eigen::Matrix3d cross;
+      cross << 0, -base.z(), base.y(), base.z(), 0, -base.x(), -base.y(), base.x(), 0;
+      const Eigen::Matrix3d truth = (cross * rotation).normalized();
+      double nearest = 1;
+      for (const auto& essential : FivePointEssentials(first, second)) {
+        nearest = std::min({nearest, (essential - truth).norm(), (essential + truth).norm()});
+      }
+      // Close to a double root half of the digits are lost.
+      EXPECT_LT(nearest, 1e-5) << "trial " << trial << ", depth " << depth;
+    }
+  }
+}
+
+TEST(OrientPair, FindsTheOrientationAmongWrongPairs) {
+  Random random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Station one = Anywhere(random);
+    const Station two = Anywhere(random);
+    if ((one.place - two.place).norm() < 0.5) continue;
+    std::vector<Vector3d> first;
+    std::vector<Vector3d> second;
+    for (int i = 0; i < 20; ++i) {
+      const Vector3d at = Somewhere(random, 0.5);
+      first.push_back(one.FromObject(at).normalized());
+      second.push_back(two.FromObject(i < 4 ? Somewhere(random, 0.5) : at).normalized());
+    }
+    const auto found = OrientPair(first, second, 2, random);
+    ASSERT_FALSE(found.empty());
+    EXPECT_LT(TurnBetween(found[0].rotation, two.rotation * one.rotation.transpose()), 1e-5);
+    EXPECT_LT((found[0].place - one.FromObject(two.place).normalized()).norm(), 1e-5);
+  }
+}
+
+TEST(OrientPair, HasNoneForFewerThanSixPairs) {
+  Random random(5);
+  const std::vector<Vector3d> lines(5, Vector3d::UnitZ());
+  EXPECT_TRUE(OrientPair(lines, lines, 2, random).empty());
+}
+
+TEST(ThreePointStations, HaveTheTrueOneAmongThem) {
+  Random random(6);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Station truth = Anywhere(random);
+    std::array<Vector3d, 3> object;
+    std::array<Vector3d, 3> lines;
+    for (std::size_t i = 0; i < 3; ++i) {
+      object[i] = Somewhere(random, 0.5);
+      lines[i] = truth.FromObject(object[i]).normalized();
+    }
+    double nearest = 1;
+    for (const Station& station : ThreePointStations(object, lines)) {
+      nearest = std::min(nearest, (station.place - truth.place).norm());
+    }
+    // Close to a double root half of the digits are lost.
+    EXPECT_LT(nearest, 1e-4) << "trial " << trial;
+  }
+}
+
+Network PointsSeenFrom(const Station& truth, Random& random) {
+  Network network;
+  network.lens = PlainLens(2773, 4000, 3000);
+  network.stations.resize(1);
+  for (std::size_t i = 0; i < 20; ++i) {
+    const Vector3d at = Somewhere(random, 0.5);
+    network.points.push_back({at, true});
+    network.observations.push_back(
+        {0, i, ProjectLens(network.lens, truth.FromObject(at))->pixel, 0.03, true});
+  }
+  return network;
+}
+
+std::vector<std::size_t> AllOf(const Network& network) {
+  std::vector<std::size_t> all(network.observations.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+TEST(Resect, FindsTheStationAmongWrongObservations) {
+  Random random(7);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Station truth = Anywhere(random);
+    Network network = PointsSeenFrom(truth, random);
+    for (std::size_t i = 0; i < 6; ++i) network.observations[i].pixel.x() += 300;
+    const auto found = Resect(network, AllOf(network), 3, random);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->observations, 20U);
+    EXPECT_EQ(found->agreeing, 14U);
+    EXPECT_LT((found->station.place - truth.place).norm(), 1e-6);
+    EXPECT_LT(TurnBetween(found->station.rotation, truth.rotation), 1e-6);
+  }
+}
+
+TEST(Resect, HasNoStationForThreePoints) {
+  Random random(8);
+  Network network = PointsSeenFrom(Anywhere(random), random);
+  for (std::size_t i = 3; i < network.points.size(); ++i) network.points[i].placed = false;
+  EXPECT_FALSE(Resect(network, AllOf(network), 3, random));
+}
+
+TEST(FitStation, FindsTheFocalLengthOfOnePicture) {
+  Random random(9);
+  Station truth = Anywhere(random);
+  Network network = PointsSeenFrom(truth, random);
+  network.lens[kFocal] *= 1.02;
+  const auto fit = FitStation(network, AllOf(network), truth, 0, true);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->focal_px, 2773, 1e-3);
+  EXPECT_GT(fit->focal_sigma_px, 0.001);
+  EXPECT_LT(fit->focal_sigma_px, 10);
+}
 
 /// A network at the world's truth, its observations noisy.
 struct NetworkWorld {
@@ -165,7 +373,7 @@ TEST(AdjustBundle, EndsWhereCeresEnds) {
     Disturb(network, random);
     double cost = 0;
     const std::vector<Vector3d> expected = ByCeres(network, cost);
-    const BundleFit fit = AdjustBundle({}, network);
+    const DescentEnd fit = AdjustBundle({}, network);
     EXPECT_TRUE(fit.converged);
     EXPECT_NEAR(fit.cost, cost, 1e-6 * cost);
     // Ceres' datum is where its steps led: distances compare.
@@ -263,14 +471,13 @@ TEST(PrecisionOf, IsTheInverseOfTheNormalMatrixForWhatNoDatumChanges) {
   const NetworkPrecision precision = PrecisionOf(network, kLensFree, true);
   // Inner constraints: no motion of all points together is in the covariance.
   BundleOptions options;
-  const ReducedNormal normal = NormalOf(network, options);
+  const BundleNormal normal = NormalOf(network, options);
   const Eigen::MatrixXd motions =
       DatumMotions(network, normal, true).topRows(precision.points.rows());
   EXPECT_LT((precision.points * motions).cwiseAbs().maxCoeff(),
             1e-6 * precision.points.diagonal().maxCoeff());
   // And within the datum it is a generalised inverse: Q N Q = Q.
-  Eigen::VectorXd right;
-  const Eigen::MatrixXd reduced = Reduce(normal, 0, right);
+  const Eigen::MatrixXd reduced = Reduce(normal.equations, 0).matrix;
   const Eigen::Index points = precision.points.rows();
   const Eigen::MatrixXd of_lens = reduced.bottomRightCorner(kLensParameters, kLensParameters);
   const Eigen::MatrixXd to_lens = reduced.topRightCorner(points, kLensParameters);
@@ -282,4 +489,5 @@ TEST(PrecisionOf, IsTheInverseOfTheNormalMatrixForWhatNoDatumChanges) {
 }
 
 }  // namespace
+
 }  // namespace trammel::part_alignment

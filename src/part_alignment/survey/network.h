@@ -1,15 +1,44 @@
-// A photogrammetric network: stations of one camera, points, observations between them and scale
-// bars.
+// The camera of a survey: free in hand, one lens for all pictures, calibrated along with the part.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
-#include "part_alignment/survey/lens.h"
+#include "part_alignment/network/observation.h"
 
 namespace trammel::part_alignment {
+
+/// Indices of Lens: a pin-hole along +z, square pixels, (0, 0) the centre of the first pixel. With
+/// x = u / w, y = v / w, r² = x² + y² (OpenCV's model, dimensionless coefficients):
+///   column = c + f [x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)], row likewise.
+enum LensIndex { kFocal, kColumn, kRow, kK1, kK2, kK3, kP1, kP2, kLensParameters };
+
+inline constexpr std::array<const char*, kLensParameters> kLensParameterNames{
+    "focal_length_px", "principal_column_px", "principal_row_px", "k1", "k2", "k3", "p1", "p2"};
+
+/// f and c in px.
+using Lens = Eigen::Matrix<double, kLensParameters, 1>;
+
+/// A lens without distortion, its principal point in the middle of the picture.
+[[nodiscard]] Lens PlainLens(double focal_px, int width_px, int height_px);
+
+struct LensProjection {
+  Eigen::Vector2d pixel;                 ///< column, row
+  Eigen::Matrix<double, 2, 3> by_point;  ///< px per unit of the point
+  Eigen::Matrix<double, 2, kLensParameters> by_lens;
+};
+
+/// Where a point of the camera's frame appears, with derivatives. Absent behind the camera, or more
+/// than 80 degrees off its axis.
+[[nodiscard]] std::optional<LensProjection> ProjectLens(const Lens& lens,
+                                                        const Eigen::Vector3d& camera);
+
+/// The unit line of sight of a pixel. Absent where the distortion cannot be inverted.
+[[nodiscard]] std::optional<Eigen::Vector3d> ObservationLine(const Lens& lens,
+                                                             const Eigen::Vector2d& pixel);
 
 /// x_camera = rotation · (x_object - place).
 struct Station {
@@ -25,14 +54,6 @@ struct Station {
 struct NetworkPoint {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< object frame
   bool placed = false;
-};
-
-struct NetworkObservation {
-  std::size_t station = 0;
-  std::size_t point = 0;
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< column, row
-  double sigma_px = 0;                              ///< per axis, k = 1
-  bool used = true;
 };
 
 struct NetworkBar {

@@ -13,7 +13,6 @@
 #include "part_alignment/survey/network.h"
 #include "part_alignment/survey/plain_doubts.h"
 #include "part_alignment/survey/plain_merged.h"
-#include "part_alignment/survey/plain_shape.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "part_alignment/survey/plain_place.h"
-#include "part_alignment/survey/plain_sights.h"
+#include "part_alignment/survey/plain_view.h"
 
 namespace trammel::part_alignment {
 

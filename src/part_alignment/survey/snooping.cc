@@ -9,7 +9,7 @@
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/survey/network_start.h"
-#include "part_alignment/survey/resection.h"
+#include "part_alignment/survey/orientation.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "base/random.h"
 #include "part_alignment/survey/bundle.h"
-#include "part_alignment/survey/network_precision.h"
 
 namespace trammel::part_alignment {
 

@@ -12,7 +12,6 @@
 #include "geometry/linear_systems.h"
 #include "part_alignment/part_fit/scale_bars.h"
 #include "part_alignment/survey/bundle.h"
-#include "part_alignment/survey/network_precision.h"
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/snooping.h"
 #include "part_alignment/survey/survey_answer.h"

@@ -12,7 +12,7 @@
 #include "base/result.h"
 #include "part_alignment/part_fit/scale_bars.h"
 #include "part_alignment/pose/measurement.h"
-#include "part_alignment/survey/lens.h"
+#include "part_alignment/survey/network.h"
 #include "part_alignment/targets/image_ellipse.h"
 
 namespace trammel::part_alignment {

@@ -9,7 +9,7 @@
 
 #include "base/random.h"
 #include "base/rejection.h"
-#include "part_alignment/survey/network_precision.h"
+#include "part_alignment/survey/bundle.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_input.h"
 
@@ -69,5 +69,9 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
 
 /// A focal length that the pictures do not determine.
 [[nodiscard]] std::optional<std::string> WeakLens(const Survey& survey);
+
+/// Targets that are known much worse than the others, or seen too seldom to be checked well, by the
+/// side from which more pictures see them; nothing where all are alike. REQUIRES verdict good.
+[[nodiscard]] std::vector<std::string> AdvisePictures(const Survey& survey);
 
 }  // namespace trammel::part_alignment

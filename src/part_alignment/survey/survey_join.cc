@@ -9,8 +9,8 @@
 
 #include "base/statistics.h"
 #include "part_alignment/survey/network_start.h"
-#include "part_alignment/survey/plain_sights.h"
-#include "part_alignment/survey/resection.h"
+#include "part_alignment/survey/orientation.h"
+#include "part_alignment/survey/plain_view.h"
 #include "part_alignment/survey/survey_answer.h"
 
 namespace trammel::part_alignment {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "part_alignment/survey/plain_sights.h"
+#include "part_alignment/survey/plain_view.h"
 #include "part_alignment/survey/snooping.h"
 #include "part_alignment/survey/survey_discs.h"
 

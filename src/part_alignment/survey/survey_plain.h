@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/survey/network_precision.h"
+#include "part_alignment/survey/bundle.h"
 #include "part_alignment/survey/plain_matching.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_input.h"

@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "base/page.h"
+#include "base/random.h"
 #include "part_alignment/survey/survey.h"
+#include "part_alignment/targets/code_book.h"
 
 namespace trammel::part_alignment::test {
 
@@ -95,5 +98,13 @@ struct SurveyErrors {
   int freedom = 0;  ///< 3 · targets - 6
 };
 [[nodiscard]] SurveyErrors ErrorsOf(const SurveyWorld& world, const Survey& survey);
+
+/// The targets that a shot sees, discs of 13 mm, through a lens that bends nothing; noise of one
+/// grey level. Numbers must be those of `book`.
+[[nodiscard]] Page PictureOf(const SurveyWorld& world, const WorldShot& shot, const CodeBook& book,
+                             Random& random);
+
+/// Gives the ends of the bars numbers from `first` on, which the book has.
+void NumberBarEnds(SurveyWorld& world, int first);
 
 }  // namespace trammel::part_alignment::test

@@ -1,0 +1,79 @@
+// Minimises a sum of squares by Levenberg-Marquardt: the one loop of the room's adjustments.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace trammel::part_alignment {
+
+struct DescentOptions {
+  int most_iterations = 60;
+  /// Converged: a step promises to lower the cost by less than this share of (1 + cost). The cost
+  /// is in squared sigmas, so that nobody sees what is left.
+  double enough = 1e-9;
+};
+
+struct DescentEnd {
+  bool converged = false;
+  int iterations = 0;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+/// Cauchy's loss of a squared residual: a wrong observation pulls ever less the farther off it is.
+struct CauchyLoss {
+  double width2 = 0;  ///< squared, in squared sigmas; 0: plain squares
+  [[nodiscard]] double Cost(double s) const {
+    return width2 > 0 ? width2 * std::log1p(s / width2) : s;
+  }
+  /// The derivative of Cost.
+  [[nodiscard]] double Weight(double s) const { return width2 > 0 ? 1 / (1 + s / width2) : 1; }
+};
+
+/// A step as a model proposes it.
+template <class State>
+struct Proposal {
+  State state;
+  double decrement = 0;  ///< of the cost, as the linear model promises it
+};
+
+/// Descends from `state`, which it leaves at the least cost found. A step that raises the cost is
+/// taken again with ten times the damping. A cost that is infinite marks a state that the model
+/// cannot have; nothing is done where already the first is.
+///
+/// @param model  double Cost(state); auto Linearise(state);
+///               Proposal<State> Propose(linearised, damping, state).
+template <class Model, class State>
+DescentEnd Minimise(const Model& model, const DescentOptions& options, State& state) {
+  constexpr double kFirstDamping = 1e-4;
+  constexpr double kLeastDamping = 1e-15;
+  constexpr double kMostDamping = 1e10;
+  DescentEnd end;
+  end.cost = model.Cost(state);
+  double damping = kFirstDamping;
+  while (std::isfinite(end.cost) && !end.converged && end.iterations < options.most_iterations) {
+    ++end.iterations;
+    const auto linearised = model.Linearise(state);
+    bool accepted = false;
+    while (!accepted) {
+      if (damping > kMostDamping) return end;
+      Proposal<State> next = model.Propose(linearised, damping, state);
+      const double cost = model.Cost(next.state);
+      const bool still = next.decrement < options.enough * (1 + end.cost);
+      // A step below the end's threshold is taken whatever rounding makes of the cost.
+      accepted = cost <= end.cost || (still && std::isfinite(cost));
+      if (accepted) {
+        state = std::move(next.state);
+        end.cost = cost;
+        end.converged = still;
+        damping = std::max(0.1 * damping, kLeastDamping);
+      } else {
+        damping = std::max(damping, 1e-9) * 10;
+      }
+    }
+  }
+  return end;
+}
+
+}  // namespace trammel::part_alignment
