@@ -1,9 +1,9 @@
-# cmake --install: the program with its modules, libtrammel_tap with its header and what CMake and pkg-config ask for, what
+# cmake --install: the programs with their modules, libtrammel_tap with its header and what CMake and pkg-config ask for, what
 # goes onto the printer, and the manual.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS trammel)
+install(TARGETS trammel trammel-sim)
 # The program looks for them in lib/trammel beside its own folder, whatever CMAKE_INSTALL_LIBDIR is.
 foreach(module aravis webp heif pdf step)
   if(TARGET trammel_${module}_module)
@@ -30,18 +30,21 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples D
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# The manual page and the completion, made by the program itself.
-foreach(text "manual" "completion bash" "completion zsh")
-  separate_arguments(words UNIX_COMMAND ${text})
-  string(REPLACE " " "_" name ${text})
-  add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/${name} DEPENDS trammel VERBATIM
-                     COMMAND sh -c "\"$@\" > ${PROJECT_BINARY_DIR}/${name}" trammel
-                             ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:trammel> ${words})
-  list(APPEND trammel_texts ${PROJECT_BINARY_DIR}/${name})
+# The manual pages and the completions, made by the programs themselves.
+foreach(program trammel trammel-sim)
+  set(texts ${PROJECT_BINARY_DIR}/texts/${program})
+  foreach(text "manual" "completion bash" "completion zsh")
+    separate_arguments(words UNIX_COMMAND ${text})
+    string(REPLACE " " "_" name ${text})
+    add_custom_command(OUTPUT ${texts}/${name} DEPENDS ${program} VERBATIM
+                       COMMAND sh -c "mkdir -p ${texts} && \"$@\" > ${texts}/${name}" ${program}
+                               ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${program}> ${words})
+    list(APPEND trammel_texts ${texts}/${name})
+  endforeach()
+  install(FILES ${texts}/manual DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME ${program}.1)
+  install(FILES ${texts}/completion_bash RENAME ${program}
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  install(FILES ${texts}/completion_zsh RENAME _${program}
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
 endforeach()
 add_custom_target(trammel_texts ALL DEPENDS ${trammel_texts})
-install(FILES ${PROJECT_BINARY_DIR}/manual DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME trammel.1)
-install(FILES ${PROJECT_BINARY_DIR}/completion_bash RENAME trammel
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
-install(FILES ${PROJECT_BINARY_DIR}/completion_zsh RENAME _trammel
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)

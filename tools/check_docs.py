@@ -1,8 +1,8 @@
-"""Holds the commands in the documents to the program's own help.
+"""Holds the commands in the documents to the programs' own help.
 
-    tools/check_docs.py ROOT TRAMMEL
+    tools/check_docs.py ROOT TRAMMEL TRAMMEL_SIM
 
-Each `trammel …` in README.md, docs/ and klipper/, in a block or between backticks, must name a
+Each `trammel …` and `trammel-sim …` in README.md, docs/ and klipper/, in a block or between backticks, must name a
 command that there is, and options that this command has.
 """
 import pathlib
@@ -11,38 +11,38 @@ import shlex
 import subprocess
 import sys
 
-STARTS = re.compile(r"^(?:\$ )?(?:sudo )?trammel +(.*)$")
-QUOTED = re.compile(r"`trammel +([^`]+)`")
+STARTS = re.compile(r"^(?:\$ )?(?:sudo )?(trammel(?:-sim)?) +(.*)$")
+QUOTED = re.compile(r"`(trammel(?:-sim)?) +([^`]+)`")
 ENDS = {"|", "||", "&&", "&", ";", ">", ">>", "2>", "<", "#"}
 
 
 def commands(text):
-    """Yields (line number, words after `trammel`)."""
+    """Yields (line number, program, words after it)."""
     fenced = False
     for number, line in enumerate(text.replace("\\\n", " ").splitlines(), 1):
         fenced ^= line.startswith("```")
         block = line if fenced else line[4:] if line.startswith("    ") else ""
         start = STARTS.match(block.strip())
-        found = [start.group(1)] if start else QUOTED.findall(line)
-        for command in found:
+        found = [start.groups()] if start else QUOTED.findall(line)
+        for program, command in found:
             command = re.split(r"\s{3,}", command)[0]  # an explanation beside it
             try:
                 words = shlex.split(command.rstrip("\\"))
             except ValueError:
                 continue
             ends = [i for i, word in enumerate(words) if word in ENDS]
-            yield number, words[: ends[0]] if ends else words
+            yield number, program, words[: ends[0]] if ends else words
 
 
 class Helps:
-    """The program's help, by command, asked once each."""
+    """A program's help, by command, asked once each."""
 
-    def __init__(self, trammel):
-        self.trammel, self.texts = trammel, {}
+    def __init__(self, name, program):
+        self.name, self.program, self.texts = name, program, {}
 
     def text(self, path):
         if path not in self.texts:
-            told = subprocess.run([self.trammel, *path, "--help"], capture_output=True, text=True)
+            told = subprocess.run([self.program, *path, "--help"], capture_output=True, text=True)
             self.texts[path] = told.stdout if told.returncode == 0 else ""
         return self.texts[path]
 
@@ -62,23 +62,24 @@ def faults(helps, words):
         path += (word,)
     rest = words[len(path) :]
     if helps.subcommands(path) and rest and re.fullmatch(r"[a-z][a-z-]*", rest[0]):
-        yield f"there is no command 'trammel {' '.join([*path, rest[0]])}'"
+        yield f"there is no command '{helps.name} {' '.join([*path, rest[0]])}'"
         return
     known = helps.options(path) | {"--help", "-h"} | helps.options(())
     for word in rest:
         option = re.fullmatch(r"(--[a-z][a-z0-9-]*)(=.*)?", word)
         if option and option.group(1) not in known:
-            yield f"'trammel {' '.join(path)}' has no option {option.group(1)}"
+            yield f"'{helps.name} {' '.join(path)}' has no option {option.group(1)}"
 
 
-def main(root, trammel):
-    helps, wrong, seen = Helps(trammel), 0, 0
+def main(root, trammel, trammel_sim):
+    helps = {"trammel": Helps("trammel", trammel), "trammel-sim": Helps("trammel-sim", trammel_sim)}
+    wrong, seen = 0, 0
     root = pathlib.Path(root)
     for document in [root / "README.md", *sorted((root / "docs").glob("*.md")),
                      *sorted((root / "klipper").glob("*.md"))]:
-        for line, words in commands(document.read_text()):
+        for line, program, words in commands(document.read_text()):
             seen += 1
-            for fault in faults(helps, words):
+            for fault in faults(helps[program], words):
                 print(f"{document.relative_to(root)}:{line}: {fault}")
                 wrong += 1
     print(f"{seen} commands in the documents, {wrong} that the program does not know")

@@ -106,11 +106,12 @@ INNER = {
         "moonraker": {"camera", "klipper"},
     },
 }
-# app: what all commands share; trammel.toml is put together from the tables of the instruments, the
-# virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
+# app: what all commands share; trammel.toml is put together from the tables of the instruments, and
+# main is a table.
 APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
-APP_SHOP = {"base", "files", "image", "sim", "part_alignment/targets"}
+# trammel-sim's commands stand on what all commands share, and print codes of the real book.
+SIM_COMMANDS = {"app", "base", "files", "image", "sim", "part_alignment/targets"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.
 SUPPORT_ALLOWED = {"base", "geometry", "support"}
@@ -127,7 +128,7 @@ def room_of(path):
 def known(room):
     """Whether the tables have such a room."""
     head, _, inner = room.partition("/")
-    if room in {"main", "app", "app/config", "app/shop"}:
+    if room in {"main", "app", "app/config", "sim/commands"}:
         return True
     if head in INSTRUMENTS:
         return inner in INSTRUMENTS[head] or inner in ASPECTS
@@ -146,11 +147,9 @@ def allowed_in_app(room, other):
     if other in {"app", "app/config"}:
         return room != "app/config" or other == room
     if room == "main":
-        return other == "app/shop" or other in MAIN
+        return other in MAIN
     if room == "app/config":
         return covers(APP_CONFIG, other)
-    if room == "app/shop":
-        return covers(APP_SHOP, other)
     return covers(APP_SHARED, other)
 
 
@@ -158,6 +157,8 @@ def allowed(room, other):
     """Whether one known room may include another."""
     if room == other:
         return True
+    if room == "sim/commands":
+        return covers(SIM_COMMANDS, other)
     if room == "main" or room.startswith("app"):
         return allowed_in_app(room, other)
     head, _, inner = room.partition("/")
@@ -168,7 +169,7 @@ def allowed(room, other):
             siblings = pure[inner] if inner in pure else set(pure) | ASPECTS[inner][1]
             return other_inner in siblings
         common = PURE if inner in pure else ASPECTS[inner][0]
-        return other_head in common and other != "app/shop"
+        return other_head in common
     if head in INNER and other_head == head:
         return other_inner in INNER[head][inner]
     return other_head in COMMON[head]

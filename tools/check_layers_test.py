@@ -37,7 +37,7 @@ class CheckLayers(unittest.TestCase):
         for path, include in [("src/tap/contact/fit.cc", "tap/samples/tap.h"),
                               ("src/tap/files/tap_csv.cc", "files/new_file.h"),
                               ("src/tap/commands/tap_run.cc", "tap/report/tap_text.h"),
-                              ("src/app/shop/sim_taps.cc", "sim/print/printer.h")]:
+                              ("src/sim/commands/main.cc", "app/commands.h")]:
             self.assertEqual(self.check(path, include), (True, "0 layer violation(s)\n"))
 
     def test_no_instrument_includes_another(self):

@@ -36,7 +36,7 @@ constexpr Way kWays[] = {
     {"tap", "a load cell (Klipper)", "trammel tap watch --printer HOST"},
     {"offset", "several tools; a scanner or a phone", "trammel offset start --printer HOST"},
     {"align", "a mill, a camera in its spindle", "trammel align init"},
-    {"sim", "none of these yet", "trammel sim printer"},
+    {"pa", "none of these yet", "trammel-sim printer"},
 };
 
 }  // namespace
@@ -181,12 +181,12 @@ std::vector<std::string> NamesOfOptions(const CLI::App& app) {
 /// A command that words name, and what is wrong with one of them; empty: nothing.
 struct Reading {
   const CLI::App* command = nullptr;
-  std::string path = "trammel";
+  std::string path;
   std::string fault = {};
 };
 
 Reading Read(const CLI::App& program, std::span<const std::string> words) {
-  Reading read{&program};
+  Reading read{&program, program.get_name()};
   const auto fault = [&read](std::string text) {
     read.fault = std::move(text);
     return read;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <csignal>
+#include <functional>
+#include <optional>
 #include <stop_token>
 #include <thread>
 
@@ -31,6 +33,21 @@ class Interrupt {
   ConsoleDoesNotWait console_;
   std::stop_source source_;
   std::jthread thread_;  // last: stopped and joined before the source goes
+};
+
+/// Holds the ending signals back (app/interrupt.h), for Wait() to take. REQUIRES to be made before
+/// any other thread, which would take the signals otherwise.
+class EndOfServing {
+ public:
+  EndOfServing();
+
+  /// Returns with a signal, when a time has passed, or once `ended` is true (asked ten times a
+  /// second).
+  void Wait(std::optional<double> for_s, const std::function<bool()>& ended = {}) const;
+
+ private:
+  ConsoleDoesNotWait console_;
+  sigset_t signals_;
 };
 
 }  // namespace trammel::app

@@ -1,20 +1,18 @@
 // The command line: a table of the groups of commands.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/commands.h"
 #include "app/config_command.h"
 #include "app/console.h"
+#include "app/guide.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
+#include "app/left_out.h"
 #include "app/printer_session.h"
+#include "app/program.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
 #include "app/shop/sim_commands.h"
@@ -34,18 +32,6 @@
 #endif
 
 namespace {
-
-// Help, or what is wrong with the words of the command.
-int Answer(const CLI::App& cli, const CLI::ParseError& error,
-           const std::vector<std::string>& words) {
-  std::ostringstream output;
-  std::ostringstream errors;
-  const int code = cli.exit(error, output, errors);
-  fmt::print("{}", output.str());
-  if (code == 0) return trammel::app::kExitGood;
-  fmt::print(stderr, "{}", trammel::app::UsageError(cli, error, words));
-  return trammel::app::kExitUsage;
-}
 
 // What the instruments of this build have to offer to trammel serve.
 trammel::service::Offerings Offers() {
@@ -117,7 +103,6 @@ constexpr Command kCommands[] = {
      nullptr
 #endif
     },
-    {"sim", "virtual machines and what eyes see of their work", trammel::app::AddSimCommands},
 };
 
 // Hangs all commands below the program and fills those that the words name: all options of all of
@@ -138,63 +123,19 @@ void AddCommands(CLI::App& cli, int& exit_code, const std::vector<std::string>& 
   trammel::app::AddHelpCommands(cli);
 }
 
+std::string GuideOfThisBuild() {
+  return trammel::app::Guide([](std::string_view name) {
+    return std::ranges::any_of(kCommands, [name](const Command& command) {
+      return command.name == name && command.fill != nullptr;
+    });
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  trammel::app::GuardConsole();
-  trammel::app::KeepPicturesMemory();
-  CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
-  cli.name("trammel");
-  cli.formatter(trammel::app::PlainHelp());
-  cli.require_subcommand(1);
-  cli.set_version_flag("--version", std::string(trammel::app::ProgramVersion()),
-                       "says which trammel this is");
-  // Taken below every command, too.
-  cli.fallthrough();
-  cli.footer("--quiet and --color WHEN: trammel --help");
-  cli.add_flag_callback("-q,--quiet", trammel::app::SayErrorsOnly,
-                        "errors and the answer, no progress and no remarks");
-  std::string colour = "auto";
-  cli.add_option("--color", colour, "verdicts in colour: on terminals, always or never")
-      ->check(CLI::IsMember(std::vector<std::string>{"auto", "always", "never"}))
-      ->capture_default_str();
-  cli.add_option_function<std::string>(
-         "--progress",
-         [](const std::string& form) {
-           if (form == "json") trammel::app::TellProgressAsJson();
-         },
-         "progress on standard error: text, or json, a line of it each, for programs")
-      ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}))
-      ->default_str("text");
-  int exit_code = trammel::app::kExitGood;
-  cli.parse_complete_callback([&colour] {
-    using trammel::app::Colour;
-    trammel::app::ColourVerdicts(colour == "always"  ? Colour::kAlways
-                                 : colour == "never" ? Colour::kNever
-                                                     : Colour::kAuto);
-  });
-  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-  AddCommands(cli, exit_code, words);
-  if (words.empty()) {
-    fmt::print("{}", trammel::app::Guide([](std::string_view name) {
-                 return std::ranges::any_of(kCommands, [name](const Command& command) {
-                   return command.name == name && command.fill != nullptr;
-                 });
-               }));
-    return trammel::app::FinishConsole() ? trammel::app::kExitGood : trammel::app::kExitUsage;
-  }
-
-  int code = trammel::app::ExitCodeOf([&] {
-    try {
-      cli.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      exit_code = Answer(cli, error, words);
-    }
-    return static_cast<trammel::app::ExitCode>(exit_code);
-  });
-  if (const auto said = trammel::app::FinishConsole(); !said) {
-    const int lost = trammel::app::PrintError(said.error());
-    if (code == trammel::app::kExitGood) code = lost;
-  }
-  return code;
+  return trammel::app::RunProgram(
+      {"trammel", "machines that measure what they make and correct themselves", AddCommands,
+       GuideOfThisBuild},
+      argc, argv);
 }

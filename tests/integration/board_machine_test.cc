@@ -146,8 +146,10 @@ void Replace(const std::string& what, const std::string& by, std::string& text) 
 TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
   std::istringstream lines(test::ReadWhole(fs::path(TRAMMEL_SOURCE) / "docs/spindle-camera.md"));
   constexpr std::string_view kPrompt = "    trammel ";
+  constexpr std::string_view kSimPrompt = "    trammel-sim ";
   int count = 0;
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kSimPrompt)) line.replace(0, kSimPrompt.size(), "    trammel sim ");
     if (!line.starts_with(kPrompt)) continue;
     std::string command = line.substr(kPrompt.size());
     ++count;
@@ -160,7 +162,7 @@ TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
     }
     if (command.starts_with("align targets ")) command += " --force";  // of SetUp
     if (command.starts_with("align board ")) {
-      Replace("session:trammel sim mill --join 5107", machine_, command);
+      Replace("session:trammel-sim mill --join 5107", machine_, command);
       Replace("http://127.0.0.1:5108/stream", camera_, command);
       command += " --pictures 16 --settle 0.1 --feed 100000 --turn-speed 30000 --yes move";
     }

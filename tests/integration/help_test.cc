@@ -53,6 +53,7 @@ TEST(Help, EachRowOfEveryCommandHasOneGapInOneColumn) {
     }
   };
   look("");
+  look("sim ");
   EXPECT_GE(commands, 30U);
 }
 

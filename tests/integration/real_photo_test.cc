@@ -341,10 +341,12 @@ TEST(ReadmePicture, OfThePrintedPatternIsWhatTheCommandsDrawNow) {
   constexpr double kSame = 1;  // another seed's photo: 8 and more
   const test::TemporaryFolder folder;
   const std::string readme = test::ReadWhole(TRAMMEL_SOURCE_FOLDER "README.md");
-  for (const char* name : {"`trammel pa pattern --material pla --photo", "`trammel sim photo"}) {
+  for (const char* name : {"`trammel pa pattern --material pla --photo", "`trammel-sim photo"}) {
     const std::size_t begin = readme.find(name);
     ASSERT_NE(begin, std::string::npos) << name;
-    const std::string command = readme.substr(begin, readme.find('`', begin + 1) - begin);
+    std::string command = readme.substr(begin, readme.find('`', begin + 1) - begin);
+    const std::string sim = "`trammel-sim ";
+    if (command.starts_with(sim)) command.replace(0, sim.size(), "`trammel sim ");
     const test::CommandResult drawn =
         test::RunTrammel(command.substr(std::string("`trammel ").size()), folder.path());
     ASSERT_EQ(drawn.exit_code, 0) << drawn.output;

@@ -1,4 +1,4 @@
-// trammel sim, from the shell to the recording.
+// trammel-sim, from the shell to the recording.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

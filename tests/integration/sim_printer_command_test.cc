@@ -1,4 +1,4 @@
-// trammel sim printer and trammel sim camera: two processes that a calibration takes for a printer.
+// trammel-sim printer and trammel-sim camera: two processes that a calibration takes for a printer.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -18,7 +18,9 @@ CommandResult RunTrammel(const std::string& arguments, const std::filesystem::pa
   if (limits.memory_kb > 0 && !kSanitized) {  // sanitizers take terabytes of addresses
     command += "ulimit -v " + std::to_string(limits.memory_kb) + " && ";
   }
-  command += "'" TRAMMEL_BINARY "' " + arguments + " 2>'" + errors.string() + "' </dev/null";
+  const bool sim = arguments.starts_with("sim ");
+  command += sim ? "'" TRAMMEL_SIM_BINARY "' " : "'" TRAMMEL_BINARY "' ";
+  command += arguments.substr(sim ? 4 : 0) + " 2>'" + errors.string() + "' </dev/null";
   std::FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) throw std::runtime_error("no shell to run: " + command);
   CommandResult result;

@@ -19,7 +19,7 @@ struct RunLimits {
   long memory_kb = 0;  ///< of address space; 0: none
 };
 
-/// @param arguments  As typed behind `trammel` into a shell.
+/// @param arguments  As typed behind `trammel` into a shell; `sim …` runs `trammel-sim …`.
 /// @param folder     The current folder of the command; must exist.
 [[nodiscard]] CommandResult RunTrammel(const std::string& arguments,
                                        const std::filesystem::path& folder,

@@ -103,8 +103,9 @@ TrammelProcess::TrammelProcess(const std::string& arguments, const std::filesyst
 TrammelProcess::TrammelProcess(const std::vector<std::string>& arguments,
                                const std::filesystem::path& folder, const ProcessLimits& limits)
     : began_s_(Now()) {
-  std::vector<std::string> words = {TRAMMEL_BINARY};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+  const bool sim = !arguments.empty() && arguments.front() == "sim";
+  std::vector<std::string> words = {sim ? TRAMMEL_SIM_BINARY : TRAMMEL_BINARY};
+  words.insert(words.end(), arguments.begin() + (sim ? 1 : 0), arguments.end());
   std::vector<std::string> settings = EnvironmentFor(folder);
   const std::vector<char*> pointers = Pointers(words);
   const std::vector<char*> environment = Pointers(settings);

@@ -35,7 +35,7 @@ struct ProcessEnd {
 /// the latest.
 class TrammelProcess {
  public:
-  /// @param arguments  Without a shell: one word each.
+  /// @param arguments  Without a shell: one word each; with "sim" in front those of trammel-sim.
   /// @param folder     Its current folder; must exist. Its state folder is folder/state.
   TrammelProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                  const ProcessLimits& limits = {});

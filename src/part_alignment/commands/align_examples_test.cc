@@ -42,12 +42,14 @@ class AlignExamples : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-/// The commands of a page's indented blocks, without `trammel` and remarks.
+/// The commands of a page's indented blocks as test::RunTrammel takes them, without remarks.
 std::vector<std::string> CommandsOf(const fs::path& page) {
   std::vector<std::string> commands;
   std::istringstream lines(test::ReadWhole(page));
   constexpr std::string_view kPrompt = "    trammel ";
+  constexpr std::string_view kSimPrompt = "    trammel-sim ";
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kSimPrompt)) line.replace(0, kSimPrompt.size(), "    trammel sim ");
     if (!line.starts_with(kPrompt)) continue;
     commands.push_back(line.substr(kPrompt.size(), line.find("  #") - kPrompt.size()));
   }

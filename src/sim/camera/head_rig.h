@@ -14,6 +14,7 @@
 #include "sim/laser/laser_camera.h"
 #include "sim/laser/laser_traits.h"
 #include "sim/print/conditions.h"
+#include "sim/print/named_number.h"
 
 namespace trammel::sim {
 
@@ -54,10 +55,32 @@ struct MountedRig {
 /// degrees, the laser's light by a fifth.
 [[nodiscard]] MountedRig DrawHeadRig(Random random);
 
-/// Names of what can be set, separated by commas; angles end in -deg, lengths in -mm.
-[[nodiscard]] std::string HeadRigNames();
-/// Error (kInput): a name that is not there, or a number outside its bounds.
-[[nodiscard]] Result<void> SetHeadRig(std::string_view name, double value, MountedRig& rig);
+/// The values of a head that options set; angles end in -deg, lengths in -mm.
+inline constexpr NamedNumber<MountedRig> kHeadRigNumbers[] = {
+    {"offset-x-mm", [](double v, MountedRig& r) { r.mount.offset_x_mm = v; }, -200, 200},
+    {"offset-y-mm", [](double v, MountedRig& r) { r.mount.offset_y_mm = v; }, -200, 200},
+    {"focus-height-mm", [](double v, MountedRig& r) { r.mount.focus_height_mm = v; }, 1, 100},
+    {"scale", [](double v, MountedRig& r) { r.rig.scale = v; }, 0.5, 2},
+    {"camera-turn-deg",
+     [](double v, MountedRig& r) { r.rig.camera_turn_rad = v * (std::numbers::pi / 180); }, -180,
+     180},
+    {"laser-turn-deg",
+     [](double v, MountedRig& r) { r.rig.laser_turn_rad = v * (std::numbers::pi / 180); }, -2.5,
+     2.5},
+    {"laser-angle-deg",
+     [](double v, MountedRig& r) {
+       r.rig.laser_angle_rad = v * (std::numbers::pi / 180) - LaserTraits{}.laser_angle_rad;
+     },
+     25, 65},
+    {"laser-brightness", [](double v, MountedRig& r) { r.rig.laser_brightness = v; }, 0, 20},
+    {"room-brightness", [](double v, MountedRig& r) { r.rig.room_brightness = v; }, 0, 20},
+    {"flip-x", [](double v, MountedRig& r) { r.rig.flip_x = v >= 0.5; }, 0, 1},
+    {"flip-y", [](double v, MountedRig& r) { r.rig.flip_y = v >= 0.5; }, 0, 1},
+    {"mount-play-mm", [](double v, MountedRig& r) { r.rig.mount_play_mm = v; }, 0, 2},
+    {"backlash-x-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[0] = v; }, 0, 2},
+    {"backlash-y-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[1] = v; }, 0, 2},
+    {"backlash-z-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[2] = v; }, 0, 2},
+};
 
 /// The eye with scale, angles and brightness as they are on this head.
 [[nodiscard]] HeadEye MountEye(const HeadEye& eye, const HeadRig& rig);

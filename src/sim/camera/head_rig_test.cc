@@ -9,11 +9,16 @@
 #include <opencv2/core.hpp>
 
 #include "sim/camera/camera_view.h"
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
+
+bool Set(std::string_view name, double value, MountedRig& rig) {
+  const auto set = SetNamed(kHeadRigNumbers, {name, value}, rig);
+  return set && *set;
+}
 
 // The renderer's contract, 0.05 px, the eight-bit centroid's 0.01 and the cubic resampling's 0.02.
 constexpr double kPositionTolerancePx = 0.08;
@@ -128,9 +133,9 @@ TEST(HeadRig, StripeFollowsTheBareBedAtEveryHeightScaleAndAngle) {
   for (const double angle_deg : {40.0, 45.0, 50.0}) {
     for (const double rise_mm : {-5.0, -1.0, 1.0, 5.0}) {
       MountedRig rig;
-      ASSERT_TRUE(SetHeadRig("laser-angle-deg", angle_deg, rig));
-      ASSERT_TRUE(SetHeadRig("scale", 1.1, rig));
-      ASSERT_TRUE(SetHeadRig("focus-height-mm", 18.9, rig));
+      ASSERT_TRUE(Set("laser-angle-deg", angle_deg, rig));
+      ASSERT_TRUE(Set("scale", 1.1, rig));
+      ASSERT_TRUE(Set("focus-height-mm", 18.9, rig));
       const Frame frame = Look(rig, HeadAt(72, 50, 18.9 + rise_mm), 1280, 64);
       const double from_axis_mm = (872 - 640) / 44.0 + rise_mm * std::tan(angle_deg * kDegree);
       const double expected = 640 + from_axis_mm * 1.1 * 44 * 34.5 / (34.5 + rise_mm);
@@ -164,7 +169,7 @@ TEST(HeadRig, AMarkStandsWhereOffsetTurnScaleAndHeightSay) {
 
 TEST(HeadRig, LaserAndRoomHaveTheirOwnBrightness) {
   MountedRig rig;
-  ASSERT_TRUE(SetHeadRig("laser-brightness", 0, rig));
+  ASSERT_TRUE(Set("laser-brightness", 0, rig));
   const auto brightest = [&](const CameraMoment& moment) {
     const Frame frame = Look(rig, moment, 160, 120);
     int red = 0;
@@ -175,9 +180,9 @@ TEST(HeadRig, LaserAndRoomHaveTheirOwnBrightness) {
   EXPECT_LT(brightest(moment), 8);
   moment.machine.lights_on = true;
   EXPECT_NEAR(brightest(moment), 20, 8);
-  ASSERT_TRUE(SetHeadRig("room-brightness", 5, rig));
+  ASSERT_TRUE(Set("room-brightness", 5, rig));
   EXPECT_NEAR(brightest(moment), 100, 12);
-  ASSERT_TRUE(SetHeadRig("laser-brightness", 10, rig));
+  ASSERT_TRUE(Set("laser-brightness", 10, rig));
   EXPECT_EQ(brightest(moment), 255);
 }
 
@@ -247,9 +252,9 @@ TEST(HeadRig, DrawnHeadsStayWithinWhatIsSaid) {
 
 TEST(HeadRig, UnknownNamesAndWildNumbersAreRefused) {
   MountedRig rig;
-  EXPECT_FALSE(SetHeadRig("colour", 1, rig));
-  EXPECT_FALSE(SetHeadRig("scale", 3, rig));
-  EXPECT_FALSE(SetHeadRig("scale", std::nan(""), rig));
+  EXPECT_FALSE(Set("colour", 1, rig));
+  EXPECT_FALSE(Set("scale", 3, rig));
+  EXPECT_FALSE(Set("scale", std::nan(""), rig));
 }
 
 TEST(HeadRig, TruthSaysWhereTheSpotIsAndOverwritesNothing) {

@@ -95,7 +95,7 @@ class Remote final : public RemoteMachine {
   void End(const std::string& why) const {
     failure_ = Error{ErrorKind::kMachine,
                      fmt::format("lost the virtual printer behind the machine socket {}: {}; is "
-                                 "\"trammel sim printer --machine-socket\" still running?",
+                                 "\"trammel-sim printer --machine-socket\" still running?",
                                  path_, why)};
   }
 
@@ -115,7 +115,7 @@ Result<std::shared_ptr<RemoteMachine>> RemoteMachine::Connect(const std::filesys
   Result<UnixSocket> socket = UnixSocket::Connect(path);
   if (!socket) {
     return Fail(fmt::format("cannot reach a virtual printer at the machine socket {}: {}; start "
-                            "\"trammel sim printer --machine-socket {}\" first",
+                            "\"trammel-sim printer --machine-socket {}\" first",
                             path.string(), socket.error().message, path.string()),
                 socket.error().kind);
   }

@@ -135,7 +135,7 @@ Result<void> JoinMill(int port) {
   if (fd < 0 || connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
     const int error = errno;
     if (fd >= 0) close(fd);
-    return Fail(fmt::format("no virtual mill listens on 127.0.0.1:{}: {}; start trammel sim mill",
+    return Fail(fmt::format("no virtual mill listens on 127.0.0.1:{}: {}; start trammel-sim mill",
                             port, std::strerror(error)),
                 ErrorKind::kMachine);
   }

@@ -1,4 +1,4 @@
-// What `trammel sim spindle` leaves behind: pictures, what is stated of them, and the truth.
+// What `trammel-sim spindle` leaves behind: pictures, what is stated of them, and the truth.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,4 +1,4 @@
-#include "app/shop/sim_taps.h"
+#include "sim/commands/printer_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// trammel sim sheet, from the shell to the scan and its truth.
+// trammel-sim sheet, from the shell to the scan and its truth.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

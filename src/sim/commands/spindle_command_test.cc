@@ -1,4 +1,4 @@
-// trammel sim spindle, from the shell to the folder it leaves.
+// trammel-sim spindle, from the shell to the folder it leaves.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// trammel sim …: virtual machines and the eyes that look at their work.
+// trammel-sim scan, trammel-sim photo: print G-code virtually and take a recording or a photo of
+// it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,9 +13,9 @@
 
 #include "app/commands.h"
 #include "app/option_values.h"
-#include "app/shop/sim_commands.h"
 #include "app/slow_work.h"
 #include "sim/camera/scan_recorder.h"
+#include "sim/commands/commands.h"
 #include "sim/photo/photo.h"
 #include "sim/print/plan_file.h"
 #include "sim/print/world.h"
@@ -53,9 +54,8 @@ Result<Size> ParseSize(const char* option, const std::string& text, const Size& 
 }
 
 Result<void> RecordConditions(const ScanArguments& arguments) {
-  const Result<Size> frame =
-      ParseSize("--frame", arguments.frame, {sim::kSensorWidthPx, sim::kSensorHeightPx});
-  if (!frame) return Fail(frame.error().message);
+  const Size frame =
+      TRY(ParseSize("--frame", arguments.frame, {sim::kSensorWidthPx, sim::kSensorHeightPx}));
   std::vector<sim::Condition> conditions;
   if (arguments.all_conditions) {
     for (const sim::Condition& condition : sim::AllConditions()) conditions.push_back(condition);
@@ -70,17 +70,15 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
     return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
                             arguments.out));
   }
-  const Result<sim::Plan> plan = sim::ReadPlanFile(arguments.plan);
-  if (!plan) return Fail(plan.error().message);
-  sim::ScanOptions options = sim::ScanOptionsFor(*plan);
+  const sim::Plan plan = TRY(sim::ReadPlanFile(arguments.plan));
+  sim::ScanOptions options = sim::ScanOptionsFor(plan);
   options.pattern = arguments.pattern;
-  options.frame_width_px = frame->width_px;
-  options.frame_height_px = frame->height_px;
-  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
-  if (!gcode) return Fail(gcode.error().message);
+  options.frame_width_px = frame.width_px;
+  options.frame_height_px = frame.height_px;
+  const std::string gcode = TRY(sim::ReadTextFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and scanning");
   const Result<sim::Print> print =
-      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s);
+      sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
 
@@ -89,7 +87,7 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
     const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
     Random random = sim::LaserEyeOf(arguments.seed, condition);
     const sim::LaserTraits eye = sim::DrawLaserTraits(condition, random);
-    TRY(sim::RecordScan(print->bed, *plan, condition, eye, options, random.Fork(1), folder));
+    TRY(sim::RecordScan(print->bed, plan, condition, eye, options, random.Fork(1), folder));
     TRY(sim::WriteTruth(folder, print->truth, arguments.seed, name));
     fmt::print("{}\n", folder.string());
   }
@@ -103,7 +101,9 @@ void AddSeed(CLI::App& command, std::uint64_t& seed) {
       ->capture_default_str();
 }
 
-void AddScan(CLI::App& parent, int& exit_code) {
+}  // namespace
+
+void AddSimScan(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<ScanArguments>();
   CLI::App* scan = parent.add_subcommand("scan", "print G-code virtually and record a laser scan");
   scan->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
@@ -119,7 +119,7 @@ void AddScan(CLI::App& parent, int& exit_code) {
       ->excludes(condition);
   AddSeed(*scan, arguments->seed);
   scan->add_option("--pressure-advance", arguments->pressure_advance_s,
-                   "the truth in s; without it, the seed's, as for sim printer");
+                   "the truth in s; without it, the seed's, as for trammel-sim printer");
   scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
       ->capture_default_str();
   scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")
@@ -130,6 +130,8 @@ void AddScan(CLI::App& parent, int& exit_code) {
     exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
+
+namespace {
 
 struct PhotoArguments {
   std::string gcode;
@@ -143,32 +145,31 @@ struct PhotoArguments {
 Result<void> TakePhoto(const PhotoArguments& arguments) {
   const Result<sim::PhotoScene> scene = sim::ParsePhotoScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
-  const Result<Size> size = ParseSize("--size", arguments.size, {20000, 20000});
-  if (!size) return Fail(size.error().message);
+  const Size size = TRY(ParseSize("--size", arguments.size, {20000, 20000}));
   std::error_code ignored;
   if (std::filesystem::exists(arguments.out, ignored)) {
     return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
                             arguments.out));
   }
-  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
-  if (!gcode) return Fail(gcode.error().message);
+  const std::string gcode = TRY(sim::ReadTextFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and taking the photo");
   const Result<sim::Print> print =
-      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s);
+      sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
   Random random = sim::PhotoEyeOf(arguments.seed);
   sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
-  traits.width_px = size->width_px;
-  traits.height_px = size->height_px;
-  const Result<Frame> photo = sim::RenderPhoto(print->bed, traits, random.Fork(1));
-  if (!photo) return Fail(photo.error().message);
-  TRY(sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out));
+  traits.width_px = size.width_px;
+  traits.height_px = size.height_px;
+  const Frame photo = TRY(sim::RenderPhoto(print->bed, traits, random.Fork(1)));
+  TRY(sim::WriteJpegFile(photo, traits.jpeg_quality, arguments.out));
   fmt::print("{}: the truth is {:.5f} s\n", arguments.out, print->truth.pressure_advance_s);
   return {};
 }
 
-void AddPhoto(CLI::App& parent, int& exit_code) {
+}  // namespace
+
+void AddSimPhoto(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<PhotoArguments>();
   CLI::App* photo = parent.add_subcommand("photo", "print G-code virtually and take a photo of it");
   photo->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
@@ -180,29 +181,12 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
   photo->add_option("--size", arguments->size, "of the photo, px")->capture_default_str();
   AddSeed(*photo, arguments->seed);
   photo->add_option("--pressure-advance", arguments->pressure_advance_s,
-                    "the truth in s; without it, the seed's, as for sim printer");
+                    "the truth in s; without it, the seed's, as for trammel-sim printer");
   photo->add_option("-o,--out", arguments->out, "new JPEG file")->required();
   photo->callback([arguments, &exit_code] {
     const Result<void> done = TakePhoto(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());
   });
-}
-
-}  // namespace
-
-void AddSimCommands(CLI::App& sim, int& exit_code) {
-  sim.require_subcommand(1);
-  AddScan(sim, exit_code);
-  AddPhoto(sim, exit_code);
-  AddSimPrinter(sim, exit_code);
-  AddSimCamera(sim, exit_code);
-#ifdef TRAMMEL_TOOL_OFFSET
-  AddSimSheet(sim, exit_code);
-#endif
-#ifdef TRAMMEL_PART_ALIGNMENT
-  AddSimMill(sim, exit_code);
-  AddSimSpindle(sim, exit_code);
-#endif
 }
 
 }  // namespace trammel::app

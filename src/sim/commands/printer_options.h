@@ -1,4 +1,5 @@
-// The load cell of a virtual printer on the command line: which one, and the truth of its taps.
+// What a virtual printer can be told on the command line: faults, a load cell, the truth of its
+// taps.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +7,30 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "sim/camera/camera_fault.h"
+#include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"
+#include "sim/moonraker/hub.h"
 
 namespace trammel::app {
+
+struct PrinterFaults {
+  sim::KlipperFaults klipper;
+  sim::ServerFaults server;
+};
+
+/// Names, separated by commas.
+[[nodiscard]] std::string PrinterFaultNames();
+[[nodiscard]] std::string CameraFaultNames();
+
+/// Reads NAME=NUMBER into what the name belongs to.
+/// @param camera  null where there is no camera to go wrong.
+/// Error (kInput): another form, a number outside 0 … 1e6, or a name that is not there.
+[[nodiscard]] Result<void> SetFault(const std::string& text, PrinterFaults* printer,
+                                    std::vector<sim::CameraFault>* camera);
 
 struct CellArguments {
   std::string name;  ///< of sim::CellNames(), "drawn", or empty: no load cell

@@ -1,4 +1,4 @@
-// trammel sim printer: the virtual printer as a server, until it is interrupted.
+// trammel-sim printer: the virtual printer as a server, until it is interrupted.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,17 +12,17 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
-#include "app/shop/sim_camera.h"
-#include "app/shop/sim_commands.h"
-#include "app/shop/sim_faults.h"
-#include "app/shop/sim_serving.h"
-#include "app/shop/sim_taps.h"
 #include "sim/camera/camera_http.h"
 #include "sim/camera/camera_server.h"
 #include "sim/camera/machine_host.h"
 #include "sim/camera/machine_link.h"
 #include "sim/camera/scan_recorder.h"
+#include "sim/commands/camera_command.h"
+#include "sim/commands/commands.h"
+#include "sim/commands/printer_options.h"
 #include "sim/moonraker/server.h"
 #include "sim/print/conditions.h"
 
@@ -95,13 +95,12 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   const auto tools = TRY(ToolsOf(arguments.tools));
   std::optional<TapTruthFile> tap_truth;
   if (!arguments.cell.truth.empty()) {
-    TapTruthFile created = TRY(TapTruthFile::Create(arguments.cell.truth));
-    tap_truth = std::move(created);
+    tap_truth = TRY(TapTruthFile::Create(arguments.cell.truth));
   }
   if (arguments.camera.rigged() && !arguments.camera_port) {
     return Fail(
         "--rig, --rig-error and --rig-truth: this printer serves no camera; give them to "
-        "sim camera, or add --camera-port");
+        "trammel-sim camera, or add --camera-port");
   }
   const EndOfServing end;
   const auto machine = std::make_shared<sim::MachineHost>(
@@ -123,15 +122,13 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
   std::unique_ptr<sim::CameraServer> camera;
   if (arguments.camera_port) {
-    auto started = TRY(
+    camera = TRY(
         StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine));
-    camera = std::move(started);
     server_options.hub.camera_port = [&camera] { return camera->port(); };
   }
   std::unique_ptr<sim::MachineLink> link;
   if (!arguments.machine_socket.empty()) {
-    auto serving = TRY(sim::MachineLink::Serve(arguments.machine_socket, machine, world));
-    link = std::move(serving);
+    link = TRY(sim::MachineLink::Serve(arguments.machine_socket, machine, world));
     server_options.hub.camera_port = [&link] { return link->camera_port(); };
   }
   const auto server = TRY(sim::PrinterServer::Start(*machine, server_options));
@@ -168,7 +165,7 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
       ->check(NumberIn(0.0001, 10.0));
   printer
       ->add_option("--condition", arguments->condition,
-                   "plate, filament and light, as for sim scan")
+                   "plate, filament and light, as for trammel-sim scan")
       ->capture_default_str();
   printer->add_option("--speed", arguments->speed, "how many times faster than life")
       ->check(NumberIn(0.1, 1000.0))
@@ -195,7 +192,7 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   AddCameraOptions(*printer, "--camera-", arguments->camera);
   printer
       ->add_option("--machine-socket", arguments->machine_socket,
-                   "Unix socket for a camera that is a process of its own: sim camera")
+                   "Unix socket for a camera that is a process of its own: trammel-sim camera")
       ->excludes("--camera-port");
   printer->add_option("--fault", arguments->faults,
                       "NAME=NUMBER, may be given again; names: " + PrinterFaultNames() +

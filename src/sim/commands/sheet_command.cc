@@ -1,31 +1,137 @@
-// trammel sim sheet: print a comb pattern virtually and scan the sheet.
+// trammel-sim sheet: print a comb pattern virtually and scan the sheet.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/option_values.h"
-#include "app/shop/sim_commands.h"
-#include "app/shop/sim_sheet_traits.h"
 #include "app/slow_work.h"
+#include "base/result.h"
 #include "files/new_file.h"
+#include "sim/commands/commands.h"
 #include "sim/phone/phone_photo.h"
+#include "sim/print/named_number.h"
 #include "sim/print/plan_file.h"
 #include "sim/scanner/scanner_file.h"
+#include "sim/scanner/scanner_traits.h"
 #include "sim/scanner/sheet_world.h"
 #include "sim/sheet/original_sheet.h"
 #include "sim/sheet/sheet_gcode.h"
+#include "sim/sheet/sheet_machine.h"
+#include "sim/sheet/sheet_paper.h"
 
 namespace trammel::app {
+
 namespace {
+
+void SetWrinkle(double amplitude_mm, sim::SheetPaper& paper) {
+  const double share = 1 / std::sqrt(std::max<std::size_t>(1, paper.wrinkle.size()));
+  for (sim::WrinkleWave& wave : paper.wrinkle) {
+    wave.amplitude_mm = {amplitude_mm * share, amplitude_mm * share};
+  }
+}
+
+// The one fold of the paper.
+sim::PaperFold& FoldOf(sim::SheetPaper& paper) {
+  if (paper.folds.empty()) paper.folds.emplace_back();
+  return paper.folds.front();
+}
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Machine and paper: what the print depends on.
+struct SheetWorld {
+  sim::SheetMachine machine;
+  sim::SheetPaper paper;
+};
+
+using SheetNumber = sim::NamedNumber<SheetWorld>;
+template <double sim::SheetTool::*field>
+void SetEachTool(double value, SheetWorld& world) {
+  for (sim::SheetTool& tool : world.machine.tools) tool.*field = value;
+}
+
+constexpr SheetNumber kSheetNumbers[] = {
+    {"backlash-x-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[0] = v / 1000; }},
+    {"backlash-y-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[1] = v / 1000; }},
+    {"leg-placement-um", [](double v, SheetWorld& w) { w.machine.leg_placement_mm = v / 1000; }},
+    {"leg-width-um", [](double v, SheetWorld& w) { w.machine.leg_width_mm = v / 1000; }},
+    {"roughness-um", [](double v, SheetWorld& w) { w.machine.edge_roughness_mm = v / 1000; }},
+    {"roughness-mm", [](double v, SheetWorld& w) { w.machine.edge_correlation_mm = v; }},
+    {"coupling-um", [](double v, SheetWorld& w) { w.machine.coupling_mm = v / 1000; }},
+    {"motor-um",
+     [](double v, SheetWorld& w) {
+       for (sim::PeriodicError& error : w.machine.motor) error.amplitude_mm = v / 1000;
+     }},
+    {"pulley-um",
+     [](double v, SheetWorld& w) {
+       for (sim::PeriodicError& error : w.machine.pulley) error.amplitude_mm = v / 1000;
+     }},
+    {"start-bulge-um", [](double v, SheetWorld& w) { w.machine.start_bulge_mm = v / 1000; }},
+    {"end-bulge-um", [](double v, SheetWorld& w) { w.machine.end_bulge_mm = v / 1000; }},
+    {"wrinkle-um", [](double v, SheetWorld& w) { SetWrinkle(v / 1000, w.paper); }},
+    {"dirt", [](double v, SheetWorld& w) { w.paper.dirt_count = sim::WholeOf(v); }},
+    {"broken-share", SetEachTool<&sim::SheetTool::broken_share>},
+    {"string-share", SetEachTool<&sim::SheetTool::string_share>},
+    {"bead-height", [](double v, SheetWorld& w) { w.machine.bead_height_mm = v; }},
+    {"filament-diameter", [](double v, SheetWorld& w) { w.machine.filament_diameter_mm = v; }},
+    {"paper",
+     [](double v, SheetWorld& w) {
+       w.paper.reflectance = {v, v, v};
+     }},
+    {"width-factor", SetEachTool<&sim::SheetTool::width_factor>},
+    {"opacity", SetEachTool<&sim::SheetTool::opacity>},
+    {"missing-share", SetEachTool<&sim::SheetTool::missing_share>},
+    {"hairs", [](double v, SheetWorld& w) { w.paper.hair_count = sim::WholeOf(v); }},
+    {"fold-um", [](double v, SheetWorld& w) { FoldOf(w.paper).taken_up_mm = v / 1000; }},
+    {"fold-deg", [](double v, SheetWorld& w) { FoldOf(w.paper).direction_rad = v * kDegree; }},
+    {"fold-x-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.x_mm = v; }},
+    {"fold-y-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.y_mm = v; }},
+    {"fold-darkness", [](double v, SheetWorld& w) { FoldOf(w.paper).darkness = v; }},
+};
+
+using sim::ScannerTraits;
+constexpr sim::NamedNumber<ScannerTraits> kScannerNumbers[] = {
+    {"rotation-deg", [](double v, ScannerTraits& s) { s.rotation_rad = v * kDegree; }},
+    {"shift-x-mm", [](double v, ScannerTraits& s) { s.shift_x_mm = v; }},
+    {"shift-y-mm", [](double v, ScannerTraits& s) { s.shift_y_mm = v; }},
+    {"scale-x", [](double v, ScannerTraits& s) { s.scale_x = v; }},
+    {"scale-y", [](double v, ScannerTraits& s) { s.scale_y = v; }},
+    {"skew", [](double v, ScannerTraits& s) { s.skew = v; }},
+    {"bar-um",
+     [](double v, ScannerTraits& s) {
+       for (sim::PeriodicError& error : s.bar) error.amplitude_mm = v / 1000;
+     }},
+    {"shadow", [](double v, ScannerTraits& s) { s.shadow_strength = v; }},
+    {"shadow-mm", [](double v, ScannerTraits& s) { s.shadow_mm = v; }},
+    {"blur-um", [](double v, ScannerTraits& s) { s.blur_mm = v / 1000; }},
+    {"noise", [](double v, ScannerTraits& s) { s.noise = v; }},
+    {"texture", [](double v, ScannerTraits& s) { s.texture = v; }},
+    {"gamma", [](double v, ScannerTraits& s) { s.gamma = v; }},
+    {"lamp-falloff", [](double v, ScannerTraits& s) { s.lamp_falloff = v; }},
+    {"cast-red", [](double v, ScannerTraits& s) { s.cast[0] = v; }},
+    {"cast-green", [](double v, ScannerTraits& s) { s.cast[1] = v; }},
+    {"cast-blue", [](double v, ScannerTraits& s) { s.cast[2] = v; }},
+    {"crop-top-mm", [](double v, ScannerTraits& s) { s.crop_top_mm = v; }},
+    {"crop-left-mm", [](double v, ScannerTraits& s) { s.crop_left_mm = v; }},
+    {"perspective-x", [](double v, ScannerTraits& s) { s.perspective_x = v; }},
+    {"perspective-y", [](double v, ScannerTraits& s) { s.perspective_y = v; }},
+};
+
+std::string SettingNames() {
+  return sim::NamesOf(kSheetNumbers) + ", " + sim::NamesOf(kScannerNumbers);
+}
 
 constexpr std::uintmax_t kLargestGcode = 100'000'000;
 
@@ -83,8 +189,7 @@ Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::s
   if (!macros) return Fail(arguments.macros + ": " + macros.error().message);
   setup.macros = std::move(*macros);
   setup.tool_commands = arguments.tool_commands;
-  auto before = TRY(ReadOptional(arguments.before));
-  setup.before = std::move(before);
+  setup.before = TRY(ReadOptional(arguments.before));
   return setup;
 }
 
@@ -157,14 +262,18 @@ Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetSc
   const auto gcode = TRY(GcodeOf(arguments));
   const std::string source = arguments.original.empty() ? arguments.gcode : "the original sheet";
   const auto setup = TRY(SetupOf(arguments, gcode));
-  auto machine = TRY(MachineOf(arguments, scene, setup));
-  sim::SheetPaper paper = sim::PaperOf(arguments.name, scene);
+  SheetWorld world{TRY(MachineOf(arguments, scene, setup)), sim::PaperOf(arguments.name, scene)};
   if (arguments.ideal) {
-    paper.wrinkle.clear();
-    paper.dirt_count = 0;
+    world.paper.wrinkle.clear();
+    world.paper.dirt_count = 0;
   }
   for (const std::string& setting : arguments.settings) {
-    TRY(SetSheetTrait(setting, machine, paper));
+    const auto named = TRY(sim::ParseNamedValue("--set", setting));
+    sim::ScannerTraits scanner;  // which follows once the print is there
+    if (!TRY(sim::SetNamed(kSheetNumbers, named, world)) &&
+        !TRY(sim::SetNamed(kScannerNumbers, named, scanner))) {
+      return sim::NoSuchName("--set", setting, SettingNames());
+    }
   }
   const auto program = sim::InterpretSheet(gcode, setup);
   if (!program) return Fail(source + ": " + program.error().message);
@@ -172,7 +281,8 @@ Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetSc
     fmt::print(stderr, "note: skipped {} of {}, which the virtual machine does not know\n", count,
                name);
   }
-  auto sheet = sim::PrintSheet(*program, machine, paper, sim::PrintingOf(arguments.name));
+  auto sheet =
+      sim::PrintSheet(*program, world.machine, world.paper, sim::PrintingOf(arguments.name));
   if (!sheet) return Fail(source + ": " + sheet.error().message);
   return sheet;
 }
@@ -189,7 +299,7 @@ Result<sim::ScannerTraits> ScannerFor(const SimSheetArguments& arguments,
   scanner.bits = arguments.bits;
   const double drawn_rad = scanner.rotation_rad;
   for (const std::string& setting : arguments.settings) {
-    TRY(SetScannerTrait(setting, scanner));
+    TRY(sim::SetNamed(kScannerNumbers, TRY(sim::ParseNamedValue("--set", setting)), scanner));
   }
   if (scanner.rotation_rad != drawn_rad && !sheet.strokes.empty()) {
     scanner.area_width_mm = scanner.area_height_mm = 0;
@@ -205,13 +315,9 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
   const std::string& says = arguments.says_dpi;
   if (says == "none") options.dpi.reset();
   if (says.empty() || says == "none") return options;
-  double dpi = 0;
-  const auto [end, fault] = std::from_chars(says.data(), says.data() + says.size(), dpi);
-  if (fault != std::errc() || end != says.data() + says.size()) {
-    return Fail(fmt::format("--says-dpi {}: must be a number or none", says.substr(0, 40)));
-  }
-  options.dpi = dpi;
-  return options;
+  options.dpi = ParseNumber<double>(says);
+  if (options.dpi) return options;
+  return Fail(fmt::format("--says-dpi {}: must be a number or none", says.substr(0, 40)));
 }
 
 // The phone that takes this photo of the print. All photos of one print show the same paper and
@@ -243,13 +349,8 @@ Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSh
   sim::PhoneTraits phone;
   if (!arguments.ideal) phone = PhoneFor(arguments.name, sheet);
   for (const std::string& text : arguments.photo_settings) {
-    const auto parts = Split(text, '=', 2);
-    const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
-    if (!value) {
-      return Fail(fmt::format("--photo-set {}: must be NAME=NUMBER, for example tilt-deg=10",
-                              text.substr(0, 40)));
-    }
-    if (const auto set = sim::SetPhoneTrait(parts[0], *value, phone); !set) {
+    const auto named = TRY(sim::ParseNamedValue("--photo-set", text));
+    if (const auto set = sim::SetPhoneTrait(named.name, named.value, phone); !set) {
       return Fail("--photo-set " + set.error().message);
     }
   }
@@ -372,7 +473,7 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
   AddMachineOptions(*sheet, *arguments);
   AddScannerOptions(*sheet, *arguments);
   sheet->add_option("--set", arguments->settings,
-                    "NAME=NUMBER, may be given again; names: " + SheetTraitNames());
+                    "NAME=NUMBER, may be given again; names: " + SettingNames());
   sheet->callback([arguments, &exit_code] {
     const Result<void> done = SimulateSheet(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());

@@ -1,4 +1,4 @@
-// trammel sim mill: be a milling machine with a camera in its spindle, over a printed board.
+// trammel-sim mill: be a milling machine with a camera in its spindle, over a printed board.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,11 +16,13 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
-#include "app/shop/sim_commands.h"
-#include "app/shop/sim_serving.h"
 #include "files/json_object.h"
 #include "files/new_file.h"
+#include "sim/commands/commands.h"
+#include "sim/print/named_number.h"
 #include "sim/spindle/mill.h"
 #include "sim/spindle/mill_camera.h"
 
@@ -48,41 +50,14 @@ struct Switches {
   sim::MillCameraOptions camera;
 };
 
-struct Switch {
-  const char* name;
-  void (*set)(double value, Switches& switches);
-};
-
-constexpr Switch kSwitches[] = {
+constexpr sim::NamedNumber<Switches> kSwitches[] = {
     {"not-homed", [](double v, Switches& s) { s.mill.not_homed = v != 0; }},
     {"spindle-turns", [](double v, Switches& s) { s.mill.spindle_turns = v != 0; }},
-    {"estop-at-move", [](double v, Switches& s) { s.mill.estop_at_move = static_cast<int>(v); }},
-    {"silent-at-move", [](double v, Switches& s) { s.mill.silent_at_move = static_cast<int>(v); }},
-    {"refused-at-move",
-     [](double v, Switches& s) { s.mill.refused_at_move = static_cast<int>(v); }},
+    {"estop-at-move", [](double v, Switches& s) { s.mill.estop_at_move = sim::WholeOf(v); }},
+    {"silent-at-move", [](double v, Switches& s) { s.mill.silent_at_move = sim::WholeOf(v); }},
+    {"refused-at-move", [](double v, Switches& s) { s.mill.refused_at_move = sim::WholeOf(v); }},
     {"dark-beyond-x", [](double v, Switches& s) { s.camera.dark_beyond_x_mm = v; }},
 };
-
-std::string SwitchNames() {
-  std::string names;
-  for (const Switch& entry : kSwitches) {
-    names += (names.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  return names;
-}
-
-Result<void> SetSwitch(const std::string& text, Switches& switches) {
-  const auto parts = Split(text, '=', 2);
-  const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
-  constexpr double kMost = 1e6;
-  for (const Switch& entry : kSwitches) {
-    if (!value || parts[0] != entry.name || !(std::abs(*value) <= kMost)) continue;
-    entry.set(*value, switches);
-    return {};
-  }
-  return Fail(fmt::format("--fault {}: must be NAME=NUMBER, with a name of: {}", text.substr(0, 40),
-                          SwitchNames()));
-}
 
 // Marks and codes of what `align targets --layout` left; plain discs are not printed.
 Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
@@ -167,7 +142,9 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   }
   Switches switches;
   for (const std::string& fault : arguments.faults) {
-    TRY(SetSwitch(fault, switches));
+    if (!TRY(sim::SetNamed(kSwitches, TRY(sim::ParseNamedValue("--fault", fault)), switches))) {
+      return sim::NoSuchName("--fault", fault, sim::NamesOf(kSwitches));
+    }
   }
   sim::MillOptions options;
   options.hurry = arguments.hurry;
@@ -180,8 +157,7 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   const std::vector<double>& start = arguments.start_mm;
   if (!start.empty()) options.start_mm = {start[0], start[1], start[2]};
   sim::BoardSetup setup;
-  const auto lens = TRY(LensOf(arguments));
-  setup.lens = lens;
+  setup.lens = TRY(LensOf(arguments));
   std::vector<int> numbers;
   TRY(ReadSheet(arguments.sheet, setup, switches.camera.patterns, numbers));
   setup.touched = CornersOf(setup.sheet);
@@ -205,8 +181,8 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   const auto server = TRY(sim::MillServer::Start(arguments.port, mill));
   std::error_code fault;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", fault);
-  fmt::print("machine session:{} sim mill --join {}\ncamera http://127.0.0.1:{}/stream\n",
-             fault ? "trammel" : program.string(), server->port(), camera->port());
+  fmt::print("machine session:{} mill --join {}\ncamera http://127.0.0.1:{}/stream\n",
+             fault ? "trammel-sim" : program.string(), server->port(), camera->port());
   std::fflush(stdout);
   end.Wait(arguments.for_s);
   return {};
@@ -221,7 +197,7 @@ void AddSimMill(CLI::App& parent, int& exit_code) {
   mill->add_option("--sheet", arguments->sheet,
                    "the board's layout, as align targets --layout left it");
   mill->add_option("--join", arguments->join,
-                   "speak for the mill on that port instead: --machine 'session:trammel sim mill "
+                   "speak for the mill on that port instead: --machine 'session:trammel-sim mill "
                    "--join PORT'")
       ->check(CLI::Range(1, 65535));
   mill->add_option("--seed", arguments->seed, "names print, machine and pictures")
@@ -252,7 +228,7 @@ void AddSimMill(CLI::App& parent, int& exit_code) {
       ->check(NumberIn(0.01, 1000.0))
       ->capture_default_str();
   mill->add_option("--fault", arguments->faults,
-                   "NAME=NUMBER, may be given again; names: " + SwitchNames());
+                   "NAME=NUMBER, may be given again; names: " + sim::NamesOf(kSwitches));
   mill->add_option("--truth", arguments->truth,
                    "new file for what camera and board really are, with four marks touched in Z");
   mill->add_option("--for", arguments->for_s, "s after which it ends by itself")

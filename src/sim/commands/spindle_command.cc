@@ -1,7 +1,8 @@
-// trammel sim spindle: clamp a camera virtually, look at a part, leave pictures and the truth.
+// trammel-sim spindle: clamp a camera virtually, look at a part, leave pictures and the truth.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -9,23 +10,125 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/option_values.h"
-#include "app/shop/sim_commands.h"
-#include "app/shop/sim_spindle_traits.h"
-#include "app/shop/sim_spindle_views.h"
 #include "app/slow_work.h"
+#include "base/result.h"
+#include "files/json_object.h"
 #include "files/new_file.h"
 #include "image/png_writer.h"
 #include "part_alignment/targets/code_book.h"
+#include "sim/commands/commands.h"
+#include "sim/print/named_number.h"
+#include "sim/spindle/spindle_camera.h"
 #include "sim/spindle/spindle_files.h"
 #include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel::app {
+
 namespace {
+
+/// The whole virtual spindle: machine, clamping, part, and how its camera sees.
+struct SpindleShop {
+  sim::SpindleSetup setup;
+  sim::SpindlePicture picture;
+};
+
+using SpindleNumber = sim::NamedNumber<SpindleShop>;
+constexpr SpindleNumber kNumbers[] = {
+    {"sigma-px", [](double v, SpindleShop& s) { s.setup.sigma_px = v; }},
+    {"repeatability-mm", [](double v, SpindleShop& s) { s.setup.machine.repeatability_mm = v; }},
+    {"scale-x", [](double v, SpindleShop& s) { s.setup.machine.scale[0] = v; }},
+    {"scale-y", [](double v, SpindleShop& s) { s.setup.machine.scale[1] = v; }},
+    {"scale-z", [](double v, SpindleShop& s) { s.setup.machine.scale[2] = v; }},
+    {"square-xy-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xy_rad = v; }},
+    {"square-xz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xz_rad = v; }},
+    {"square-yz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_yz_rad = v; }},
+    {"angle-rad", [](double v, SpindleShop& s) { s.setup.spread.angle_rad = v; }},
+    {"eccentricity-mm", [](double v, SpindleShop& s) { s.setup.spread.eccentricity_mm = v; }},
+    {"tilt-rad", [](double v, SpindleShop& s) { s.setup.spread.tilt_rad = v; }},
+    {"misplaced-mm", [](double v, SpindleShop& s) { s.setup.part.misplaced_mm = v; }},
+    {"misplaced-rad", [](double v, SpindleShop& s) { s.setup.part.misplaced_rad = v; }},
+    {"temperature-c", [](double v, SpindleShop& s) { s.setup.part.temperature_c = v; }},
+    {"expansion-per-k", [](double v, SpindleShop& s) { s.setup.part.expansion_per_k = v; }},
+    {"out-of-machine-mm", [](double v, SpindleShop& s) { s.setup.part.out_of_machine_mm = v; }},
+    {"out-of-machine-scale",
+     [](double v, SpindleShop& s) { s.setup.part.out_of_machine_scale = v; }},
+    {"white", [](double v, SpindleShop& s) { s.picture.light.white = v; }},
+    {"dark", [](double v, SpindleShop& s) { s.picture.light.dark = v; }},
+    {"surface", [](double v, SpindleShop& s) { s.picture.light.surface = v; }},
+    {"hidden", [](double v, SpindleShop& s) { s.picture.light.hidden = v; }},
+    {"vignetting", [](double v, SpindleShop& s) { s.picture.light.vignetting = v; }},
+    {"gradient", [](double v, SpindleShop& s) { s.picture.light.gradient = v; }},
+    {"gradient-rad", [](double v, SpindleShop& s) { s.picture.light.gradient_rad = v; }},
+    {"blur-px", [](double v, SpindleShop& s) { s.picture.eye.blur_px = v; }},
+    {"motion-px", [](double v, SpindleShop& s) { s.picture.eye.motion_px = v; }},
+    {"motion-rad", [](double v, SpindleShop& s) { s.picture.eye.motion_rad = v; }},
+    {"read-noise", [](double v, SpindleShop& s) { s.picture.eye.read_noise = v; }},
+    {"shot-noise", [](double v, SpindleShop& s) { s.picture.eye.shot_noise = v; }},
+};
+
+using sim::operator*;
+
+constexpr std::size_t kMostBytes = 100'000'000;
+constexpr std::size_t kMostViews = 1000;
+constexpr double kSame = 1e-5;
+
+// The turn about the spindle's axis that takes its frame at C = 0 to this one.
+std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMachine& machine) {
+  const sim::Turn home = sim::SpindleTurn(machine, 0);
+  sim::Turn turn = home;
+  if (!rows.is_null()) {
+    if (!rows.is_array() || rows.size() != 3) return std::nullopt;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!rows[i].is_array() || rows[i].size() != 3) return std::nullopt;
+      for (std::size_t j = 0; j < 3; ++j) {
+        if (!rows[i][j].is_number()) return std::nullopt;
+        turn[i][j] = rows[i][j].get<double>();
+      }
+    }
+  }
+  const sim::Turn inner = sim::Back(home) * turn;
+  const double c_rad = std::atan2(inner[1][0], inner[0][0]);
+  const sim::Turn meant = sim::SpindleTurn(machine, c_rad);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (!(std::abs(meant[i][j] - turn[i][j]) <= kSame)) return std::nullopt;
+    }
+  }
+  return c_rad;
+}
+
+// The places and turns of a file of observations (docs/formats.md); nothing else of it is read.
+Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::path& path,
+                                                       const sim::SpindleMachine& machine) {
+  const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
+  files::JsonObject root(json, path.string());
+  std::vector<sim::SpindleStop> stops;
+  const nlohmann::json& views = root.List("views", 1, kMostViews);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::string key = fmt::format("views[{}]", i);
+    files::JsonObject view = root.Inner(views[i], key);
+    const std::vector<double> at = view.Numbers("spindle_mm", 3, 3, {-1e6, 1e6});
+    const nlohmann::json* rows = view.Find("spindle_rotation");
+    const auto c_rad = AngleOf(rows != nullptr ? *rows : nlohmann::json(), machine);
+    TRY(view.Faults());
+    if (!c_rad) {
+      return Fail(
+          fmt::format("{}: {}.spindle_rotation: the virtual spindle turns about its own "
+                      "axis alone",
+                      path.string(), key));
+    }
+    stops.push_back({{at[0], at[1], at[2]}, *c_rad});
+  }
+  TRY(root.Faults());
+  return stops;
+}
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr int kMostTarget = 100;
@@ -67,8 +170,7 @@ Result<sim::SpindleSetup> SceneOf(const SimSpindleArguments& arguments) {
     return Fail("--camera " + arguments.camera.substr(0, 40) + ": must be real or table1");
   }
   if (!arguments.views.empty()) {
-    auto stops = TRY(ReadSpindleStops(arguments.views, setup.machine));
-    setup.stops = std::move(stops);
+    setup.stops = TRY(ReadSpindleStops(arguments.views, setup.machine));
   }
   if (arguments.half_turn) {
     const std::vector<sim::SpindleStop> stops = setup.stops;
@@ -152,14 +254,17 @@ Result<void> MakeFolder(const std::filesystem::path& out) {
 }
 
 Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
-  auto setup = TRY(SceneOf(arguments));
-  sim::SpindlePicture like;
-  const auto light = TRY(LightOf(arguments.light));
-  like.light = light;
+  SpindleShop shop{TRY(SceneOf(arguments)), {}};
+  sim::SpindleSetup& setup = shop.setup;
+  sim::SpindlePicture& like = shop.picture;
+  like.light = TRY(LightOf(arguments.light));
   if (!arguments.plain_surface) like.clutter = sim::ShopClutter();
   like.clutter.over_targets = arguments.littered;
   for (const std::string& text : arguments.settings) {
-    TRY(SetSpindleTrait(text, setup, like));
+    const auto named = TRY(sim::ParseNamedValue("--set", text));
+    if (!TRY(sim::SetNamed(kNumbers, named, shop))) {
+      return sim::NoSuchName("--set", text, sim::NamesOf(kNumbers));
+    }
   }
   TRY(sim::Validate(setup));
   const auto patterns = TRY(PatternsOf(arguments, setup.part));
@@ -247,7 +352,7 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
       ->check(NumberIn(-3.2, 3.2));
   AddPictureOptions(*spindle, *arguments);
   spindle->add_option("--set", arguments->settings,
-                      "NAME=NUMBER, may be given again; names: " + SpindleTraitNames());
+                      "NAME=NUMBER, may be given again; names: " + sim::NamesOf(kNumbers));
   spindle->callback([arguments, &exit_code] {
     const Result<void> done = SimulateSpindle(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());

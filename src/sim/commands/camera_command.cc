@@ -1,4 +1,5 @@
-// trammel sim camera: the camera on a virtual printer's head as a process of its own.
+#include "sim/commands/camera_command.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,15 +8,16 @@
 #include <utility>
 
 #include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
-#include "app/shop/sim_camera.h"
-#include "app/shop/sim_commands.h"
-#include "app/shop/sim_faults.h"
-#include "app/shop/sim_serving.h"
 #include "sim/camera/machine_link.h"
+#include "sim/commands/commands.h"
+#include "sim/commands/printer_options.h"
 #include "sim/print/world.h"
 
 namespace trammel::app {
+
 namespace {
 
 struct SimCameraArguments {
@@ -52,14 +54,8 @@ Result<sim::MountedRig> RigOf(const CameraArguments& arguments, std::uint64_t se
   sim::MountedRig rig;
   if (arguments.rig_error) rig = sim::DrawHeadRig(Random(seed).Fork(kRigStream));
   for (const std::string& text : arguments.rig) {
-    const auto parts = Split(text, '=', 2);
-    const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
-    if (!value) {
-      return Fail(fmt::format("--rig {}: must be NAME=NUMBER, for example camera-turn-deg=3",
-                              text.substr(0, 40)));
-    }
-    if (const Result<void> set = sim::SetHeadRig(parts[0], *value, rig); !set) {
-      return Fail("--rig " + set.error().message);
+    if (!TRY(sim::SetNamed(sim::kHeadRigNumbers, TRY(sim::ParseNamedValue("--rig", text)), rig))) {
+      return sim::NoSuchName("--rig", text, sim::NamesOf(sim::kHeadRigNumbers));
     }
   }
   return rig;
@@ -79,7 +75,7 @@ void AddCameraOptions(CLI::App& command, const std::string& prefix, CameraArgume
                    "focus, at another scale");
   command.add_option("--rig", arguments.rig,
                      "NAME=NUMBER, one of the head's true values, may be given again; names: " +
-                         sim::HeadRigNames());
+                         sim::NamesOf(sim::kHeadRigNumbers));
   command.add_option("--rig-truth", arguments.rig_truth,
                      "new file for how laser and camera really sit");
 }
@@ -119,7 +115,7 @@ void AddSimCamera(CLI::App& parent, int& exit_code) {
       "camera", "be the camera on a virtual printer's head: MJPEG, on this machine only");
   camera
       ->add_option("--machine", arguments->machine,
-                   "the socket that sim printer made with --machine-socket")
+                   "the socket that trammel-sim printer made with --machine-socket")
       ->required();
   camera->add_option("--port", arguments->place.port, "of 127.0.0.1; 0 takes a free one")
       ->check(CLI::Range(0, 65535))
