@@ -7,7 +7,6 @@
 #include "fuzz.h"
 #include "sim/camera/camera_headers.h"
 #include "sim/camera/machine_host.h"
-#include "sim/camera/machine_wire.h"
 #include "sim/klipper/command_line.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"

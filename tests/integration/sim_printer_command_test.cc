@@ -1,5 +1,4 @@
-// trammel-sim printer and trammel-sim camera: two processes that a calibration takes for a printer.
-#include <fmt/format.h>
+// trammel-sim printer: a process that trammel takes for a printer with a camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,9 +17,8 @@ using test::RunTrammel;
 using test::TrammelProcess;
 using ::testing::HasSubstr;
 
-constexpr const char* kPrinter = "sim printer --port 0 --machine-socket machine --seed 7";
-constexpr const char* kCamera = "sim camera --machine machine --port 0 --frame 160x120";
-constexpr const char* kAddress = "listening http://";
+constexpr const char* kPrinter = "sim printer --port 0 --seed 7";
+constexpr const char* kCamera = " --camera-port 0 --camera-frame 160x120 --camera-truth frames.jsonl";
 
 class SimPrinterCommand : public testing::Test {
  protected:
@@ -30,43 +28,24 @@ class SimPrinterCommand : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(SimPrinterCommand, DoctorFindsTheCameraOfAnotherProcessBehindThePrintersAddress) {
-  TrammelProcess printer(kPrinter, path());
-  const std::string printer_address = printer.WaitForLine(kAddress);
-  ASSERT_FALSE(printer_address.empty()) << printer.StandardErrorSoFar();
-  TrammelProcess camera(kCamera, path());
-  const std::string camera_address = camera.WaitForLine(kAddress);
-  ASSERT_FALSE(camera_address.empty()) << camera.StandardErrorSoFar();
-  const CommandResult doctor = RunTrammel("doctor --printer " + printer_address, path());
-  EXPECT_THAT(doctor.output, HasSubstr("http://" + camera_address + "/?action=stream, 160x120 px"));
-  camera.Send(SIGTERM);
-  EXPECT_EQ(camera.Wait(30).exit_code, 0) << camera.StandardErrorSoFar();
+TEST_F(SimPrinterCommand, DoctorFindsTheCameraBehindThePrintersAddress) {
+  TrammelProcess printer(std::string(kPrinter) + kCamera, path());
+  const std::string address = printer.WaitForLine("listening http://");
+  ASSERT_FALSE(address.empty()) << printer.StandardErrorSoFar();
+  const CommandResult doctor = RunTrammel("doctor --printer " + address, path());
+  EXPECT_THAT(doctor.output, HasSubstr("/?action=stream, 160x120 px"));
   printer.Send(SIGTERM);
   EXPECT_EQ(printer.Wait(30).exit_code, 0) << printer.StandardErrorSoFar();
-  EXPECT_FALSE(std::filesystem::exists(path() / "machine"));
+  EXPECT_THAT(test::ReadWhole(path() / "frames.jsonl"), HasSubstr("\"frame\""));
 }
 
-TEST_F(SimPrinterCommand, TheCameraSaysThatItsPrinterIsGone) {
-  TrammelProcess printer(kPrinter, path());
-  ASSERT_FALSE(printer.WaitForLine(kAddress).empty()) << printer.StandardErrorSoFar();
-  TrammelProcess camera(kCamera, path());
-  ASSERT_FALSE(camera.WaitForLine(kAddress).empty()) << camera.StandardErrorSoFar();
-  printer.Send(SIGKILL);
-  EXPECT_EQ(camera.Wait(30).exit_code, 3);
-  EXPECT_THAT(camera.StandardErrorSoFar(), HasSubstr("machine socket machine"));
-  EXPECT_THAT(camera.StandardErrorSoFar(), HasSubstr("closed the connection"));
-}
-
-TEST_F(SimPrinterCommand, WhatCannotBeServedIsSaid) {
-  const CommandResult alone = RunTrammel(kCamera, path());
-  EXPECT_EQ(alone.exit_code, 3);
-  EXPECT_THAT(alone.standard_error, HasSubstr("sim printer --machine-socket machine"));
-  // Where there is no camera, its faults are none.
-  const CommandResult fault = RunTrammel(fmt::format("{} --fault camera-drop=1", kPrinter), path());
+TEST_F(SimPrinterCommand, WhereThereIsNoCameraItsOptionsAreRefused) {
+  const CommandResult fault = RunTrammel(std::string(kPrinter) + " --fault camera-drop=1", path());
   EXPECT_EQ(fault.exit_code, 1);
-  const CommandResult other = RunTrammel(fmt::format("{} --fault printing=1", kCamera), path());
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.standard_error, HasSubstr("camera-stall-at"));
+  EXPECT_THAT(fault.standard_error, HasSubstr("refuse-move"));
+  const CommandResult rig = RunTrammel(std::string(kPrinter) + " --rig scale=1.1", path());
+  EXPECT_EQ(rig.exit_code, 1);
+  EXPECT_THAT(rig.standard_error, HasSubstr("--camera-port"));
 }
 
 }  // namespace

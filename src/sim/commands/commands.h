@@ -11,7 +11,6 @@ namespace trammel::app {
 void AddSimScan(CLI::App& program, int& exit_code);
 void AddSimPhoto(CLI::App& program, int& exit_code);
 void AddSimPrinter(CLI::App& program, int& exit_code);
-void AddSimCamera(CLI::App& program, int& exit_code);
 void AddSimSheet(CLI::App& program, int& exit_code);
 void AddSimMill(CLI::App& program, int& exit_code);
 void AddSimSpindle(CLI::App& program, int& exit_code);

@@ -12,7 +12,6 @@ void AddCommands(CLI::App& program, int& exit_code, const std::vector<std::strin
   AddSimScan(program, exit_code);
   AddSimPhoto(program, exit_code);
   AddSimPrinter(program, exit_code);
-  AddSimCamera(program, exit_code);
 #ifdef TRAMMEL_TOOL_OFFSET
   AddSimSheet(program, exit_code);
 #endif

@@ -18,9 +18,7 @@
 #include "sim/camera/camera_http.h"
 #include "sim/camera/camera_server.h"
 #include "sim/camera/machine_host.h"
-#include "sim/camera/machine_link.h"
 #include "sim/camera/scan_recorder.h"
-#include "sim/commands/camera_command.h"
 #include "sim/commands/commands.h"
 #include "sim/commands/printer_options.h"
 #include "sim/moonraker/server.h"
@@ -40,9 +38,7 @@ struct PrinterArguments {
   std::optional<double> hurry;
   double laser_limit_s = 30;
   double heater_limit_s = 1800;
-  std::optional<int> camera_port;  // none: no camera; 0: a free one
   CameraArguments camera;
-  std::string machine_socket;  // empty: none
   std::vector<std::string> faults;
   std::optional<double> for_s;
   std::string truth;
@@ -87,7 +83,7 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   PrinterFaults faults;
   std::vector<sim::CameraFault> camera_faults;
   for (const std::string& fault : arguments.faults) {
-    TRY(SetFault(fault, &faults, arguments.camera_port ? &camera_faults : nullptr));
+    TRY(SetFault(fault, &faults, arguments.camera.port ? &camera_faults : nullptr));
   }
   const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
   if (!condition) return Fail("--condition: " + condition.error().message);
@@ -97,10 +93,11 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   if (!arguments.cell.truth.empty()) {
     tap_truth = TRY(TapTruthFile::Create(arguments.cell.truth));
   }
-  if (arguments.camera.rigged() && !arguments.camera_port) {
+  if (!arguments.camera.port &&
+      (arguments.camera.rigged() || !arguments.camera.truth_file.empty())) {
     return Fail(
-        "--rig, --rig-error and --rig-truth: this printer serves no camera; give them to "
-        "trammel-sim camera, or add --camera-port");
+        "--camera-truth, --rig, --rig-error and --rig-truth: this printer serves no camera; add "
+        "--camera-port");
   }
   const EndOfServing end;
   const auto machine = std::make_shared<sim::MachineHost>(
@@ -119,17 +116,11 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
     server_options.hub.spoolman = std::make_shared<sim::VirtualSpoolman>();
     server_options.hub.spoolman->AddSpool("", arguments.spool, "");
   }
-  const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
+  const MachineWorld world{arguments.seed, *condition, arguments.speed};
   std::unique_ptr<sim::CameraServer> camera;
-  if (arguments.camera_port) {
-    camera = TRY(
-        StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine));
+  if (arguments.camera.port) {
+    camera = TRY(StartCamera(arguments.camera, camera_faults, world, machine));
     server_options.hub.camera_port = [&camera] { return camera->port(); };
-  }
-  std::unique_ptr<sim::MachineLink> link;
-  if (!arguments.machine_socket.empty()) {
-    link = TRY(sim::MachineLink::Serve(arguments.machine_socket, machine, world));
-    server_options.hub.camera_port = [&link] { return link->camera_port(); };
   }
   const auto server = TRY(sim::PrinterServer::Start(*machine, server_options));
   fmt::print("listening http://127.0.0.1:{}\n", server->port());
@@ -185,15 +176,7 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
                    "s after which it switches laser and heaters off, unless trammel says a word")
       ->check(NumberIn(0.1, 1e6))
       ->capture_default_str();
-  printer
-      ->add_option("--camera-port", arguments->camera_port,
-                   "serve the camera on the head there; 0 takes a free one")
-      ->check(CLI::Range(0, 65535));
-  AddCameraOptions(*printer, "--camera-", arguments->camera);
-  printer
-      ->add_option("--machine-socket", arguments->machine_socket,
-                   "Unix socket for a camera that is a process of its own: trammel-sim camera")
-      ->excludes("--camera-port");
+  AddCameraOptions(*printer, arguments->camera);
   printer->add_option("--fault", arguments->faults,
                       "NAME=NUMBER, may be given again; names: " + PrinterFaultNames() +
                           "; with --camera-port: " + CameraFaultNames());

@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "app/number_range.h"
+#include "app/option_values.h"
 #include "sim/print/named_number.h"
+#include "sim/print/world.h"
 
 namespace trammel::app {
 
@@ -177,6 +181,73 @@ void TapTruthFile::Write(const sim::VirtualKlipper& klipper, bool rest) {
                file_.get());
   }
   std::fflush(file_.get());
+}
+
+namespace {
+
+Result<sim::MountedRig> RigOf(const CameraArguments& arguments, std::uint64_t seed) {
+  constexpr std::uint64_t kRigStream = 0x726967;
+  sim::MountedRig rig;
+  if (arguments.rig_error) rig = sim::DrawHeadRig(Random(seed).Fork(kRigStream));
+  for (const std::string& text : arguments.rig) {
+    if (!TRY(sim::SetNamed(sim::kHeadRigNumbers, TRY(sim::ParseNamedValue("--rig", text)), rig))) {
+      return sim::NoSuchName("--rig", text, sim::NamesOf(sim::kHeadRigNumbers));
+    }
+  }
+  return rig;
+}
+
+}  // namespace
+
+void AddCameraOptions(CLI::App& command, CameraArguments& arguments) {
+  command
+      .add_option("--camera-port", arguments.port,
+                  "serve the camera on the head there; 0 takes a free one")
+      ->check(CLI::Range(0, 65535));
+  command.add_option("--camera-frame", arguments.frame, "size of the camera's frames in px")
+      ->capture_default_str();
+  command
+      .add_option("--camera-fps", arguments.frames_per_s, "frames per second of the machine's time")
+      ->check(NumberIn(1.0, 240.0))
+      ->capture_default_str();
+  command.add_option("--camera-truth", arguments.truth_file,
+                     "file for what each frame really shows (JSON lines)");
+  command.add_flag("--rig-error", arguments.rig_error,
+                   "laser and camera sit on the head as the seed says: turned, shifted, out of "
+                   "focus, at another scale");
+  command.add_option("--rig", arguments.rig,
+                     "NAME=NUMBER, one of the head's true values, may be given again; names: " +
+                         sim::NamesOf(sim::kHeadRigNumbers));
+  command.add_option("--rig-truth", arguments.rig_truth,
+                     "new file for how laser and camera really sit");
+}
+
+Result<std::unique_ptr<sim::CameraServer>> StartCamera(
+    const CameraArguments& arguments, const std::vector<sim::CameraFault>& faults,
+    const MachineWorld& world, std::shared_ptr<const sim::MachineSource> machine) {
+  const auto size = ParseWholePair(arguments.frame);
+  if (!size) {
+    return Fail(fmt::format("the camera's frame {}: must be WIDTHxHEIGHT, for example 640x360",
+                            arguments.frame.substr(0, 40)));
+  }
+  sim::CameraServerOptions options;
+  options.port = arguments.port.value_or(0);
+  options.truth_file = arguments.truth_file;
+  options.condition = world.condition;
+  options.view.frame_width_px = size->first;
+  options.view.frame_height_px = size->second;
+  options.frames_per_s = arguments.frames_per_s * world.speed;
+  options.machine_time_scale = world.speed;
+  options.faults = faults;
+  const sim::MountedRig rig = TRY(RigOf(arguments, world.seed));
+  options.view.mount = rig.mount;
+  options.view.rig = rig.rig;
+  const Random eye = sim::LaserEyeOf(world.seed, world.condition);
+  if (!arguments.rig_truth.empty()) {
+    TRY(sim::WriteRigTruth(arguments.rig_truth, rig, sim::DrawHeadEye(world.condition, eye),
+                           world.seed));
+  }
+  return sim::CameraServer::Start(options, std::move(machine), eye);
 }
 
 }  // namespace trammel::app

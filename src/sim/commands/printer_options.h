@@ -11,9 +11,15 @@
 
 #include "base/result.h"
 #include "sim/camera/camera_fault.h"
+#include "sim/camera/camera_server.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"
 #include "sim/moonraker/hub.h"
+#include "sim/print/conditions.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 
@@ -59,5 +65,32 @@ class TapTruthFile {
   std::unique_ptr<std::FILE, Closer> file_;
   std::size_t written_ = 0;
 };
+
+struct CameraArguments {
+  std::optional<int> port;  ///< none: no camera; 0: a free one
+  std::string frame = "1280x720";
+  double frames_per_s = 30;      ///< per second of the machine
+  bool rig_error = false;        ///< the head is built as the seed says, not as the paper draws it
+  std::vector<std::string> rig;  ///< NAME=NUMBER, after what is drawn
+  std::string truth_file;        ///< of each frame; empty: none
+  std::string rig_truth;         ///< a new file; empty: none
+
+  [[nodiscard]] bool rigged() const { return rig_error || !rig.empty() || !rig_truth.empty(); }
+};
+
+/// What the camera has to know of the world beside the machine's state.
+struct MachineWorld {
+  std::uint64_t seed = 0;
+  sim::Condition condition;
+  double speed = 1;  ///< machine seconds per second of the host, 0.1 … 1000
+};
+
+void AddCameraOptions(CLI::App& command, CameraArguments& arguments);
+
+/// Errors: (kInput) a frame's size that is none; a rig's value; a truth file that is there; and
+/// those of CameraServer::Start.
+[[nodiscard]] Result<std::unique_ptr<sim::CameraServer>> StartCamera(
+    const CameraArguments& arguments, const std::vector<sim::CameraFault>& faults,
+    const MachineWorld& world, std::shared_ptr<const sim::MachineSource> machine);
 
 }  // namespace trammel::app
