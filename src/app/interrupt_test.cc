@@ -13,7 +13,6 @@
 #include "app/shop/sim_serving.h"
 #include "base/bug_note.h"
 #include "base/check.h"
-
 namespace trammel::app {
 namespace {
 

@@ -23,7 +23,7 @@
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/views/view_plan.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel {
 namespace {

@@ -13,7 +13,7 @@
 #include "part_alignment/targets/eccentricity.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "sim/spindle/spindle_files.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel {
 namespace {

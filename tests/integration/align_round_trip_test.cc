@@ -12,7 +12,7 @@
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_files.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 #include "support/temporary_folder.h"
 
 namespace trammel {

@@ -18,7 +18,7 @@
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel {
 namespace {

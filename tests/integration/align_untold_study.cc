@@ -16,7 +16,7 @@
 #include "alignment_study.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel {
 namespace {

@@ -24,7 +24,7 @@
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle/spindle_scene.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "part_alignment/part_fit/part_fit.h"
 #include "sim/casting/casting.h"
-#include "sim/casting/freeform_mesh.h"
 
 namespace trammel {
 

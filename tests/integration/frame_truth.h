@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "sim/camera/camera_truth.h"
+#include "sim/camera/camera_server.h"
 
 namespace trammel::test {
 

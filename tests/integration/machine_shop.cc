@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "sim/camera/scan_recorder.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 #include "support/sanitized.h"
 
 namespace trammel::test {

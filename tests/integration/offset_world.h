@@ -8,7 +8,6 @@
 
 #include "base/result.h"
 #include "sim/scanner/scanner_page.h"
-#include "sim/scanner/sheet_world.h"
 #include "sim/sheet/original_sheet.h"
 #include "sim/sheet/sheet_print.h"
 #include "tool_offset/offset/analyse.h"

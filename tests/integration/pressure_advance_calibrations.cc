@@ -15,7 +15,7 @@
 #include "frame_truth.h"
 #include "machine_shop.h"
 #include "sim/print/conditions.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 #include "support/study.h"
 
 namespace trammel::test {

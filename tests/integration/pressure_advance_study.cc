@@ -33,7 +33,6 @@
 #include "sim/camera/scan_recorder.h"
 #include "sim/print/conditions.h"
 #include "sim/print/printer.h"
-#include "sim/print/world.h"
 #include "support/study.h"
 
 namespace trammel::test {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "sim/camera/camera_view.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 
 namespace trammel::test {
 

@@ -18,7 +18,8 @@ using test::TrammelProcess;
 using ::testing::HasSubstr;
 
 constexpr const char* kPrinter = "sim printer --port 0 --seed 7";
-constexpr const char* kCamera = " --camera-port 0 --camera-frame 160x120 --camera-truth frames.jsonl";
+constexpr const char* kCamera =
+    " --camera-port 0 --camera-frame 160x120 --camera-truth frames.jsonl";
 
 class SimPrinterCommand : public testing::Test {
  protected:

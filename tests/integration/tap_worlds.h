@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/cell/simulated_tap.h"
+#include "sim/cell/load_cell.h"
 
 namespace trammel {
 

@@ -1,4 +1,4 @@
-// The camera's HTTP side: whoever asks gets frames, whoever is slow gets fewer.
+// Whom a server on this computer answers: not a page of somewhere else in a browser that runs here.
 #pragma once
 
 #include <cstddef>
@@ -6,11 +6,19 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
 
 namespace trammel::sim {
+
+/// Whether a request's Host names this computer (by a number, or as localhost): a name that was
+/// made to point here does not. An empty one is of no browser.
+[[nodiscard]] bool IsOwnHost(std::string_view host);
+
+/// Whether a request's Origin is a page of this computer's. An empty one is of no page.
+[[nodiscard]] bool IsOwnOrigin(std::string_view origin);
 
 /// How the stream speaks of time.
 enum class CameraHeaders {
@@ -60,5 +68,45 @@ class CameraHttp {
   /// Closed, it ends every connection and every new one at once.
   virtual void SetOpen(bool open) = 0;
 };
+
+/// What a client asked for.
+struct CameraRequest {
+  enum class What { kStream, kSnapshot, kUnknown };
+  What what = What::kUnknown;
+  bool extra_headers = false;
+};
+
+/// Understands "/stream", "/snapshot", "/?action=stream", "/?action=snapshot" and
+/// "extra_headers=1"; anything else is kUnknown. Never fails.
+[[nodiscard]] CameraRequest ParseTarget(std::string_view target);
+
+/// Before the first frame.
+[[nodiscard]] std::string StreamHead(CameraHeaders style);
+
+/// Times of a frame that only its sending settles.
+struct SendTimes {
+  double monotonic_s = 0;
+  double wall_s = 0;  ///< since 1970
+};
+
+/// What a client was sent so far.
+struct ClientCounts {
+  std::int64_t dropped = 0;
+  int frames_per_s = 0;
+};
+
+/// Before each frame of a stream.
+[[nodiscard]] std::string PartHead(CameraHeaders style, bool extra_headers, const CameraPart& part,
+                                   const SendTimes& send, const ClientCounts& counts);
+
+/// After each frame of a stream: the boundary of the next.
+[[nodiscard]] std::string PartTail(CameraHeaders style);
+
+/// Before a snapshot.
+[[nodiscard]] std::string SnapshotHead(CameraHeaders style, const CameraPart& part,
+                                       const SendTimes& send);
+
+/// A whole answer without a picture.
+[[nodiscard]] std::string PlainAnswer(int status, std::string_view reason, std::string_view text);
 
 }  // namespace trammel::sim

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -10,15 +11,107 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/check.h"
 #include "base/thread_priority.h"
 #include "sim/camera/jpeg.h"
 
 namespace trammel::sim {
+
+namespace {
+
+void Apply(const CameraFault& fault, ActiveFaults& active) {
+  switch (fault.kind) {
+    case CameraFaultKind::kStall:
+      active.stall = true;
+      break;
+    case CameraFaultKind::kDropFrames:
+      active.drop_fraction = std::max(active.drop_fraction, fault.fraction);
+      break;
+    case CameraFaultKind::kTimeJump:
+      active.jump_s += fault.jump_s;
+      break;
+    case CameraFaultKind::kSizeChange:
+      active.size = fault;
+      break;
+    case CameraFaultKind::kHalfJpeg:
+      active.half_jpeg = true;
+      break;
+    case CameraFaultKind::kClose:
+      active.close = true;
+      break;
+    case CameraFaultKind::kBlack:
+      active.black = true;
+      break;
+    case CameraFaultKind::kLaserAbsent:
+      active.laser_absent = true;
+      break;
+  }
+}
+
+}  // namespace
+
+void CameraFaults::Add(const CameraFault& fault) {
+  TRAMMEL_CHECK(fault.duration_s >= 0 && fault.fraction >= 0 && fault.fraction <= 1 &&
+                    fault.width_px >= 16 && fault.width_px <= 1920 && fault.height_px >= 16 &&
+                    fault.height_px <= 1080,
+                "duration = {} s, fraction = {}, size = {} x {} px", fault.duration_s,
+                fault.fraction, fault.width_px, fault.height_px);
+  entries_.push_back({fault, {}});
+}
+
+ActiveFaults CameraFaults::At(std::int64_t frame, double time_s) {
+  ActiveFaults active;
+  for (Entry& entry : entries_) {
+    const CameraFault& fault = entry.fault;
+    const bool first = !entry.begun_s;
+    if (first) {
+      if (fault.at_frame ? frame < *fault.at_frame : time_s < fault.at_s) continue;
+      entry.begun_s = fault.at_frame ? time_s : fault.at_s;
+    }
+    if (first || time_s < *entry.begun_s + fault.duration_s) Apply(fault, active);
+  }
+  return active;
+}
+
+Result<void> CameraTruthLog::WriteTo(const std::filesystem::path& path) {
+  const std::lock_guard lock(mutex_);
+  file_.reset(std::fopen(path.c_str(), "wxe"));
+  if (file_) return {};
+  return Fail(
+      fmt::format("{}: the camera's truth cannot be written there: {}; choose a new file in "
+                  "a folder that is there",
+                  path.string(), std::strerror(errno)));
+}
+
+void CameraTruthLog::Add(const CameraTruth& truth) {
+  const std::lock_guard lock(mutex_);
+  rows_.push_back(truth);
+  if (rows_.size() > kMostRows) rows_.pop_front();
+  if (!file_) return;
+  const std::string row = fmt::format(
+      "{{\"frame\": {}, \"capture_s\": {:.6f}, \"stamp_s\": {:.6f}, \"sent_s\": {:.6f}, "
+      "\"x_mm\": {:.5f}, \"y_mm\": {:.5f}, \"z_mm\": {:.5f}, \"laser_x_mm\": {:.5f}, "
+      "\"laser_y_mm\": {:.5f}, \"laser_on\": {}, \"lights_on\": {}, \"black\": {}, "
+      "\"laser_hidden\": {}, \"half\": {}}}\n",
+      truth.frame, truth.capture_s, truth.stamp_s, truth.sent_s, truth.machine.x_mm,
+      truth.machine.y_mm, truth.machine.z_mm, truth.spot.x_mm, truth.spot.y_mm,
+      truth.machine.laser_on, truth.machine.lights_on, truth.shown_black, truth.laser_hidden,
+      truth.half);
+  std::fwrite(row.data(), 1, row.size(), file_.get());
+  std::fflush(file_.get());
+}
+
+std::vector<CameraTruth> CameraTruthLog::rows() const {
+  const std::lock_guard lock(mutex_);
+  return {rows_.begin(), rows_.end()};
+}
+
 namespace {
 
 constexpr double kMostBehindS = 0.3;  // drawing may fall behind by this before frames are lost

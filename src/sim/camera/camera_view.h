@@ -7,7 +7,6 @@
 #include "base/frame.h"
 #include "base/random.h"
 #include "sim/camera/head_rig.h"
-#include "sim/camera/machine_view.h"
 #include "sim/laser/laser_camera.h"
 #include "sim/laser/laser_traits.h"
 #include "sim/print/conditions.h"

@@ -1,4 +1,4 @@
-// How laser and camera really sit on the print head, where that differs from the paper's drawing.
+// What the camera must know of the virtual machine.
 #pragma once
 
 #include <array>
@@ -10,13 +10,33 @@
 
 #include "base/random.h"
 #include "base/result.h"
-#include "sim/camera/machine_view.h"
 #include "sim/laser/laser_camera.h"
 #include "sim/laser/laser_traits.h"
+#include "sim/print/bed.h"
 #include "sim/print/conditions.h"
 #include "sim/print/named_number.h"
 
 namespace trammel::sim {
+
+/// The machine at one moment.
+struct MachineView {
+  double x_mm = 0;  ///< the toolhead's true position, in the middle of a move too
+  double y_mm = 0;
+  double z_mm = 0;
+  double speed_mm_s = 0;  ///< >= 0, along the path
+  bool laser_on = false;
+  bool lights_on = false;
+};
+
+/// The machine as a camera sees it. Every function may be called from any thread.
+/// `monotonic_s` is the host's CLOCK_MONOTONIC in seconds, now or in the last few seconds.
+class MachineSource {
+ public:
+  virtual ~MachineSource() = default;
+  [[nodiscard]] virtual MachineView At(double monotonic_s) const = 0;
+  /// What has been printed so far; a new pointer whenever something was added, never null.
+  [[nodiscard]] virtual std::shared_ptr<const Bed> bed(double monotonic_s) const = 0;
+};
 
 /// The laser eye as it is built onto one head: the same in the dark and with the lights on.
 struct HeadEye {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "sim/camera/camera_http.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 
 namespace trammel::sim {
 namespace {

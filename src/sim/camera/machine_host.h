@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "base/result.h"
-#include "sim/camera/machine_view.h"
+#include "sim/camera/head_rig.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"
-#include "sim/klipper/machine_clock.h"
+#include "sim/klipper/motion_queue.h"
 
 namespace trammel::sim {
 

@@ -1,6 +1,6 @@
-#include "sim/camera/own_host.h"
-
 #include <gtest/gtest.h>
+
+#include "sim/camera/camera_http.h"
 
 namespace trammel::sim {
 namespace {

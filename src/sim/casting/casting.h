@@ -1,14 +1,41 @@
-// A raw part about a freeform one, of which the best placement is known.
+// A part of one smooth surface, known exactly.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "sim/casting/freeform.h"
-
 namespace trammel::sim {
+
+/// Swells or dents the surface about one direction.
+struct FreeformBump {
+  Eigen::Vector3d towards = Eigen::Vector3d::UnitX();  ///< of length 1
+  double height = 0;                                   ///< of the radius there, -0.3 … 0.3
+  double sharpness = 4;                                ///< the greater, the narrower
+};
+
+/// X(u) = half ∘ u · (1 + Σ height · exp(sharpness (u · towards - 1))) over all directions u.
+struct Freeform {
+  Eigen::Vector3d half_mm = {400, 250, 150};
+  std::vector<FreeformBump> bumps;
+};
+
+/// Six bumps drawn, so that no rotation takes the part to itself.
+[[nodiscard]] Freeform DrawFreeform(const Eigen::Vector3d& half_mm, std::uint64_t seed);
+
+/// @param u  of length 1
+[[nodiscard]] Eigen::Vector3d SurfacePoint(const Freeform& part, const Eigen::Vector3d& u);
+
+/// Outward, of length 1, from the exact derivatives.
+[[nodiscard]] Eigen::Vector3d SurfaceNormal(const Freeform& part, const Eigen::Vector3d& u);
+
+/// How far a place stands out of the surface: along the normal of the place nearest to it, found by
+/// iteration to 1e-10 mm. REQUIRES a place nearer than the surface's least radius of curvature.
+[[nodiscard]] double StockAt(const Freeform& part, const Eigen::Vector3d& at_mm);
 
 struct CastingTraits {
   int points = 10'000;    ///< spread evenly over all directions
@@ -39,5 +66,20 @@ struct Casting {
 /// `least_mm`: small motions of it are worse or take too much.
 [[nodiscard]] Casting DrawCasting(const Freeform& part, const CastingTraits& traits,
                                   std::uint64_t seed);
+
+/// Corners counter-clockwise seen from outside.
+using Facet = std::array<Eigen::Vector3d, 3>;
+
+/// 12 · steps² triangles with their corners on the surface, over the six sides of a cube.
+[[nodiscard]] std::vector<Facet> FreeformFacets(const Freeform& part, int steps);
+
+/// Of a box about the origin: 12 triangles.
+[[nodiscard]] std::vector<Facet> BoxFacets(const Eigen::Vector3d& half_mm);
+
+/// A cylinder about z of so many sides, closed above and below.
+[[nodiscard]] std::vector<Facet> CylinderFacets(double radius_mm, double half_height_mm, int sides);
+
+/// @param per_mm  units of the file in a mm
+[[nodiscard]] std::string BinaryStl(const std::vector<Facet>& facets, double per_mm = 1);
 
 }  // namespace trammel::sim

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "sim/casting/freeform_mesh.h"
 
 namespace trammel::sim {
 namespace {

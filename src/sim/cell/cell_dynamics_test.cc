@@ -1,12 +1,10 @@
-#include "sim/cell/cell_dynamics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "base/statistics.h"
-#include "sim/cell/simulated_tap.h"
+#include "sim/cell/load_cell.h"
 
 namespace trammel::sim {
 namespace {

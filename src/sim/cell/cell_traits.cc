@@ -1,11 +1,192 @@
 #include "sim/cell/cell_traits.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "sim/print/field_bound.h"
+#include "base/check.h"
+#include "sim/print/named_number.h"
 
 namespace trammel::sim {
+
+namespace {
+
+// Force over k D and its slope, at a depth in units of D that is at most 1.
+struct Relative {
+  double force = 0;
+  double slope = 0;
+};
+
+Relative At(const ContactLaw& law, double x) {
+  const double a = law.share;
+  switch (law.kind) {
+    case ContactKind::kLinear:
+      break;
+    case ContactKind::kQuadratic:
+      return {x * (1 + a * x), 1 + 2 * a * x};
+    case ContactKind::kCubic:
+      return {x * (1 + a * x * x), 1 + 3 * a * x * x};
+    case ContactKind::kPower:
+      return {std::pow(x, law.exponent), law.exponent * std::pow(x, law.exponent - 1)};
+    case ContactKind::kTwoSlope:
+      return x < law.knee ? Relative{x, 1} : Relative{x + a * (x - law.knee), 1 + a};
+    case ContactKind::kYielding:
+      return {law.knee * (1 - std::exp(-x / law.knee)), std::exp(-x / law.knee)};
+  }
+  return {x, 1};
+}
+
+double BedForce(const ContactLaw& law, double depth_mm) {
+  if (depth_mm <= 0) return 0;
+  const double x = depth_mm / law.reference_mm;
+  const Relative at = At(law, std::min(x, 1.0));
+  const double beyond = std::max(0.0, x - 1);
+  return law.stiffness_g_mm * law.reference_mm * (at.force + at.slope * beyond);
+}
+
+// Solves d = x + (1 - s) T (1 - exp(-x / (s T))) for x by Newton's method, which from 0 rises to
+// the root without passing it, as the right side is concave.
+double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
+  constexpr double kToMm = 1e-12;
+  constexpr int kMostSteps = 100;
+  const double film_mm = (1 - law.toe_share) * law.toe_mm;
+  const double packed_mm = law.toe_share * law.toe_mm;
+  double x_mm = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double left = std::exp(-x_mm / packed_mm);
+    const double step_mm =
+        (depth_mm - x_mm - film_mm * (1 - left)) / (1 + film_mm / packed_mm * left);
+    x_mm += step_mm;
+    if (!(step_mm > kToMm)) break;
+  }
+  return x_mm;
+}
+
+// Depth that the law sees behind the toe: the integral of the share of its stiffness that is there.
+double BehindToe(const ContactLaw& law, double depth_mm) {
+  if (law.toe_kind == ToeKind::kExponential && law.toe_mm > 0) {
+    return BehindExponentialToe(law, depth_mm);
+  }
+  const double from_mm = law.toe_mm * (1 - law.toe_rounding);
+  const double to_mm = law.toe_mm * (1 + law.toe_rounding);
+  double soft_mm = std::min(depth_mm, law.toe_mm);
+  if (depth_mm > from_mm && depth_mm < to_mm) {
+    const double into_mm = depth_mm - from_mm;
+    soft_mm = from_mm + into_mm - into_mm * into_mm / (2 * (to_mm - from_mm));
+  }
+  return depth_mm - (1 - law.toe_share) * soft_mm;
+}
+
+}  // namespace
+
+std::string_view ToString(ContactKind kind) {
+  switch (kind) {
+    case ContactKind::kLinear:
+      return "linear";
+    case ContactKind::kQuadratic:
+      return "quadratic";
+    case ContactKind::kCubic:
+      return "cubic";
+    case ContactKind::kPower:
+      return "power";
+    case ContactKind::kTwoSlope:
+      return "two-slope";
+    case ContactKind::kYielding:
+      return "yielding";
+  }
+  return "linear";
+}
+
+double ContactForce(const ContactLaw& law, double depth_mm) {
+  if (depth_mm <= 0) return 0;
+  depth_mm = BehindToe(law, depth_mm);
+  const double sheet_mm = std::min(depth_mm, law.sheet_gap_mm);
+  return law.sheet_stiffness_g_mm * sheet_mm + BedForce(law, depth_mm - law.sheet_gap_mm);
+}
+
+double ContactDepth(const ContactLaw& law, double force_g) {
+  if (!(force_g > 0)) return 0;
+  constexpr double kDeepestMm = 1e6;
+  constexpr double kToMm = 1e-9;
+  double lo = 0;
+  double hi = law.reference_mm;
+  while (ContactForce(law, hi) < force_g && hi < kDeepestMm) hi *= 2;
+  while (hi - lo > kToMm) {
+    const double middle = 0.5 * (lo + hi);
+    (ContactForce(law, middle) < force_g ? lo : hi) = middle;
+  }
+  return 0.5 * (lo + hi);
+}
+
+namespace {
+
+// A start, a cruise and, unless the move is cut short, an end, over a distance.
+void AppendTrapezoid(std::vector<ZMove>& moves, double time_s, double z_mm, double direction,
+                     double distance_mm, double speed_mm_s, double acceleration_mm_s2,
+                     bool has_end) {
+  const double ramps = has_end ? 2 : 1;
+  const double reached_mm_s =
+      std::min(speed_mm_s, std::sqrt(2 * acceleration_mm_s2 * distance_mm / ramps));
+  const double ramp_s = reached_mm_s / acceleration_mm_s2;
+  const double ramp_mm = 0.5 * reached_mm_s * ramp_s;
+  const double cruise_s = std::max(0.0, distance_mm - ramps * ramp_mm) / reached_mm_s;
+  moves.push_back({time_s, ramp_s, 0, acceleration_mm_s2, z_mm, direction});
+  time_s += ramp_s;
+  z_mm += direction * ramp_mm;
+  if (cruise_s > 0) moves.push_back({time_s, cruise_s, reached_mm_s, 0, z_mm, direction});
+  time_s += cruise_s;
+  z_mm += direction * reached_mm_s * cruise_s;
+  if (has_end) {
+    moves.push_back({time_s, ramp_s, reached_mm_s, -acceleration_mm_s2, z_mm, direction});
+  }
+}
+
+}  // namespace
+
+Result<void> Validate(const TapMotion& m) {
+  return CheckBounds("tap motion", {{"approach_speed_mm_s", m.approach_speed_mm_s, 0.05, 50},
+                                    {"acceleration_mm_s2", m.acceleration_mm_s2, 1, 1e5},
+                                    {"approach_from_mm", m.approach_from_mm, 0.02, 100},
+                                    {"trigger_force_g", m.trigger_force_g, 1, 1e5},
+                                    {"stop_latency_s", m.stop_latency_s, 0, 0.5},
+                                    {"told_after_s", m.told_after_s, 0, 5},
+                                    {"pause_s", m.pause_s, 0, 5},
+                                    {"pull_back_mm", m.pull_back_mm, 0.005, 5},
+                                    {"pull_back_speed_mm_s", m.pull_back_speed_mm_s, 0.005, 20}});
+}
+
+std::vector<ZMove> ApproachMoves(const TapMotion& motion, double start_time_s, double start_z_mm,
+                                 double halt_z_mm) {
+  TRAMMEL_CHECK(start_z_mm > halt_z_mm, "start_z_mm = {}, halt_z_mm = {}", start_z_mm, halt_z_mm);
+  std::vector<ZMove> moves;
+  AppendTrapezoid(moves, start_time_s, start_z_mm, -1, start_z_mm - halt_z_mm,
+                  motion.approach_speed_mm_s, motion.acceleration_mm_s2, false);
+  return moves;
+}
+
+std::vector<ZMove> PullBackMoves(const TapMotion& motion, double stop_time_s, double halt_z_mm) {
+  const double told_s = stop_time_s + motion.told_after_s;
+  std::vector<ZMove> moves = {{told_s, 0, 0, 0, halt_z_mm, 0}};
+  AppendTrapezoid(moves, told_s + motion.pause_s, halt_z_mm, 1, motion.pull_back_mm,
+                  motion.pull_back_speed_mm_s, motion.acceleration_mm_s2, true);
+  return moves;
+}
+
+ZState StateAt(std::span<const ZMove> moves, double time_s) {
+  TRAMMEL_CHECK(!moves.empty(), "moves = 0");
+  const auto after =
+      std::upper_bound(moves.begin(), moves.end(), time_s,
+                       [](double t, const ZMove& move) { return t < move.start_time_s; });
+  if (after == moves.begin()) return {moves.front().start_z_mm, 0};
+  const ZMove& move = *std::prev(after);
+  const double dt = std::min(time_s - move.start_time_s, move.duration_s);
+  const double speed = move.start_velocity_mm_s + move.acceleration_mm_s2 * dt;
+  const bool moving = time_s - move.start_time_s < move.duration_s;
+  return {move.start_z_mm + move.z_direction * dt *
+                                (move.start_velocity_mm_s + 0.5 * move.acceleration_mm_s2 * dt),
+          moving ? move.z_direction * speed : 0};
+}
+
 namespace {
 
 Result<void> CheckPress(const PressTraits& p) {

@@ -1,17 +1,107 @@
-// What one virtual load cell with its nozzle, bed and converter is like.
+// How hard a nozzle and a bed press on each other at a given depth.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/random.h"
 #include "base/result.h"
-#include "sim/cell/contact_law.h"
-#include "sim/cell/tap_moves.h"
 
 namespace trammel::sim {
+
+enum class ContactKind {
+  kLinear,     ///< F = k d: everything that gives way is a spring
+  kQuadratic,  ///< F = k d (1 + a d/D): stiffens (a > 0) or softens (a < 0)
+  kCubic,      ///< F = k d (1 + a (d/D)^2)
+  kPower,      ///< F = k D (d/D)^n: n = 1.5 is Hertz's sphere on a plane
+  kTwoSlope,   ///< F = k d up to the knee, a times k more or less beyond: a second body bears too
+  kYielding,   ///< F = k h D (1 - exp(-d/(h D))): gives way more and more, h is the knee
+};
+
+[[nodiscard]] std::string_view ToString(ContactKind kind);
+
+/// How the stiffness grows behind the toe, at the end to that of the bed alone.
+enum class ToeKind {
+  kRounded,      ///< evenly with depth, or at once: a film that is pressed flat
+  kExponential,  ///< a film in series whose compliance falls exponentially with force: it is packed
+};
+
+/// Force against the depth by which the carriage is below the height of first touch. What gives way
+/// is all of it at once: bed, nozzle, cell and frame. Beyond D the law goes on along its tangent.
+struct ContactLaw {
+  ContactKind kind = ContactKind::kLinear;
+  double stiffness_g_mm = 3500;  ///< k, 1 … 1e6
+  double reference_mm = 0.045;   ///< D, 1e-4 … 1
+  double share =
+      0;  ///< a, -0.45 … 5 (kTwoSlope: -0.95 … 5): force at D in excess of k D, as a share of it
+  double exponent = 1;  ///< n of kPower, 0.4 … 3
+  double knee = 0.5;    ///< of kTwoSlope and kYielding, as a share of D, 0.05 … 20
+  /// A soft film, burr or washer in front of all this: the stiffness is only toe_share of the law's
+  /// at first. kRounded: it rises to it between toe_mm (1 - toe_rounding) and
+  /// toe_mm (1 + toe_rounding). kExponential: d = x + (1 - s) T (1 - exp(-x / (s T))), with x the
+  /// depth that the law sees, T toe_mm and s toe_share; far below, both are equally deep.
+  ToeKind toe_kind = ToeKind::kRounded;
+  double toe_mm = 0;                ///< 0 … 0.2
+  double toe_share = 1;             ///< 0.02 … 1
+  double toe_rounding = 0;          ///< 0 … 1
+  double sheet_gap_mm = 0;          ///< a loose sheet gives way so far before it lies, 0 … 1
+  double sheet_stiffness_g_mm = 0;  ///< and so softly, 0 … 1e5
+};
+
+/// gf; 0 at and above the height of first touch. Never falls with depth.
+[[nodiscard]] double ContactForce(const ContactLaw& law, double depth_mm);
+
+/// The inverse, to 1e-9 mm; 0 for forces that are not positive.
+[[nodiscard]] double ContactDepth(const ContactLaw& law, double force_g);
+
+/// z(t) = start_z_mm + z_direction (start_velocity_mm_s dt + acceleration_mm_s2 dt^2 / 2).
+struct ZMove {
+  double start_time_s = 0;
+  double duration_s = 0;  ///< 0: the place is told anew, the head stands
+  double start_velocity_mm_s = 0;
+  double acceleration_mm_s2 = 0;
+  double start_z_mm = 0;
+  double z_direction = 0;  ///< -1 down, +1 up, 0 at rest
+};
+
+/// How a tap is made. Defaults: recorded taps of a Voron with an HX717.
+struct TapMotion {
+  double approach_speed_mm_s = 2;   ///< 0.05 … 50
+  double acceleration_mm_s2 = 350;  ///< of every start and end, 1 … 1e5
+  double approach_from_mm = 1.05;   ///< above the bed, 0.02 … 100
+  double trigger_force_g = 75;      ///< 1 … 1e5
+  /// From the sample that triggers until the steps end, 0 … 0.5 s.
+  double stop_latency_s = 0.008;
+  double told_after_s = 0.25;          ///< from the stop to the halt's entry in the queue, 0 … 5
+  double pause_s = 0.17;               ///< from there to the pull-back, 0 … 5
+  double pull_back_mm = 0.1;           ///< 0.005 … 5
+  double pull_back_speed_mm_s = 0.32;  ///< 0.005 … 20; at 320 samples/s 1 um per sample
+};
+
+/// Names the field, the value and the bound of the first that cannot be.
+[[nodiscard]] Result<void> Validate(const TapMotion& motion);
+
+/// Start and cruise of the approach as they are cut short by the stop at `halt_z_mm`; as Klipper's,
+/// the approach has no deceleration. REQUIRES start_z_mm > halt_z_mm.
+[[nodiscard]] std::vector<ZMove> ApproachMoves(const TapMotion& motion, double start_time_s,
+                                               double start_z_mm, double halt_z_mm);
+
+/// The halt's entry, then start, cruise and end of the pull-back. The cruise vanishes where the
+/// pull-back is too short to reach its speed.
+[[nodiscard]] std::vector<ZMove> PullBackMoves(const TapMotion& motion, double stop_time_s,
+                                               double halt_z_mm);
+
+struct ZState {
+  double z_mm = 0;
+  double velocity_mm_s = 0;  ///< signed, up is positive
+};
+
+/// Before the first move: at its start. Between moves and after them: at rest where the last ended.
+/// REQUIRES moves in order of time, not empty.
+[[nodiscard]] ZState StateAt(std::span<const ZMove> moves, double time_s);
 
 /// How the head begins to rise after a press: what a Z drive does when it turns round.
 enum class Onset {

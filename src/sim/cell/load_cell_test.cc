@@ -9,7 +9,6 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
-#include "sim/cell/simulated_tap.h"
 
 namespace trammel::sim {
 namespace {

@@ -12,7 +12,7 @@
 #include "app/number_range.h"
 #include "app/option_values.h"
 #include "sim/print/named_number.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 
 namespace trammel::app {
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/result.h"
-#include "sim/camera/camera_fault.h"
 #include "sim/camera/camera_server.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"

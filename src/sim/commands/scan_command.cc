@@ -18,7 +18,7 @@
 #include "sim/commands/commands.h"
 #include "sim/photo/photo.h"
 #include "sim/print/plan_file.h"
-#include "sim/print/world.h"
+#include "sim/print/printer.h"
 
 namespace trammel::app {
 namespace {

@@ -26,7 +26,6 @@
 #include "sim/print/named_number.h"
 #include "sim/spindle/spindle_camera.h"
 #include "sim/spindle/spindle_files.h"
-#include "sim/spindle/spindle_scene.h"
 #include "sim/spindle/spindle_world.h"
 
 namespace trammel::app {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "sim/cell/cell_traits.h"
 #include "sim/cell/load_cell.h"
-#include "sim/cell/tap_moves.h"
 #include "sim/klipper/config.h"
 
 namespace trammel::sim {

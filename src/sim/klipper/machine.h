@@ -16,7 +16,6 @@
 #include "base/result.h"
 #include "sim/klipper/cell_probe.h"
 #include "sim/klipper/config.h"
-#include "sim/klipper/heater.h"
 #include "sim/klipper/history.h"
 #include "sim/klipper/motion_queue.h"
 

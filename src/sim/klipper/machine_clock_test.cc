@@ -1,6 +1,6 @@
-#include "sim/klipper/machine_clock.h"
-
 #include <gtest/gtest.h>
+
+#include "sim/klipper/motion_queue.h"
 
 namespace trammel::sim {
 namespace {

@@ -9,7 +9,6 @@
 #include "base/random.h"
 #include "sim/laser/laser_traits.h"
 #include "sim/print/bed.h"
-#include "sim/print/noise_field.h"
 #include "sim/print/surface.h"
 #include "sim/print/texture.h"
 

@@ -23,7 +23,6 @@
 #include "base/text.h"
 #include "base/thread_priority.h"
 #include "sim/camera/camera_http.h"
-#include "sim/camera/own_host.h"
 #include "sim/moonraker/http_api.h"
 
 namespace trammel::sim {

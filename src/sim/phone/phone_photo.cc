@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "sim/scanner/scanner_coverage.h"
+#include "sim/scanner/scanner_optics.h"
 
 namespace trammel::sim {
 namespace {

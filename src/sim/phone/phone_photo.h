@@ -8,8 +8,8 @@
 #include "base/frame.h"
 #include "base/random.h"
 #include "base/result.h"
-#include "sim/scanner/scanner_map.h"
-#include "sim/scanner/sheet_world.h"
+#include "sim/scanner/scanner_page.h"
+#include "sim/scanner/scanner_traits.h"
 #include "sim/sheet/sheet_print.h"
 
 namespace trammel::sim {

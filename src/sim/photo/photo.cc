@@ -13,7 +13,7 @@
 
 #include "files/new_file.h"
 #include "sim/camera/jpeg.h"
-#include "sim/print/noise_field.h"
+#include "sim/print/texture.h"
 
 namespace trammel::sim {
 namespace {

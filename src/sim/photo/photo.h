@@ -7,7 +7,6 @@
 #include "base/random.h"
 #include "base/result.h"
 #include "sim/photo/photo_camera.h"
-#include "sim/photo/photo_traits.h"
 #include "sim/print/bed.h"
 
 namespace trammel::sim {

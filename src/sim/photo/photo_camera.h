@@ -1,12 +1,67 @@
-// The geometry of a photo: a pinhole with slight distortion, held at an angle over the plate.
+// The virtual phone or endoscope: where it was held, in what light, and how well it sees.
 #pragma once
 
 #include <array>
+#include <string_view>
+#include <vector>
 
-#include "sim/photo/photo_traits.h"
+#include "base/random.h"
+#include "base/result.h"
 #include "sim/print/surface.h"
 
 namespace trammel::sim {
+
+/// What was printed on what. Natural: translucent, whitish.
+enum class PhotoScene { kNaturalOnGold, kNaturalOnDark, kBlackOnLight };
+
+/// "natural-on-gold", "natural-on-dark" or "black-on-light".
+[[nodiscard]] std::string_view ToString(PhotoScene scene);
+
+/// The inverse of ToString. Error (kInput): another name; the message lists what exists.
+[[nodiscard]] Result<PhotoScene> ParsePhotoScene(std::string_view name);
+
+/// Light that one lamp throws back from the plate towards the camera, fading like a Gaussian.
+/// Places and radii are shares of the picture's height, from its centre.
+struct Reflection {
+  double x = 0;
+  double y = 0;
+  double radius = 0.1;
+  double sheen = 0;   ///< brightness of an even glow, of full scale
+  double glints = 0;  ///< brightness of the texture's glints
+  std::array<double, 3> bgr = {1, 1, 1};
+};
+
+/// The defaults are an ideal camera straight above, in even light, without noise.
+struct PhotoTraits {
+  PhotoScene scene = PhotoScene::kNaturalOnGold;
+  int width_px = 1080;   ///< 64 … 20000
+  int height_px = 1920;  ///< 64 … 20000, at most 100 million pixels in all
+
+  double fill = 0.75;   ///< of the picture that the print takes at least one way, 0.1 … 1.2
+  double tilt_rad = 0;  ///< of the optical axis off the plate's normal, 0 … 1
+  double tilt_towards_rad = 0;  ///< the camera stands on this side of the print, from +x
+  double roll_rad = 0;          ///< about the optical axis, counter-clockwise
+  double offset_x = 0;          ///< of the print from the picture's centre, shares of its height
+  double offset_y = 0;
+  double focal_heights = 1;  ///< focal length in picture heights, 0.3 … 5
+  double distortion = 0;     ///< r_straight = r (1 + distortion r^2), r in focal lengths; +-0.2
+
+  double light_azimuth_rad = 1.5;     ///< of the lamp, from +x
+  double light_elevation_rad = 0.8;   ///< 0.2 … 1.5
+  double unevenness = 0;              ///< of the light over the picture, 0 … 0.9
+  double unevenness_azimuth_rad = 0;  ///< in the picture, towards the bright side
+  double vignetting = 0;              ///< loss of light in the corners, 0 … 0.9
+  double exposure = 1;                ///< 0.2 … 3
+  std::vector<Reflection> reflections;
+
+  double blur_sigma_px = 0.5;  ///< of the lens, 0 … 10
+  double sharpening = 0;       ///< overshoot by the camera's own processing, 0 … 2
+  double noise = 0;            ///< 1 sigma of 255 in middle grey, 0 … 30
+  int jpeg_quality = 95;       ///< 1 … 100
+};
+
+/// One photo among those that people take: handheld tilt and roll, uneven light, reflections.
+[[nodiscard]] PhotoTraits DrawPhotoTraits(PhotoScene scene, Random& random);
 
 struct Vector3 {
   double x = 0;

@@ -7,7 +7,6 @@
 
 #include "sim/print/planner.h"
 #include "sim/print/printer_traits.h"
-#include "sim/print/storage_law.h"
 
 namespace trammel::sim {
 

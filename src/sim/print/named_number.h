@@ -1,4 +1,4 @@
-// Options NAME=NUMBER: a table of names, each with the field that its number sets.
+// Fields of structs by name: their bounds, and options NAME=NUMBER that set them.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -14,6 +15,25 @@
 #include "base/result.h"
 
 namespace trammel::sim {
+
+struct FieldBound {
+  const char* name;
+  double value;
+  double lo;
+  double hi;
+};
+
+/// Error (kInput): names the first field that is outside its bounds, or not a number.
+[[nodiscard]] inline Result<void> CheckBounds(const char* what,
+                                              std::initializer_list<FieldBound> fields) {
+  for (const FieldBound& field : fields) {
+    if (!(field.value >= field.lo && field.value <= field.hi)) {
+      return Fail(fmt::format("{} {} is {}; it must lie within {} … {}", what, field.name,
+                              field.value, field.lo, field.hi));
+    }
+  }
+  return {};
+}
 
 template <class Target>
 struct NamedNumber {

@@ -1,6 +1,8 @@
 // The virtual printer: G-code text in, beads on a bed out.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "base/random.h"
 #include "base/result.h"
 #include "sim/print/bed.h"
+#include "sim/print/conditions.h"
 #include "sim/print/printer_traits.h"
 
 namespace trammel::sim {
@@ -27,5 +30,19 @@ struct Print {
 /// Cost: about 0.1 s for the paper's pattern.
 [[nodiscard]] Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits,
                                        Random& random);
+
+/// Draws a world's true pressure advance: uniform within 0.015 … 0.045 s, whatever is printed.
+[[nodiscard]] double TruthOf(std::uint64_t seed);
+
+/// Prints in the world of a seed. Without `k_star_s` the truth is TruthOf(seed).
+/// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s.
+[[nodiscard]] Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
+                                         std::optional<double> k_star_s);
+
+/// The generator of the laser eye in one condition: the same print is seen anew in each.
+[[nodiscard]] Random LaserEyeOf(std::uint64_t seed, const Condition& condition);
+
+/// The generator of the photo camera.
+[[nodiscard]] Random PhotoEyeOf(std::uint64_t seed);
 
 }  // namespace trammel::sim

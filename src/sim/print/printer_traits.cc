@@ -1,9 +1,120 @@
 #include "sim/print/printer_traits.h"
 
+#include <cmath>
+
 #include "base/check.h"
-#include "sim/print/field_bound.h"
+#include "sim/print/named_number.h"
 
 namespace trammel::sim {
+
+namespace {
+
+struct Shape {
+  double value = 0;  // S / scale
+  double slope = 0;  // its derivative
+};
+
+// For flow >= 0 and the saturating laws only.
+Shape SaturatingShape(const StorageLaw& law, double flow_mm_s) {
+  const double a = law.saturating_share;
+  const double ratio = flow_mm_s / law.knee_mm_s;
+  Shape bent;
+  if (law.kind == StorageKind::kTanh) {
+    bent.value = std::tanh(ratio);
+    bent.slope = 1 - bent.value * bent.value;
+  } else {
+    bent.value = ratio / (1 + ratio);
+    bent.slope = 1 / ((1 + ratio) * (1 + ratio));
+  }
+  return {(1 - a) * flow_mm_s + a * law.knee_mm_s * bent.value, (1 - a) + a * bent.slope};
+}
+
+double PositiveShape(const StorageLaw& law, double flow_mm_s) {
+  switch (law.kind) {
+    case StorageKind::kLinear:
+      return flow_mm_s;
+    case StorageKind::kPower:
+      return std::pow(flow_mm_s, law.exponent);
+    case StorageKind::kTanh:
+    case StorageKind::kReciprocal:
+      return SaturatingShape(law, flow_mm_s).value;
+  }
+  return flow_mm_s;
+}
+
+// Newton from below: the shapes are concave with a slope of 1 at 0, so that `level` lies at or
+// below the root and every step stays there.
+DrivenFlow InvertSaturating(const StorageLaw& law, double level) {
+  double flow = level;
+  for (int i = 0; i < 50; ++i) {
+    const Shape shape = SaturatingShape(law, flow);
+    const double step = (level - shape.value) / shape.slope;
+    flow += step;
+    if (std::abs(step) <= 1e-12 * (1e-9 + flow)) {
+      break;
+    }
+  }
+  return {flow, 1 / (law.scale_s * SaturatingShape(law, flow).slope)};
+}
+
+DrivenFlow PositiveFlow(const StorageLaw& law, double stored_mm) {
+  const double level = stored_mm / law.scale_s;
+  switch (law.kind) {
+    case StorageKind::kLinear:
+      return {level, 1 / law.scale_s};
+    case StorageKind::kPower: {
+      const double flow = std::pow(level, 1 / law.exponent);
+      return {flow, flow / (law.exponent * stored_mm)};
+    }
+    case StorageKind::kTanh:
+    case StorageKind::kReciprocal:
+      return InvertSaturating(law, level);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view ToString(StorageKind kind) {
+  switch (kind) {
+    case StorageKind::kLinear:
+      return "linear";
+    case StorageKind::kPower:
+      return "power";
+    case StorageKind::kTanh:
+      return "tanh";
+    case StorageKind::kReciprocal:
+      return "reciprocal";
+  }
+  return "linear";
+}
+
+double Stored(const StorageLaw& law, double flow_mm_s) {
+  return std::copysign(law.scale_s * PositiveShape(law, std::abs(flow_mm_s)), flow_mm_s);
+}
+
+DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm) {
+  // Below a picometre there is no flow to speak of, and the power law's slope would be 0/0.
+  if (std::abs(stored_mm) < 1e-9) {
+    return {};
+  }
+  DrivenFlow driven = PositiveFlow(law, std::abs(stored_mm));
+  driven.flow_mm_s = std::copysign(driven.flow_mm_s, stored_mm);
+  return driven;
+}
+
+double IdealPressureAdvance(const StorageLaw& law, double slow_mm_s, double fast_mm_s) {
+  TRAMMEL_CHECK(slow_mm_s >= 0 && fast_mm_s > slow_mm_s, "slow = {}, fast = {}", slow_mm_s,
+                fast_mm_s);
+  return (Stored(law, fast_mm_s) - Stored(law, slow_mm_s)) / (fast_mm_s - slow_mm_s);
+}
+
+StorageLaw ScaledTo(StorageLaw law, double k_star_s, double slow_mm_s, double fast_mm_s) {
+  TRAMMEL_CHECK(k_star_s > 0, "k_star_s = {}", k_star_s);
+  law.scale_s = 1;
+  law.scale_s = k_star_s / IdealPressureAdvance(law, slow_mm_s, fast_mm_s);
+  return law;
+}
 
 Result<void> Validate(const PrinterTraits& t) {
   return CheckBounds("printer trait",

@@ -1,11 +1,10 @@
-#include "sim/print/storage_law.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
 #include "base/check.h"
+#include "sim/print/printer_traits.h"
 
 namespace trammel::sim {
 namespace {

@@ -1,11 +1,33 @@
-// What plates and beads look like close up, fixed to the bed.
+// Periodic random fields: speckle, plate texture, sensor noise.
 #pragma once
+
+#include <cstddef>
+#include <vector>
 
 #include "base/random.h"
 #include "sim/print/conditions.h"
-#include "sim/print/noise_field.h"
 
 namespace trammel::sim {
+
+/// A square of values that repeats in both directions. `size` is a power of two.
+struct Tile {
+  int size = 0;
+  std::vector<float> value;
+
+  [[nodiscard]] float At(int x, int y) const {
+    const int mask = size - 1;
+    return value[static_cast<std::size_t>(y & mask) * static_cast<std::size_t>(size) +
+                 static_cast<std::size_t>(x & mask)];
+  }
+};
+
+/// Gaussian noise with mean 0 and standard deviation 1 whose correlation is a Gaussian:
+/// white noise smoothed with a kernel of `sigma` cells.
+/// REQUIRES size a power of two in 8 … 4096 and 0 <= sigma <= size / 8.
+[[nodiscard]] Tile SmoothNoise(int size, double sigma, Random& random);
+
+/// A Gaussian kernel with 2 * radius + 1 taps that sum to 1, radius = ceil(3 sigma).
+[[nodiscard]] std::vector<float> GaussianKernel(double sigma);
 
 /// A patch of surface that repeats over the bed. All relative values have a mean near 1.
 struct Texture {

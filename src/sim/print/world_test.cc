@@ -1,5 +1,3 @@
-#include "sim/print/world.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/print/printer.h"
 #include "sim/print/test_pattern.h"
 
 namespace trammel::sim {

@@ -1,5 +1,3 @@
-#include "sim/scanner/scanner_file.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +11,7 @@
 #include <span>
 #include <string>
 
+#include "sim/scanner/scanner_page.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::sim {

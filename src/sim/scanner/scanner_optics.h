@@ -1,4 +1,4 @@
-// What happens to the light of some rows of a scan: inks, shadow, blur, sensor.
+// How much of each pixel a line of ink covers, exactly.
 #pragma once
 
 #include <array>
@@ -7,13 +7,68 @@
 #include <vector>
 
 #include "base/random.h"
-#include "sim/print/noise_field.h"
-#include "sim/scanner/scanner_coverage.h"
+#include "sim/print/texture.h"
 #include "sim/scanner/scanner_page.h"
 #include "sim/scanner/scanner_traits.h"
 #include "sim/sheet/sheet_print.h"
 
 namespace trammel::sim {
+
+/// The outline of one stroke on the page.
+struct InkOutline {
+  int ink = 0;
+  bool raised = true;
+  double weight = 1;  ///< opacity, negative where the outline runs the other way round
+  double top_px = 0;
+  double bottom_px = 0;
+  double left_px = 0;
+  double right_px = 0;
+  std::vector<PixelPlace> corners;  ///< in order, not closed
+};
+
+/// Both edges of the stroke, joined by half circles at its ends.
+[[nodiscard]] InkOutline OutlineOf(const InkStroke& stroke, const ScannerMap& map);
+
+/// How much of a few rows' pixels is covered, as differences along each row: a pixel's coverage is
+/// the sum of the values up to it. Adding an outline costs what its edge is long, not what it
+/// encloses; areas that share an edge add up to the exact area of both.
+///
+/// A pixel weighs its surroundings by a pyramid two pixels wide: its own square, seen through
+/// optics that smear by one pixel. Unlike a square's, such a pixel's sums hold the place of a line
+/// exactly, wherever the line lies between the pixels. Exact across columns; across rows in steps
+/// of 1/4.
+class CoverageRows {
+ public:
+  /// An outline reaches this many pixels beyond itself.
+  static constexpr int kReachPx = 1;
+
+  /// Clears to `rows` rows from page row `first_row` on, `width` px wide.
+  void Reset(int first_row, int rows, int width);
+  /// Adds what of the outline is seen by the rows.
+  void Add(const InkOutline& outline);
+  /// Replaces differences by coverages within 0 … 1.
+  void Sum();
+  /// Columns that anything was added to; empty (begin >= end) where nothing was.
+  [[nodiscard]] int begin() const { return begin_; }
+  [[nodiscard]] int end() const { return end_; }
+  [[nodiscard]] std::span<const float> row(int index) const {
+    return {values_.data() + static_cast<std::size_t>(index) * stride_ + kPad, width_};
+  }
+
+ private:
+  static constexpr int kPad = 2;  // columns left of the page that an edge at its border touches
+
+  void AddEdge(PixelPlace from, PixelPlace to, double weight);
+  void AddStep(double x_px, double next_x_px, int quarter, double height);
+
+  int first_row_ = 0;
+  int rows_ = 0;
+  std::size_t width_ = 0;
+  int begin_ = 0;
+  int end_ = 0;
+  std::size_t stride_ = 0;
+  std::vector<float> values_;
+};
 
 /// Columns of a row, from begin up to end.
 struct Columns {

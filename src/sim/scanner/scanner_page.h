@@ -2,14 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/random.h"
 #include "base/result.h"
 #include "sim/scanner/scanner_traits.h"
+#include "sim/sheet/sheet_machine.h"
+#include "sim/sheet/sheet_paper.h"
 #include "sim/sheet/sheet_print.h"
 
 namespace trammel::sim {
@@ -63,5 +68,39 @@ class SheetScan {
 /// The same into memory.
 [[nodiscard]] Result<ScannedPage> ScanSheet(const PrintedSheet& sheet, const ScannerTraits& traits,
                                             const Random& random);
+
+struct PageFileOptions {
+  std::optional<double> dpi;  ///< what the file says, whatever is true; absent: says nothing
+  int jpeg_quality = 90;      ///< 1 … 100
+};
+
+/// Scans into a new file; its name says what kind: .png (written row by row), .jpg or .jpeg (8 bit
+/// only). What could not be finished is removed. Errors (kInput): another name, 16 bit JPEG, a file
+/// that cannot be written.
+[[nodiscard]] Result<void> WriteScan(const SheetScan& scan, const Random& random,
+                                     const PageFileOptions& options,
+                                     const std::filesystem::path& path);
+
+/// Which sheet of the world of a seed, and which scan of it. Two sheets of one seed share their
+/// machine; two scans of one sheet share their ink. Seeds below 1000 are for development.
+struct SheetName {
+  std::uint64_t seed = 0;
+  std::uint64_t sheet = 0;  ///< 0 … 9999
+  std::uint64_t scan = 0;   ///< 0 … 9999
+};
+
+[[nodiscard]] SheetMachine MachineOf(const SheetName& name, SheetScene scene);
+[[nodiscard]] SheetPaper PaperOf(const SheetName& name, SheetScene scene);
+/// The generator of everything that PrintSheet leaves to chance.
+[[nodiscard]] Random PrintingOf(const SheetName& name);
+[[nodiscard]] ScannerTraits ScannerOf(const SheetName& name, const PrintedSheet& sheet);
+/// The generator of a scan's noise.
+[[nodiscard]] Random ScanningOf(const SheetName& name);
+
+/// The truth behind a scan as JSON (docs/formats.md): the offset of each tool that the file draws
+/// with from `reference`, null where the reference draws nothing; the play; the scanner's errors.
+[[nodiscard]] std::string SheetTruthJson(const SheetName& name, const PrintedSheet& sheet,
+                                         int reference, const ScannerTraits& scanner,
+                                         const PageFormat& format);
 
 }  // namespace trammel::sim

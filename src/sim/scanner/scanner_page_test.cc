@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/scanner/scanner_map.h"
+#include "sim/scanner/scanner_traits.h"
 
 namespace trammel::sim {
 namespace {

@@ -1,13 +1,17 @@
 #include "sim/scanner/scanner_traits.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "sim/print/field_bound.h"
-#include "sim/scanner/scanner_map.h"
+#include "base/check.h"
+#include "sim/print/named_number.h"
 
 namespace trammel::sim {
+
 namespace {
 
 constexpr double kA4WidthMm = 210;
@@ -94,6 +98,102 @@ ScannerTraits DrawScannerTraits(const PrintedSheet& sheet, Random& random) {
   for (double& gain : traits.cast) gain = random.Uniform(0.92, 1.05);
   PlaceOnA4(sheet, traits, random);
   return traits;
+}
+
+namespace {
+
+constexpr double kAroundMm = 10;
+constexpr double kMmPerInch = 25.4;
+constexpr double kMostPixels = 60'000;  // per side: 630 mm at 2400 dpi
+
+struct Box {
+  double lo_x = std::numeric_limits<double>::infinity();
+  double hi_x = -std::numeric_limits<double>::infinity();
+  double lo_y = std::numeric_limits<double>::infinity();
+  double hi_y = -std::numeric_limits<double>::infinity();
+};
+
+Box BoxAround(const PrintedSheet& sheet, double cosine, double sine) {
+  Box box;
+  for (const InkStroke& stroke : sheet.strokes) {
+    if (stroke.ink == kDirtInk && box.lo_x < box.hi_x) continue;
+    for (const StrokePoint& point : stroke.points) {
+      const double x = cosine * point.centre.x_mm - sine * point.centre.y_mm;
+      const double y = sine * point.centre.x_mm + cosine * point.centre.y_mm;
+      box.lo_x = std::min(box.lo_x, x);
+      box.hi_x = std::max(box.hi_x, x);
+      box.lo_y = std::min(box.lo_y, y);
+      box.hi_y = std::max(box.hi_y, y);
+    }
+  }
+  return box;
+}
+
+}  // namespace
+
+TurnedPrint Turned(const PrintedSheet& sheet, double rotation_rad) {
+  TRAMMEL_CHECK(!sheet.strokes.empty(), "the sheet is empty");
+  const double cosine = std::cos(rotation_rad);
+  const double sine = std::sin(rotation_rad);
+  const Box box = BoxAround(sheet, cosine, sine);
+  const double x = (box.lo_x + box.hi_x) / 2;
+  const double y = (box.lo_y + box.hi_y) / 2;
+  return {{cosine * x + sine * y, cosine * y - sine * x},
+          (box.hi_x - box.lo_x) / 2,
+          (box.hi_y - box.lo_y) / 2};
+}
+
+Result<ScannerMap> ScannerMap::Make(const PrintedSheet& sheet, const ScannerTraits& traits) {
+  const TurnedPrint print = Turned(sheet, traits.rotation_rad);
+  ScannerMap map;
+  map.traits_ = traits;
+  map.middle_ = print.middle;
+  map.cosine_ = std::cos(traits.rotation_rad);
+  map.sine_ = std::sin(traits.rotation_rad);
+  const auto area = [](double given_mm, double half_mm) {
+    return given_mm > 0 ? given_mm : 2 * (half_mm + kAroundMm);
+  };
+  map.area_width_mm_ = area(traits.area_width_mm, print.half_width_mm);
+  map.area_height_mm_ = area(traits.area_height_mm, print.half_height_mm);
+  const double px_per_mm = traits.dpi / kMmPerInch;
+  const double width_px =
+      std::floor((map.area_width_mm_ - traits.crop_left_mm - traits.crop_right_mm) * px_per_mm);
+  const double height_px =
+      std::floor((map.area_height_mm_ - traits.crop_top_mm - traits.crop_bottom_mm) * px_per_mm);
+  if (!(width_px >= 8 && width_px <= kMostPixels && height_px >= 8 && height_px <= kMostPixels)) {
+    return Fail(
+        fmt::format("the scan would have {} x {} px; it must have 8 … {} a side: choose "
+                    "another area or resolution",
+                    width_px, height_px, kMostPixels));
+  }
+  map.width_px_ = static_cast<int>(width_px);
+  map.height_px_ = static_cast<int>(height_px);
+  return map;
+}
+
+PixelPlace ScannerMap::PixelOf(const PlaneMm& bed) const {
+  const double x = bed.x_mm - middle_.x_mm;
+  const double y = bed.y_mm - middle_.y_mm;
+  const double right_mm = cosine_ * x - sine_ * y;
+  const double up_mm = sine_ * x + cosine_ * y;
+  // A central projection about the area's middle: what is nearer is larger.
+  const double from_x_mm = traits_.shift_x_mm + right_mm;
+  const double from_y_mm = traits_.shift_y_mm - up_mm;
+  const double larger = 1 / (1 - traits_.perspective_x * from_x_mm / area_width_mm_ -
+                             traits_.perspective_y * from_y_mm / area_height_mm_);
+  // Errors of scale and skew grow from the glass's corner, where the bar starts.
+  const double glass_x_mm = area_width_mm_ / 2 + larger * from_x_mm;
+  const double glass_y_mm = area_height_mm_ / 2 + larger * from_y_mm;
+  double seen_x_mm = traits_.scale_x * glass_x_mm + traits_.skew * glass_y_mm;
+  double seen_y_mm = traits_.scale_y * glass_y_mm;
+  for (const PeriodicError& error : traits_.bar) {
+    seen_y_mm += error.amplitude_mm *
+                 std::sin(2 * std::numbers::pi * glass_y_mm / error.period_mm + error.phase_rad);
+  }
+  if (traits_.mirrored) seen_x_mm = area_width_mm_ - seen_x_mm;
+  const double px_per_mm = traits_.dpi / kMmPerInch;
+  return {(seen_x_mm - traits_.crop_left_mm) * px_per_mm,
+          (seen_y_mm - traits_.crop_top_mm) * px_per_mm};
 }
 
 }  // namespace trammel::sim

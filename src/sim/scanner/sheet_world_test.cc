@@ -1,5 +1,3 @@
-#include "sim/scanner/sheet_world.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "sim/scanner/scanner_page.h"
 
 namespace trammel::sim {
 namespace {

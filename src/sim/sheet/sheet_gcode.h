@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "sim/sheet/sheet_macros.h"
+#include "sim/sheet/sheet_firmware.h"
 
 namespace trammel::sim {
 

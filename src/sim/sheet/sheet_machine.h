@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "base/random.h"
 #include "base/result.h"
@@ -67,5 +68,28 @@ enum class SheetScene { kBlackOnWhite, kWhiteOnBlack, kColoursOnWhite };
 /// to 5 um (1 sigma), edges rough by 20 um over 0.1 … 0.5 mm, widths to 10 um, motor error up to
 /// 3 um and pulley error up to 10 um. All tools print; couplings are exact.
 [[nodiscard]] SheetMachine DrawSheetMachine(SheetScene scene, Random& random);
+
+/// Keeps the state of the play. The nozzle of an axis with play b stays where it is until the
+/// commanded place is b/2 away from it, and follows at that distance.
+class SheetNozzle {
+ public:
+  /// The play stands anywhere at first.
+  SheetNozzle(const SheetMachine& machine, const Random& random);
+
+  /// Where the nozzle is when `fraction` of a move is done. REQUIRES 0 <= fraction <= 1.
+  [[nodiscard]] PlaneMm At(const SheetMove& move, double fraction);
+  /// Ends the move: the play now stands as at its end.
+  void Finish(const SheetMove& move);
+
+ private:
+  [[nodiscard]] double LagAt(double lag_mm, double travelled_mm, std::size_t axis) const;
+  [[nodiscard]] const PlaneMm& CouplingOf(int pick_up);
+
+  const SheetMachine& machine_;
+  Random random_;
+  std::array<double, 2> x_lag_mm_{};  // nozzle minus command, per drive
+  double y_lag_mm_ = 0;
+  std::vector<PlaneMm> couplings_;  // by pick-up
+};
 
 }  // namespace trammel::sim

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/print/field_bound.h"
+#include "sim/print/named_number.h"
 
 namespace trammel::sim {
 

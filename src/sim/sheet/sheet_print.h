@@ -62,4 +62,29 @@ struct PrintedSheet {
 /// The landing offset of a tool minus that of the reference, or nothing where either drew nothing.
 [[nodiscard]] std::optional<PlaneMm> OffsetOf(const PrintedSheet& sheet, int tool, int reference);
 
+/// A line as the nozzle drew it.
+struct DrawnLine {
+  int tool = 0;
+  PlaneMm along;  ///< unit vector
+  struct Point {
+    PlaneMm nozzle;
+    double width_mm = 0;
+  };
+  std::vector<Point> points;  ///< at least 2, in order
+  bool joins_before = false;  ///< it goes on from an arc or into one: no bulge there
+  bool joins_after = false;
+};
+
+/// Appends the line's ink; nothing where it does not stick, two strokes where it has a gap.
+void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetPaper& paper,
+                Random random, std::vector<InkStroke>& strokes);
+
+/// Appends a thread of ooze that begins at `from` and lies towards `to`.
+void AddString(int tool, const PlaneMm& from, const PlaneMm& to, const SheetPaper& paper,
+               Random random, std::vector<InkStroke>& strokes);
+
+/// Appends paper.dirt_count specks over and around the strokes, hairs across them, and the folds'
+/// creases.
+void AddDirt(const SheetPaper& paper, Random random, std::vector<InkStroke>& strokes);
+
 }  // namespace trammel::sim

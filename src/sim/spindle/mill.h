@@ -10,7 +10,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "sim/spindle/spindle_frame.h"
+#include "sim/spindle/spindle_lens.h"
 
 namespace trammel::sim {
 

@@ -9,7 +9,6 @@
 #include "base/random.h"
 #include "base/result.h"
 #include "sim/spindle/spindle_camera.h"
-#include "sim/spindle/spindle_frame.h"
 #include "sim/spindle/spindle_lens.h"
 #include "sim/spindle/spindle_world.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/print/noise_field.h"
+#include "sim/print/texture.h"
 
 namespace trammel::sim {
 namespace {

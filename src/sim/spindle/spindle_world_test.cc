@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "base/statistics.h"
-#include "sim/spindle/spindle_scene.h"
 
 namespace trammel::sim {
 namespace {

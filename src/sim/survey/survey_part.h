@@ -1,14 +1,91 @@
-// A block with coded and plain targets, screws, and lamps above it.
+// A block with plane sides and a freeform top, known exactly.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "sim/survey/freeform_block.h"
-#include "sim/survey/hand_camera.h"
-
 namespace trammel::sim {
+
+/// A hill of the top, Gaussian.
+struct BlockHill {
+  Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();
+  double height_mm = 0;
+  double width_mm = 100;  ///< 1 sigma
+};
+
+/// Origin amid the top's plane, which the hills rise from; sides at +-half, down to -depth.
+struct FreeformBlock {
+  double half_length_mm = 1000;
+  double half_width_mm = 600;
+  double depth_mm = 400;
+  std::vector<BlockHill> hills;
+};
+
+/// Seven hills drawn, broad and steep ones, up to 120 mm high.
+[[nodiscard]] FreeformBlock DrawBlock(std::uint64_t seed);
+
+[[nodiscard]] double TopAt(const FreeformBlock& block, double x_mm, double y_mm);
+[[nodiscard]] Eigen::Vector3d TopPoint(const FreeformBlock& block, double x_mm, double y_mm);
+/// Outward, of length 1, from the exact derivatives.
+[[nodiscard]] Eigen::Vector3d TopNormal(const FreeformBlock& block, double x_mm, double y_mm);
+
+/// Whether the straight line from a place on the surface to an eye passes outside of the block;
+/// looked at every 8 mm. Hills that hide less than that hide nothing.
+[[nodiscard]] bool IsOpenTo(const FreeformBlock& block, const Eigen::Vector3d& at_mm,
+                            const Eigen::Vector3d& eye_mm);
+
+/// The defaults are a 24 mm lens on 36 mm of sensor. Its distortion takes where a pin-hole would
+/// have a point to where the lens has it; r in units of the focal length.
+struct HandLens {
+  int width_px = 4000;
+  int height_px = 3000;
+  double focal_px = 2773;
+  double column_off_px = 14.2;  ///< principal point from the picture's middle
+  double row_off_px = -9.7;
+  double k1 = -0.09;
+  double k2 = 0.03;
+  double p1 = 3e-4;
+  double p2 = -2e-4;
+};
+
+/// Axes of length 1, right-handed.
+struct HandShot {
+  Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d down = Eigen::Vector3d::UnitY();
+  Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ();
+};
+
+struct HandWalk {
+  int pictures = 100;
+  double distance_mm = 2500;  ///< +-10 %
+  double lowest_rad = 0.087;  ///< elevation: 5 degrees
+  double highest_rad = 1.222;
+  bool rolled = true;  ///< a quarter turn in every other picture
+};
+
+/// Around the origin, by the golden angle, each aimed at some place of the part.
+[[nodiscard]] std::vector<HandShot> WalkAround(const HandWalk& walk, std::uint64_t seed);
+
+/// Column and row, (0, 0) the centre of the first pixel. Absent behind the camera, more than 50
+/// degrees off its axis, and within `margin_px` of the picture's edge or outside of it.
+[[nodiscard]] std::optional<Eigen::Vector2d> SeenAt(const HandLens& lens, const HandShot& shot,
+                                                    const Eigen::Vector3d& at_mm, double margin_px);
+
+/// The image of a round disc: middle of its area, and the ellipse of its second moments.
+struct DiscImage {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double major_px = 0;  ///< semi-axes
+  double minor_px = 0;
+  double angle_rad = 0;  ///< from the columns to the major axis, towards the rows
+};
+/// Its outline projected point by point. Absent where some of it is not seen.
+[[nodiscard]] std::optional<DiscImage> DiscSeenAt(const HandLens& lens, const HandShot& shot,
+                                                  const Eigen::Vector3d& at_mm,
+                                                  const Eigen::Vector3d& normal, double radius_mm,
+                                                  double margin_px);
 
 /// A round disc on the surface.
 struct SurveyMark {

@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "sim/survey/hand_camera.h"
 #include "sim/survey/survey_part.h"
 
 namespace trammel::sim {
