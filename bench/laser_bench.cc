@@ -13,7 +13,7 @@
 #include "machine/video/video_file.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/laser/deviation.h"
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 #include "vision/laser_line.h"
 
 namespace trammel {

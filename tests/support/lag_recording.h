@@ -8,7 +8,7 @@
 #include "base/frame.h"
 #include "base/random.h"
 #include "support/lag_line.h"
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::test {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::machine {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::machine {
 namespace {

@@ -10,8 +10,8 @@
 #include <iterator>
 #include <string>
 
-#include "support/laser_world.h"
 #include "support/little_memory.h"
+#include "support/sweep_world.h"
 
 namespace trammel::machine {
 namespace {

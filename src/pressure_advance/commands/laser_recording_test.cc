@@ -10,7 +10,7 @@
 #include <string>
 
 #include "machine/video/video_cutter.h"
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::app {
 namespace {

@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::pressure_advance {
 namespace {

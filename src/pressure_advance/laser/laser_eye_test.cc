@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::pressure_advance {
 namespace {

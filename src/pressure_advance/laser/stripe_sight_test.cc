@@ -14,6 +14,7 @@
 
 #include "pressure_advance/laser/laser_eye.h"
 #include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::pressure_advance {
 namespace {

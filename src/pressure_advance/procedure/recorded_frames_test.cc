@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "pressure_advance/files/recording.h"
+#include "pressure_advance/procedure/recorded_frames.h"
 #include "support/laser_world.h"
+#include "support/sweep_world.h"
 
 namespace trammel::procedure {
 namespace {

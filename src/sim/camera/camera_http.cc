@@ -344,9 +344,7 @@ double MonotonicNow() {
 Result<std::unique_ptr<CameraHttp>> CameraHttp::Listen(int port, CameraHeaders headers,
                                                        OnSent on_sent) {
   auto server = std::make_unique<Server>(headers, std::move(on_sent));
-  if (const Result<void> started = server->Start(port); !started) {
-    return tl::unexpected<Error>(started.error());
-  }
+  TRY(server->Start(port));
   return server;
 }
 

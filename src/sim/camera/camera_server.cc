@@ -184,11 +184,9 @@ class Running final : public CameraServer {
     if (!options_.truth_file.empty()) {
       TRY(log_.WriteTo(options_.truth_file));
     }
-    auto http = CameraHttp::Listen(
+    http_ = TRY(CameraHttp::Listen(
         options_.port, options_.headers,
-        [this](const CameraPart& part, double sent_s) { Sent(part.frame, sent_s); });
-    if (!http) return tl::unexpected<Error>(http.error());
-    http_ = std::move(*http);
+        [this](const CameraPart& part, double sent_s) { Sent(part.frame, sent_s); }));
     thread_ = std::thread([this] { (void)NoteBug([this] { Run(); }); });
     return {};
   }
@@ -369,13 +367,9 @@ Result<void> CameraServerOptions::Validate() const {
 Result<std::unique_ptr<CameraServer>> CameraServer::Start(
     const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
     const Random& eye) {
-  if (const Result<void> valid = options.Validate(); !valid) {
-    return tl::unexpected<Error>(valid.error());
-  }
+  TRY(options.Validate());
   auto server = std::make_unique<Running>(options, std::move(machine), eye);
-  if (const Result<void> started = server->Start(); !started) {
-    return tl::unexpected<Error>(started.error());
-  }
+  TRY(server->Start());
   return server;
 }
 

@@ -18,7 +18,7 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "sim/camera/camera_test_client.h"
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::sim {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 
 namespace trammel::sim {
 namespace {

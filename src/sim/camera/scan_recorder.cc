@@ -23,15 +23,15 @@ using nlohmann::ordered_json;
 constexpr double kNominalPxPerMm = 41;  // what the user believes; the eye's own scale differs
 
 // A line in the eye's frame, where it runs along +x or -x.
-struct Stroke {
+struct PatternLine {
   double start_mm = 0;
   double direction = 1;  // of printing, along x
   double across_mm = 0;
   bool along_y = false;  // on the bed; the eye is then turned by a quarter
 };
 
-Stroke StrokeOf(const PlannedLine& line) {
-  Stroke stroke;
+PatternLine StrokeOf(const PlannedLine& line) {
+  PatternLine stroke;
   stroke.along_y =
       std::abs(line.end_y_mm - line.start_y_mm) > std::abs(line.end_x_mm - line.start_x_mm);
   const double end = stroke.along_y ? line.end_y_mm : line.end_x_mm;
@@ -72,7 +72,7 @@ Result<void> WriteJson(const std::filesystem::path& path, const ordered_json& va
 }
 
 // Sweeps one line into its video.
-Result<void> RecordLine(const Bed& bed, const Stroke& stroke, const LaserTraits& eye,
+Result<void> RecordLine(const Bed& bed, const PatternLine& stroke, const LaserTraits& eye,
                         const ScanOptions& options, const std::vector<double>& times_s,
                         LaserCamera& camera, Random& random, const std::filesystem::path& video) {
   const auto laser_at = [&](double time_s) {
@@ -175,7 +175,7 @@ Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condi
     Random line_random = random.Fork(1000 + index);
     const std::vector<double> times_s =
         CaptureTimes(frames, options.frames_per_s, eye.frame_jitter_s, line_random);
-    const Stroke stroke = StrokeOf(line);
+    const PatternLine stroke = StrokeOf(line);
     const std::string video = fmt::format("line{}.avi", index);
     TRY(RecordLine(stroke.along_y ? turned : bed, stroke, eye, options, times_s, camera,
                    line_random, folder / video));

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "sim/camera/jpeg.h"
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::sim {

@@ -3,11 +3,12 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
-#include "sim/klipper/command_line.h"
+#include "sim/gcode/command.h"
 #include "sim/klipper/machine.h"
 
 namespace trammel::sim {
@@ -16,17 +17,38 @@ namespace trammel::sim {
 inline constexpr std::array<const char*, 3> kToolOffsetNames = {"gcode_x_offset", "gcode_y_offset",
                                                                 "gcode_z_offset"};
 
+/// What a number must keep to.
+struct NumberRule {
+  std::optional<double> minimum;
+  std::optional<double> above;
+  std::optional<double> maximum;
+};
+
+/// A finite number of a long command or a parameter letter; absent where it is not given. The error
+/// is Klipper's: "Error on 'SET_PRESSURE_ADVANCE ADVANCE=-1': ADVANCE must have minimum of 0.0".
+[[nodiscard]] Result<std::optional<double>> FloatOf(const Command& line, const std::string& key,
+                                                    const NumberRule& rule = {});
+
+/// The same, required: "Error on '…': missing ADVANCE".
+[[nodiscard]] Result<double> RequiredFloat(const Command& line, const std::string& key,
+                                           const NumberRule& rule = {});
+
+[[nodiscard]] Result<std::string> RequiredText(const Command& line, const std::string& key);
+
+/// A number as Python prints it: 0.0, 1.5.
+[[nodiscard]] std::string PythonNumber(double value);
+
 /// What a command leaves to be done before the next line of its script.
 struct Outcome {
   Wait wait;                       ///< empty: nothing to wait for
   std::vector<std::string> lines;  ///< to be read next
 };
 
-using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
+using Handler = Result<Outcome> (*)(VirtualKlipper&, const Command&);
 
 /// Finds and runs a command. Unknown ones are told as a response and are no error. Errors are in
 /// Klipper's words.
-[[nodiscard]] Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line);
+[[nodiscard]] Result<Outcome> RunCommand(VirtualKlipper& machine, const Command& line);
 
 /// One table per family of commands.
 [[nodiscard]] const std::map<std::string, Handler>& MotionCommands();
@@ -44,7 +66,7 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
 
 /// Whether it is T0, T1, ... of a tool that the machine has.
 [[nodiscard]] bool IsToolChange(const VirtualKlipper& machine, const std::string& name);
-[[nodiscard]] Result<Outcome> ChangeTool(VirtualKlipper& machine, const CommandLine& line);
+[[nodiscard]] Result<Outcome> ChangeTool(VirtualKlipper& machine, const Command& line);
 
 /// Waits until everything queued has been made.
 [[nodiscard]] Outcome WaitForMoves(VirtualKlipper& machine);

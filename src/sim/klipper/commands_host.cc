@@ -5,13 +5,14 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "sim/klipper/commands.h"
 
 namespace trammel::sim {
 
 namespace {
 
-Result<Outcome> SetPinCommand(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SetPinCommand(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "PIN"));
   if (machine.pins.count(name) == 0) {
     return Fail(fmt::format("The value '{}' is not valid for PIN", name));
@@ -26,14 +27,14 @@ Result<Outcome> SetPinCommand(VirtualKlipper& machine, const CommandLine& line) 
   return Outcome{};
 }
 
-Result<Outcome> Display(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Display(VirtualKlipper& machine, const Command& line) {
   machine.display_message = line.name == "M117" ? line.rest : std::string();
   const auto found = line.parameters.find("MSG");
   if (found != line.parameters.end()) machine.display_message = found->second;
   return Outcome{};
 }
 
-Result<Outcome> Echo(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Echo(VirtualKlipper& machine, const Command& line) {
   if (line.name == "M118") {
     machine.Respond("echo: " + line.rest);
     return Outcome{};
@@ -57,24 +58,24 @@ Result<Outcome> Echo(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> TellStatus(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> TellStatus(VirtualKlipper& machine, const Command&) {
   if (machine.state() != KlippyState::kReady) return Fail(machine.state_message());
   machine.Inform("Klipper state: Ready");
   return Outcome{};
 }
 
-Result<Outcome> Firmware(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> Firmware(VirtualKlipper& machine, const Command&) {
   machine.Inform("FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-virtual");
   return Outcome{};
 }
 
-Result<Outcome> RestartCommand(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> RestartCommand(VirtualKlipper& machine, const Command&) {
   machine.Restart();
   return Outcome{};
 }
 
 // Only tools ever have something to save. What stands in an included file stays as it is there.
-Result<Outcome> SaveConfig(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> SaveConfig(VirtualKlipper& machine, const Command&) {
   if (!machine.save_config_pending) return Outcome{};
   for (const ToolConfig& tool : machine.tool_configs()) {
     const auto items = machine.pending_items.find(tool.name);
@@ -96,12 +97,12 @@ Result<Outcome> SaveConfig(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
-Result<Outcome> Stop(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> Stop(VirtualKlipper& machine, const Command&) {
   machine.Shutdown("Shutdown due to M112 command");
   return Outcome{};
 }
 
-Result<Outcome> DelayGcode(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> DelayGcode(VirtualKlipper& machine, const Command& line) {
   const auto id = TRY(RequiredText(line, "ID"));
   const std::string name = UpperCase(id);
   if (machine.config().delayed_gcode.count(name) == 0) {
@@ -113,7 +114,7 @@ Result<Outcome> DelayGcode(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> IdleTimeout(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> IdleTimeout(VirtualKlipper& machine, const Command& line) {
   const auto timeout = TRY(FloatOf(line, "TIMEOUT", {{}, 0, {}}));
   machine.idle_timeout_s = timeout.value_or(machine.config().idle_timeout_s);
   machine.Inform(fmt::format("idle_timeout: Timeout set to {:.2f} s", machine.idle_timeout_s));
@@ -131,7 +132,7 @@ std::vector<std::string> LinesOf(const std::string& text) {
   return lines;
 }
 
-Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> PrintFile(VirtualKlipper& machine, const Command& line) {
   if (machine.print.running) return Fail("SD busy");
   const auto name = TRY(RequiredText(line, "FILENAME"));
   const std::string file = !name.empty() && name.front() == '/' ? name.substr(1) : name;
@@ -151,13 +152,13 @@ Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> ResetFile(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> ResetFile(VirtualKlipper& machine, const Command&) {
   // From the console a print ends by that; the file itself could not go on.
   machine.print = {};
   return Outcome{};
 }
 
-Result<Outcome> Pause(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> Pause(VirtualKlipper& machine, const Command&) {
   if (machine.print.paused) {
     machine.Inform("Print already paused");
     return Outcome{};
@@ -173,7 +174,7 @@ Result<Outcome> Pause(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
-Result<Outcome> Resume(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> Resume(VirtualKlipper& machine, const Command&) {
   if (!machine.print.paused) {
     machine.Inform("Print is not paused, resume aborted");
     return Outcome{};
@@ -188,7 +189,7 @@ Result<Outcome> Resume(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{{}, {"RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=1 MOVE_SPEED=50"}};
 }
 
-Result<Outcome> Cancel(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> Cancel(VirtualKlipper& machine, const Command&) {
   if (!machine.print.loaded) machine.Inform("action:cancel");
   if (machine.print.loaded) machine.print.state = "cancelled";
   machine.print.loaded = machine.print.running = machine.print.paused = false;
@@ -197,7 +198,7 @@ Result<Outcome> Cancel(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
-Result<Outcome> StartSd(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> StartSd(VirtualKlipper& machine, const Command&) {
   if (machine.print.running) return Fail("SD busy");
   if (machine.print.loaded) {
     machine.print.running = true;
@@ -207,12 +208,12 @@ Result<Outcome> StartSd(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
-Result<Outcome> ForgetPause(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> ForgetPause(VirtualKlipper& machine, const Command&) {
   machine.print.paused = false;
   return Outcome{};
 }
 
-Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
+Result<Outcome> Nothing(VirtualKlipper&, const Command&) { return Outcome{}; }
 
 Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) {
   const auto text = [&](const std::string& name) -> std::string {
@@ -226,8 +227,7 @@ Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) 
 }
 
 // What stands for "{NAME|default|factor}", without the braces.
-std::string Placed(const VirtualKlipper& machine, const CommandLine& line,
-                   const std::string& place) {
+std::string Placed(const VirtualKlipper& machine, const Command& line, const std::string& place) {
   if (place == "rawparams") return line.rest;
   if (place == "print_time") return fmt::format("{:.6f}", machine.motion().print_time_s());
   const std::size_t bar = place.find('|');
@@ -241,7 +241,7 @@ std::string Placed(const VirtualKlipper& machine, const CommandLine& line,
 }
 
 std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroConfig& macro,
-                                   const CommandLine& line) {
+                                   const Command& line) {
   std::vector<std::string> lines;
   for (const std::string& text : macro.lines) {
     std::string& filled = lines.emplace_back();
@@ -258,7 +258,7 @@ std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroCon
 }
 
 // @returns whether the macro's lines are to be run.
-Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const CommandLine& line) {
+Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const Command& line) {
   if (rule == OwnerRule::kNone) return true;
   std::string& owner = machine.kept["_TRAMMEL_RUN"]["owner"];
   const auto found = line.parameters.find("OWNER");
@@ -277,8 +277,7 @@ Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const CommandLin
 }
 
 // A macro's lines, after its call of a client.
-Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
-                         const CommandLine& line) {
+Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro, const Command& line) {
   if (macro.guard) {
     TRY(CheckGuard(machine, *macro.guard));
   }
@@ -354,7 +353,7 @@ std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKl
   return tables;
 }
 
-Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> RunCommand(VirtualKlipper& machine, const Command& line) {
   static constexpr std::array<const char*, 4> kAlways = {"M112", "RESTART", "FIRMWARE_RESTART",
                                                          "STATUS"};
   const bool always = std::find(kAlways.begin(), kAlways.end(), line.name) != kAlways.end();
@@ -378,7 +377,7 @@ Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
 namespace {
 
 // Texts alone: a Python literal in quotes.
-Result<Outcome> SetVariable(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SetVariable(VirtualKlipper& machine, const Command& line) {
   const auto macro = TRY(RequiredText(line, "MACRO"));
   const auto name = TRY(RequiredText(line, "VARIABLE"));
   const auto value = TRY(RequiredText(line, "VALUE"));
@@ -398,7 +397,7 @@ Result<Outcome> SetVariable(VirtualKlipper& machine, const CommandLine& line) {
 
 // Klipper catches neither what is no literal nor the configuration reader's wrath about a `%`: both
 // shut it down.
-Result<Outcome> SaveVariable(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SaveVariable(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "VARIABLE"));
   const auto value = TRY(RequiredText(line, "VALUE"));
   const bool capital =

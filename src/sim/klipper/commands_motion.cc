@@ -135,7 +135,7 @@ Result<Outcome> MoveTo(VirtualKlipper& machine, const std::array<double, 4>& to_
 
 namespace {
 
-Result<Outcome> Move_(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Move_(VirtualKlipper& machine, const Command& line) {
   GcodeState& state = machine.gcode;
   for (std::size_t axis = 0; axis < 4; ++axis) {
     const auto found = line.parameters.find(axis == 3 ? "E" : kAxes[axis]);
@@ -204,7 +204,7 @@ struct Homing {
   }
 };
 
-Result<Outcome> Home(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Home(VirtualKlipper& machine, const Command& line) {
   Homing homing;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (line.has(kAxes[axis])) homing.axes.push_back(axis);
@@ -215,15 +215,15 @@ Result<Outcome> Home(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{homing, {}};
 }
 
-Result<Outcome> Wait_(VirtualKlipper& machine, const CommandLine&) { return WaitForMoves(machine); }
+Result<Outcome> Wait_(VirtualKlipper& machine, const Command&) { return WaitForMoves(machine); }
 
-Result<Outcome> Dwell(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Dwell(VirtualKlipper& machine, const Command& line) {
   const auto delay = TRY(FloatOf(line, "P", {0, {}, {}}));
   machine.motion().Dwell(delay.value_or(0) / 1000, machine.print_now_s());
   return WaitForRoom();
 }
 
-Result<Outcome> MotorsOff(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> MotorsOff(VirtualKlipper& machine, const Command&) {
   Outcome outcome = WaitForMoves(machine);
   const Wait wait = outcome.wait;
   outcome.wait = [wait](VirtualKlipper& m) -> Result<bool> {

@@ -151,35 +151,31 @@ struct Probing {
   }
 };
 
-Result<Probing> ReadProbing(const VirtualKlipper& machine, const CommandLine& line,
-                            int usual_samples) {
+Result<Probing> ReadProbing(const VirtualKlipper& machine, const Command& line, int usual_samples) {
   constexpr double kMostSamples = 1000;
   const LoadCellConfig& config = *machine.config().load_cell;
   Probing probing;
   probing.motion = config.motion;
   probing.pulls_back = config.pulls_back;
-  const auto speed = FloatOf(line, "PROBE_SPEED", {{}, 0, 50});
-  const auto lift = FloatOf(line, "LIFT_SPEED", {{}, 0, {}});
-  const auto samples = FloatOf(line, "SAMPLES", {1, {}, kMostSamples});
-  const auto retract = FloatOf(line, "SAMPLE_RETRACT_DIST", {{}, 0, {}});
-  for (const auto* given : {&speed, &lift, &samples, &retract}) {
-    if (!*given) return tl::unexpected(given->error());
-  }
-  probing.motion.approach_speed_mm_s = speed->value_or(config.motion.approach_speed_mm_s);
-  probing.lift_speed_mm_s = lift->value_or(config.lift_speed_mm_s);
-  probing.samples = static_cast<int>(samples->value_or(usual_samples));
-  probing.retract_mm = retract->value_or(config.retract_mm);
+  const auto speed = TRY(FloatOf(line, "PROBE_SPEED", {{}, 0, 50}));
+  const auto lift = TRY(FloatOf(line, "LIFT_SPEED", {{}, 0, {}}));
+  const auto samples = TRY(FloatOf(line, "SAMPLES", {1, {}, kMostSamples}));
+  const auto retract = TRY(FloatOf(line, "SAMPLE_RETRACT_DIST", {{}, 0, {}}));
+  probing.motion.approach_speed_mm_s = speed.value_or(config.motion.approach_speed_mm_s);
+  probing.lift_speed_mm_s = lift.value_or(config.lift_speed_mm_s);
+  probing.samples = static_cast<int>(samples.value_or(usual_samples));
+  probing.retract_mm = retract.value_or(config.retract_mm);
   if (!machine.homed[2]) return Fail("Must home before probe");
   return probing;
 }
 
-Result<Outcome> Probe(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Probe(VirtualKlipper& machine, const Command& line) {
   Probing probing = TRY(ReadProbing(machine, line, 1));
   probing.Rest(machine, Probing::Stage::kArrive);
   return Outcome{probing, {}};
 }
 
-Result<Outcome> ProbeAccuracy(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ProbeAccuracy(VirtualKlipper& machine, const Command& line) {
   constexpr int kUsualSamples = 10;
   Probing probing = TRY(ReadProbing(machine, line, kUsualSamples));
   probing.accuracy = true;
@@ -203,7 +199,7 @@ const std::map<std::string, Handler>& ProbeCommands() {
 namespace {
 
 /// Python raises where Klipper's author did not expect it: Klipper stops.
-tl::unexpected<Error> InternalError(VirtualKlipper& machine, const CommandLine& line) {
+tl::unexpected<Error> InternalError(VirtualKlipper& machine, const Command& line) {
   const std::string what = fmt::format("Internal error on command:\"{}\"", line.name);
   machine.Shutdown(what);
   return tl::unexpected(Error{ErrorKind::kInput, what});
@@ -218,7 +214,7 @@ const ToolConfig* ConfigOf(const VirtualKlipper& machine, int number) {
 
 /// The tool that T or TOOL names; no tool is ever selected here. The words are the real ones,
 /// whatever the command.
-Result<int> ToolOf(const VirtualKlipper& machine, const CommandLine& line) {
+Result<int> ToolOf(const VirtualKlipper& machine, const Command& line) {
   if (const auto name = line.parameters.find("TOOL"); name != line.parameters.end()) {
     for (const ToolConfig& tool : machine.config().tools) {
       if (tool.name == name->second) return tool.number;
@@ -262,7 +258,7 @@ void ApplyParameter(VirtualKlipper& machine, int tool, const std::string& name,
   }
 }
 
-Result<Outcome> SetParameter(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SetParameter(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   const auto name = TRY(RequiredText(line, "PARAMETER"));
   const auto value = TRY(RequiredText(line, "VALUE"));
@@ -279,7 +275,7 @@ Result<Outcome> SetParameter(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> ResetParameter(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ResetParameter(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   const auto name = TRY(RequiredText(line, "PARAMETER"));
   ToolState& state = machine.tools[tool];
@@ -290,7 +286,7 @@ Result<Outcome> ResetParameter(VirtualKlipper& machine, const CommandLine& line)
   return Outcome{};
 }
 
-Result<Outcome> SaveParameter(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SaveParameter(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   const auto name = TRY(RequiredText(line, "PARAMETER"));
   const ToolState& state = machine.tools[tool];
@@ -326,7 +322,7 @@ Result<Outcome> Select(VirtualKlipper& machine, int number) {
       {fmt::format("SET_GCODE_OFFSET X={} Y={} Z={}", offset_mm[0], offset_mm[1], offset_mm[2])}};
 }
 
-Result<Outcome> SelectTool(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SelectTool(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   return Select(machine, tool);
 }
@@ -340,7 +336,7 @@ bool IsToolChange(const VirtualKlipper& machine, const std::string& name) {
   });
 }
 
-Result<Outcome> ChangeTool(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ChangeTool(VirtualKlipper& machine, const Command& line) {
   return Select(machine, static_cast<int>(ToNumber(line.name.substr(1)).value_or(-1)));
 }
 

@@ -12,19 +12,19 @@ namespace {
 
 constexpr std::array<const char*, 4> kAxes = {"X", "Y", "Z", "E"};
 
-Result<Outcome> Positioning(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Positioning(VirtualKlipper& machine, const Command& line) {
   machine.gcode.absolute = line.name == "G90";
   machine.Record("absolute_coordinates", machine.gcode.absolute ? 1 : 0);
   return Outcome{};
 }
 
-Result<Outcome> ExtruderPositioning(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ExtruderPositioning(VirtualKlipper& machine, const Command& line) {
   machine.gcode.absolute_extrude = line.name == "M82";
   machine.Record("absolute_extrude", machine.gcode.absolute_extrude ? 1 : 0);
   return Outcome{};
 }
 
-Result<Outcome> SetOrigin(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SetOrigin(VirtualKlipper& machine, const Command& line) {
   GcodeState& state = machine.gcode;
   bool any = false;
   for (std::size_t axis = 0; axis < 4; ++axis) {
@@ -38,14 +38,14 @@ Result<Outcome> SetOrigin(VirtualKlipper& machine, const CommandLine& line) {
   return Outcome{};
 }
 
-Result<Outcome> SpeedFactor(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SpeedFactor(VirtualKlipper& machine, const Command& line) {
   const auto percent = TRY(FloatOf(line, "S", {{}, 0, {}}));
   machine.gcode.speed_factor = percent.value_or(100) / 100;
   machine.Record("speed_factor", machine.gcode.speed_factor);
   return Outcome{};
 }
 
-Result<Outcome> ExtrudeFactor(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ExtrudeFactor(VirtualKlipper& machine, const Command& line) {
   const auto percent = TRY(FloatOf(line, "S", {{}, 0, {}}));
   GcodeState& state = machine.gcode;
   const double e_value = (state.last_mm[3] - state.base_mm[3]) / state.extrude_factor;
@@ -55,16 +55,14 @@ Result<Outcome> ExtrudeFactor(VirtualKlipper& machine, const CommandLine& line) 
   return Outcome{};
 }
 
-Result<Outcome> GcodeOffset(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> GcodeOffset(VirtualKlipper& machine, const Command& line) {
   GcodeState& state = machine.gcode;
   std::array<double, 4> moved = state.last_mm;
   for (std::size_t axis = 0; axis < 4; ++axis) {
-    const auto offset = FloatOf(line, kAxes[axis]);
-    const auto adjust = FloatOf(line, std::string(kAxes[axis]) + "_ADJUST");
-    if (!offset) return tl::unexpected(offset.error());
-    if (!adjust) return tl::unexpected(adjust.error());
-    if (!*offset && !*adjust) continue;
-    const double goal = *offset ? **offset : state.homing_mm[axis] + **adjust;
+    const auto offset = TRY(FloatOf(line, kAxes[axis]));
+    const auto adjust = TRY(FloatOf(line, std::string(kAxes[axis]) + "_ADJUST"));
+    if (!offset && !adjust) continue;
+    const double goal = offset ? *offset : state.homing_mm[axis] + *adjust;
     const double delta = goal - state.homing_mm[axis];
     moved[axis] += delta;
     state.base_mm[axis] += delta;
@@ -78,19 +76,19 @@ Result<Outcome> GcodeOffset(VirtualKlipper& machine, const CommandLine& line) {
   return MoveTo(machine, moved, speed.value_or(state.speed_mm_s));
 }
 
-std::string StateName(const CommandLine& line) {
+std::string StateName(const Command& line) {
   const auto found = line.parameters.find("NAME");
   return found == line.parameters.end() ? "default" : found->second;
 }
 
-Result<Outcome> SaveState(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SaveState(VirtualKlipper& machine, const Command& line) {
   constexpr std::size_t kMostStates = 1000;
   if (machine.saved.size() >= kMostStates) return Fail("Too many saved g-code states");
   machine.saved[StateName(line)] = machine.gcode;
   return Outcome{};
 }
 
-Result<Outcome> RestoreState(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> RestoreState(VirtualKlipper& machine, const Command& line) {
   const auto found = machine.saved.find(StateName(line));
   if (found == machine.saved.end()) {
     return Fail("Unknown g-code state: " + StateName(line));
@@ -113,7 +111,7 @@ Result<Outcome> RestoreState(VirtualKlipper& machine, const CommandLine& line) {
   return MoveTo(machine, state.last_mm, speed.value_or(state.speed_mm_s));
 }
 
-Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> VelocityLimit(VirtualKlipper& machine, const Command& line) {
   struct Limit {
     const char* key;
     const char* name;
@@ -160,7 +158,7 @@ Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) 
   return Outcome{};
 }
 
-Result<Outcome> Acceleration(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Acceleration(VirtualKlipper& machine, const Command& line) {
   std::array<std::optional<double>, 3> values;
   const std::array<const char*, 3> keys = {"S", "P", "T"};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -177,7 +175,7 @@ Result<Outcome> Acceleration(VirtualKlipper& machine, const CommandLine& line) {
 }
 
 // The section that EXTRUDER names; without one the active extruder's.
-Result<std::string> MotorOf(const VirtualKlipper& machine, const CommandLine& line) {
+Result<std::string> MotorOf(const VirtualKlipper& machine, const Command& line) {
   const auto named = line.parameters.find("EXTRUDER");
   if (named == line.parameters.end()) return machine.active_extruder;
   for (const char* kind : {"", "extruder_stepper "}) {
@@ -186,7 +184,7 @@ Result<std::string> MotorOf(const VirtualKlipper& machine, const CommandLine& li
   return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", named->second));
 }
 
-Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> PressureAdvance(VirtualKlipper& machine, const Command& line) {
   const auto section = TRY(MotorOf(machine, line));
   const auto advance = TRY(FloatOf(line, "ADVANCE", {0, {}, {}}));
   const auto smooth = TRY(FloatOf(line, "SMOOTH_TIME", {0, {}, 0.2}));
@@ -199,7 +197,7 @@ Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line
   return Outcome{};
 }
 
-Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const Command& line) {
   const auto section = TRY(MotorOf(machine, line));
   const auto queue = line.parameters.find("MOTION_QUEUE");
   if (queue == line.parameters.end()) {
@@ -212,7 +210,7 @@ Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const CommandLine& l
   return Outcome{};
 }
 
-Result<Outcome> TellPosition(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> TellPosition(VirtualKlipper& machine, const Command&) {
   const GcodeState& state = machine.gcode;
   machine.Respond(
       fmt::format("X:{:.3f} Y:{:.3f} Z:{:.3f} E:{:.3f}", state.last_mm[0] - state.base_mm[0],
@@ -221,11 +219,11 @@ Result<Outcome> TellPosition(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
-Result<Outcome> Inches(VirtualKlipper&, const CommandLine&) {
+Result<Outcome> Inches(VirtualKlipper&, const Command&) {
   return Fail("Machine does not support G20 (inches) command");
 }
 
-Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
+Result<Outcome> Nothing(VirtualKlipper&, const Command&) { return Outcome{}; }
 
 }  // namespace
 
@@ -289,7 +287,7 @@ Result<Outcome> Heat(VirtualKlipper& machine, Heater& heater, double target_c, b
   return Outcome{Reporting([&heater](const VirtualKlipper&) { return !Busy(heater); }), {}};
 }
 
-Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> HeatByLetter(VirtualKlipper& machine, const Command& line) {
   const auto target = TRY(FloatOf(line, "S"));
   const bool nozzle = line.name == "M104" || line.name == "M109";
   const bool wait = line.name == "M109" || line.name == "M190";
@@ -302,7 +300,7 @@ Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
   return Heat(machine, *heater, target.value_or(0), wait);
 }
 
-Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> SetHeater(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "HEATER"));
   Heater* heater = machine.FindHeater(name);
   if (heater == nullptr) return Fail(fmt::format("The value '{}' is not valid for HEATER", name));
@@ -310,12 +308,12 @@ Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
   return Heat(machine, *heater, target.value_or(0), false);
 }
 
-Result<Outcome> HeatersOff(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> HeatersOff(VirtualKlipper& machine, const Command&) {
   for (Heater* heater : machine.Heaters()) machine.SetHeaterTarget(*heater, 0);
   return Outcome{};
 }
 
-Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "SENSOR"));
   const Heater* heater = machine.FindHeater(name);
   if (heater == nullptr) return Fail(fmt::format("Unknown sensor '{}'", name));
@@ -332,7 +330,7 @@ Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& l
                  {}};
 }
 
-Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "EXTRUDER"));
   const Heater* heater = machine.FindHeater(name);
   if (heater == nullptr || heater == &machine.bed) {
@@ -342,12 +340,12 @@ Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const CommandLine& lin
   return Outcome{};
 }
 
-Result<Outcome> TellTemperatures(VirtualKlipper& machine, const CommandLine&) {
+Result<Outcome> TellTemperatures(VirtualKlipper& machine, const Command&) {
   machine.Respond(Report(machine));
   return Outcome{};
 }
 
-Result<Outcome> Fan(VirtualKlipper& machine, const CommandLine& line) {
+Result<Outcome> Fan(VirtualKlipper& machine, const Command& line) {
   const auto speed = TRY(FloatOf(line, "S", {0, {}, {}}));
   machine.fan_speed = line.name == "M107" ? 0 : std::min(1.0, speed.value_or(255) / 255);
   return Outcome{};

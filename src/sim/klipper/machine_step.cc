@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/klipper/command_line.h"
+#include "sim/gcode/command.h"
 #include "sim/klipper/commands.h"
 #include "sim/klipper/machine.h"
 
@@ -198,7 +198,7 @@ bool VirtualKlipper::StepScript() {
 }
 
 Result<void> VirtualKlipper::RunLine(const std::string& text) {
-  const CommandLine line = ParseCommandLine(text);
+  const Command line = ParseCommand(text, 0, Letters::kRuns);
   if (line.name.empty()) return {};
   history_.lines.push_back({now_s_, line.text});
   Outcome outcome = TRY(RunCommand(*this, line));

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "base/text.h"
-#include "sim/klipper/command_line.h"
+#include "sim/gcode/command.h"
 #include "sim/klipper/commands.h"
 
 namespace trammel::sim {

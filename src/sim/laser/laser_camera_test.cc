@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/camera/jpeg.h"
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 
 namespace trammel::sim {
 namespace {

@@ -300,9 +300,8 @@ Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random rand
         "a photo of {} x {} px: each side must be 64 ... 20000 and all at most 100 million",
         traits.width_px, traits.height_px));
   }
-  const Result<BedRegion> print = PrintedRegion(bed);
-  if (!print) return tl::unexpected<Error>(print.error());
-  const Scene scene(bed, *print, traits, random);
+  const BedRegion print = TRY(PrintedRegion(bed));
+  const Scene scene(bed, print, traits, random);
   cv::Mat light(traits.height_px, traits.width_px, CV_32FC3);
   for (int y = 0; y < traits.height_px; ++y) {
     auto* out = light.ptr<float>(y);

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "sim/laser/eye_test_support.h"
+#include "sim/laser/laser_test_support.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::sim {

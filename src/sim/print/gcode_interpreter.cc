@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "sim/print/gcode_words.h"
+#include "sim/gcode/command.h"
 
 namespace trammel::sim {
 namespace {
@@ -61,17 +61,20 @@ class Interpreter {
   Result<void> Linear(const Command& command);
   Result<void> GoTo(const Axes& target, int line);
   Result<void> Dwell(const Command& command);
-  void Home(const Command& command);
+  Result<void> Home(const Command& command);
+  Result<void> SetMode(const Command& command);
+  Result<void> Stop(const Command& command);
+  Result<void> SetFactor(const Command& command);
   Result<void> SetPosition(const Command& command);
   Result<void> SetOffset(const Command& command);
   Result<void> SetAcceleration(const Command& command);
   Result<void> SetVelocityLimit(const Command& command);
-  Result<void> SetPressureAdvance(const Command& command, const std::string& key, bool smoothed);
-  Result<void> SetTemperature(const Command& command, const std::string& key);
+  Result<void> SetPressureAdvance(const Command& command);
+  Result<void> SetTemperature(const Command& command);
   Result<void> SaveState(const Command& command);
   Result<void> RestoreState(const Command& command);
-  Result<bool> RunModal(const Command& command);
-  Result<bool> RunSetting(const Command& command);
+  using Handler = Result<void> (Interpreter::*)(const Command&);
+  static const std::map<std::string, Handler>& Handlers();
 
   Program program_;
   State state_;
@@ -83,14 +86,9 @@ class Interpreter {
 
 Result<bool> Interpreter::Read(const Command& command, const std::string& key, const Bound& bound,
                                double& target, double factor) {
-  const auto number = NumberOf(command, key, bound);
-  if (!number) {
-    return tl::unexpected(number.error());
-  }
-  if (number->has_value()) {
-    target = **number * factor;
-  }
-  return number->has_value();
+  const auto number = TRY(NumberOf(command, key, bound));
+  if (number) target = *number * factor;
+  return number.has_value();
 }
 
 Result<void> Interpreter::GoTo(const Axes& target, int line) {
@@ -151,7 +149,7 @@ Result<void> Interpreter::Dwell(const Command& command) {
   return {};
 }
 
-void Interpreter::Home(const Command& command) {
+Result<void> Interpreter::Home(const Command& command) {
   static constexpr const char* kKeys[] = {"X", "Y", "Z"};
   const bool all = !command.has("X") && !command.has("Y") && !command.has("Z");
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -161,6 +159,28 @@ void Interpreter::Home(const Command& command) {
     }
   }
   next_.stop_before = true;
+  return {};
+}
+
+Result<void> Interpreter::SetMode(const Command& command) {
+  const std::string& name = command.name;
+  if (name == "G90" || name == "G91") {
+    state_.absolute = name == "G90";
+  } else {
+    state_.absolute_filament = name == "M82";
+  }
+  return {};
+}
+
+Result<void> Interpreter::Stop(const Command& /*command*/) {
+  next_.stop_before = true;
+  return {};
+}
+
+Result<void> Interpreter::SetFactor(const Command& command) {
+  double& factor = command.name == "M220" ? state_.speed_factor : state_.extrude_factor;
+  TRY(Read(command, "S", kPercent, factor, 0.01));
+  return {};
 }
 
 Result<void> Interpreter::SetPosition(const Command& command) {
@@ -209,24 +229,24 @@ Result<void> Interpreter::SetAcceleration(const Command& command) {
 }
 
 Result<void> Interpreter::SetVelocityLimit(const Command& command) {
-  auto done = Read(command, "VELOCITY", kVelocityMmS, max_velocity_mm_s_);
-  if (done) done = Read(command, "ACCEL", kAccelerationMmS2, next_.acceleration_mm_s2);
-  if (done) done = Read(command, "SQUARE_CORNER_VELOCITY", kCornerMmS, next_.corner_velocity_mm_s);
+  TRY(Read(command, "VELOCITY", kVelocityMmS, max_velocity_mm_s_));
+  TRY(Read(command, "ACCEL", kAccelerationMmS2, next_.acceleration_mm_s2));
+  TRY(Read(command, "SQUARE_CORNER_VELOCITY", kCornerMmS, next_.corner_velocity_mm_s));
   double accel_to_decel = 0;
-  if (done) done = Read(command, "ACCEL_TO_DECEL", kAccelerationMmS2, accel_to_decel);
-  if (done && *done) {
+  if (TRY(Read(command, "ACCEL_TO_DECEL", kAccelerationMmS2, accel_to_decel))) {
     next_.minimum_cruise_ratio =
         std::clamp(1 - accel_to_decel / next_.acceleration_mm_s2, kRatio.lo, kRatio.hi);
   }
-  if (done) done = Read(command, "MINIMUM_CRUISE_RATIO", kRatio, next_.minimum_cruise_ratio);
-  if (!done) return tl::unexpected(done.error());
+  TRY(Read(command, "MINIMUM_CRUISE_RATIO", kRatio, next_.minimum_cruise_ratio));
   return {};
 }
 
-Result<void> Interpreter::SetPressureAdvance(const Command& command, const std::string& key,
-                                             bool smoothed) {
+// Klipper's SET_PRESSURE_ADVANCE ADVANCE; Marlin's M900 K and RepRapFirmware's M572 S do not
+// smooth.
+Result<void> Interpreter::SetPressureAdvance(const Command& command) {
+  const char* key = command.name == "M900" ? "K" : command.name == "M572" ? "S" : "ADVANCE";
   TRY(Read(command, key, kPressureAdvanceS, next_.pressure_advance_s));
-  if (smoothed) {
+  if (command.name == "SET_PRESSURE_ADVANCE") {
     TRY(Read(command, "SMOOTH_TIME", kSmoothTimeS, next_.smooth_time_s));
   } else {
     next_.smooth_time_s = 0;
@@ -235,11 +255,11 @@ Result<void> Interpreter::SetPressureAdvance(const Command& command, const std::
   return {};
 }
 
-Result<void> Interpreter::SetTemperature(const Command& command, const std::string& key) {
+Result<void> Interpreter::SetTemperature(const Command& command) {
+  const bool heater = command.name == "SET_HEATER_TEMPERATURE";
   double target_c = 0;
-  TRY(Read(command, key, kTemperatureC, target_c));
-  if (command.name == "M104" || command.name == "M109" ||
-      command.name == "SET_HEATER_TEMPERATURE") {
+  TRY(Read(command, heater ? "TARGET" : "S", kTemperatureC, target_c));
+  if (heater || command.name == "M104" || command.name == "M109") {
     program_.hottest_nozzle_c = std::max(program_.hottest_nozzle_c, target_c);
   }
   return {};
@@ -281,39 +301,40 @@ Result<void> Interpreter::RestoreState(const Command& command) {
   return went;
 }
 
-// Modes and moves. False: not one of these.
-Result<bool> Interpreter::RunModal(const Command& command) {
-  const std::string& name = command.name;
-  Result<void> done;
-  if (name == "G0" || name == "G1") {
-    done = Linear(command);
-  } else if (name == "G4") {
-    done = Dwell(command);
-  } else if (name == "G28") {
-    Home(command);
-  } else if (name == "G90" || name == "G91") {
-    state_.absolute = name == "G90";
-  } else if (name == "M82" || name == "M83") {
-    state_.absolute_filament = name == "M82";
-  } else if (name == "G92") {
-    done = SetPosition(command);
-  } else if (name == "M400") {
-    next_.stop_before = true;
-  } else if (name == "SAVE_GCODE_STATE" || name == "M120") {
-    done = SaveState(command);
-  } else if (name == "RESTORE_GCODE_STATE" || name == "M121") {
-    done = RestoreState(command);
-  } else if (name == "SET_GCODE_OFFSET") {
-    done = SetOffset(command);
-  } else {
-    return false;
-  }
-  if (!done) return tl::unexpected(done.error());
-  return true;
+const std::map<std::string, Interpreter::Handler>& Interpreter::Handlers() {
+  using I = Interpreter;
+  static const std::map<std::string, Handler> handlers = {
+      {"G0", &I::Linear},
+      {"G1", &I::Linear},
+      {"G4", &I::Dwell},
+      {"G28", &I::Home},
+      {"G90", &I::SetMode},
+      {"G91", &I::SetMode},
+      {"M82", &I::SetMode},
+      {"M83", &I::SetMode},
+      {"G92", &I::SetPosition},
+      {"M400", &I::Stop},
+      {"SAVE_GCODE_STATE", &I::SaveState},
+      {"M120", &I::SaveState},
+      {"RESTORE_GCODE_STATE", &I::RestoreState},
+      {"M121", &I::RestoreState},
+      {"SET_GCODE_OFFSET", &I::SetOffset},
+      {"SET_VELOCITY_LIMIT", &I::SetVelocityLimit},
+      {"M204", &I::SetAcceleration},
+      {"SET_PRESSURE_ADVANCE", &I::SetPressureAdvance},
+      {"M900", &I::SetPressureAdvance},
+      {"M572", &I::SetPressureAdvance},
+      {"M220", &I::SetFactor},
+      {"M221", &I::SetFactor},
+      {"M104", &I::SetTemperature},
+      {"M109", &I::SetTemperature},
+      {"M140", &I::SetTemperature},
+      {"M190", &I::SetTemperature},
+      {"SET_HEATER_TEMPERATURE", &I::SetTemperature}};
+  return handlers;
 }
 
-// Limits, pressure advance and temperatures. False: not one of these.
-Result<bool> Interpreter::RunSetting(const Command& command) {
+Result<void> Interpreter::Run(const Command& command) {
   static constexpr const char* kSilent[] = {"M106",
                                             "M107",
                                             "M84",
@@ -323,49 +344,15 @@ Result<bool> Interpreter::RunSetting(const Command& command) {
                                             "G21",
                                             "_TRAMMEL_KEEP_SETTINGS",
                                             "_TRAMMEL_BRING_BACK_SETTINGS"};
-  const std::string& name = command.name;
-  Result<void> done;
-  if (name == "SET_VELOCITY_LIMIT") {
-    done = SetVelocityLimit(command);
-  } else if (name == "M204") {
-    done = SetAcceleration(command);
-  } else if (name == "SET_PRESSURE_ADVANCE") {
-    done = SetPressureAdvance(command, "ADVANCE", true);
-  } else if (name == "M900") {
-    done = SetPressureAdvance(command, "K", false);
-  } else if (name == "M572") {
-    done = SetPressureAdvance(command, "S", false);
-  } else if (name == "M220" || name == "M221") {
-    double& factor = name == "M220" ? state_.speed_factor : state_.extrude_factor;
-    TRY(Read(command, "S", kPercent, factor, 0.01));
-  } else if (name == "M104" || name == "M109" || name == "M140" || name == "M190") {
-    done = SetTemperature(command, "S");
-  } else if (name == "SET_HEATER_TEMPERATURE") {
-    done = SetTemperature(command, "TARGET");
-  } else if (std::find(std::begin(kSilent), std::end(kSilent), name) == std::end(kSilent)) {
-    return false;
+  if (const auto handler = Handlers().find(command.name); handler != Handlers().end()) {
+    return (this->*handler->second)(command);
   }
-  if (!done) return tl::unexpected(done.error());
-  return true;
-}
-
-Result<void> Interpreter::Run(const Command& command) {
-  if (command.name.empty()) {
-    return {};
-  }
-  auto known = RunModal(command);
-  if (known && !*known) {
-    known = RunSetting(command);
-  }
-  if (!known) return tl::unexpected(known.error());
-  if (!*known) {
-    const std::string name = command.name.substr(0, 40);
-    if (program_.ignored.size() < kMostIgnoredNames || program_.ignored.count(name) > 0) {
-      ++program_.ignored[name];
-    } else {
-      ++program_.ignored["others"];
-    }
-  }
+  const bool silent =
+      std::find(std::begin(kSilent), std::end(kSilent), command.name) != std::end(kSilent);
+  if (command.name.empty() || silent) return {};
+  const std::string name = command.name.substr(0, 40);
+  const bool room = program_.ignored.size() < kMostIgnoredNames || program_.ignored.count(name) > 0;
+  ++program_.ignored[room ? name : "others"];
   return {};
 }
 

@@ -199,9 +199,7 @@ Result<std::string> ReadTextFile(const std::filesystem::path& path, std::uintmax
 }
 
 Result<Plan> ReadPlanFile(const std::filesystem::path& path) {
-  const Result<std::string> text = ReadTextFile(path, 10'000'000);
-  if (!text) return tl::unexpected<Error>(text.error());
-  Result<Plan> plan = ParsePlan(*text);
+  Result<Plan> plan = ParsePlan(TRY(ReadTextFile(path, 10'000'000)));
   if (!plan) return Fail(fmt::format("{}: {}", path.string(), plan.error().message));
   return plan;
 }

@@ -235,14 +235,11 @@ ExtruderOptions DrawExtruder(const PrinterTraits& traits, Random& random) {
 
 Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Random& random) {
   TRY(Validate(traits));
-  const auto program =
-      InterpretGcode(gcode, {traits.max_velocity_mm_s, traits.max_acceleration_mm_s2,
-                             traits.square_corner_velocity_mm_s, traits.minimum_cruise_ratio,
-                             traits.smooth_time_s});
-  if (!program) {
-    return tl::unexpected(program.error());
-  }
-  const std::vector<TimedMove> plan = PlanMotion(program->moves);
+  const Program program =
+      TRY(InterpretGcode(gcode, {traits.max_velocity_mm_s, traits.max_acceleration_mm_s2,
+                                 traits.square_corner_velocity_mm_s, traits.minimum_cruise_ratio,
+                                 traits.smooth_time_s}));
+  const std::vector<TimedMove> plan = PlanMotion(program.moves);
   const std::vector<Stroke> strokes = FindStrokes(plan);
   TRY(CheckExtent(plan, strokes));
   const LineFlows lines = FindLineFlows(plan, strokes);
@@ -259,7 +256,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
     print.bed.strands.push_back(std::move(strand));
   }
   print.truth.pressure_advance_s = IdealPressureAdvance(law, lines.slow_mm_s, lines.fast_mm_s);
-  print.notes = NotesOf(*program, lines, print.bed);
+  print.notes = NotesOf(program, lines, print.bed);
   return print;
 }
 

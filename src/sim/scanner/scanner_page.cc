@@ -137,11 +137,10 @@ Result<ScannedPage> ScanSheet(const PrintedSheet& sheet, const ScannerTraits& tr
   const auto scan = TRY(SheetScan::Lay(sheet, traits));
   ScannedPage page{scan.format(), {}};
   page.samples.reserve(page.format.row_bytes() * static_cast<std::size_t>(page.format.height_px));
-  const auto rendered = scan.Render(random, [&page](std::span<const std::uint8_t> row) {
+  TRY(scan.Render(random, [&page](std::span<const std::uint8_t> row) {
     page.samples.insert(page.samples.end(), row.begin(), row.end());
     return Result<void>{};
-  });
-  if (!rendered) return tl::unexpected(rendered.error());
+  }));
   return page;
 }
 

@@ -220,18 +220,15 @@ Result<void> Interpreter::Arc(const Command& command) {
     target[axis] =
         *number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis) : start[axis]);
   }
-  const auto filament = NumberOf(command, "E", {-1e6, 1e6});
-  const auto i = NumberOf(command, "I", kCentreMm);
-  const auto j = NumberOf(command, "J", kCentreMm);
-  for (const auto* number : {&filament, &i, &j}) {
-    if (!*number) return tl::unexpected(number->error());
-  }
-  if (filament->has_value()) {
-    target[3] = **filament * state_.extrude_factor +
+  const auto filament = TRY(NumberOf(command, "E", {-1e6, 1e6}));
+  const auto i = TRY(NumberOf(command, "I", kCentreMm));
+  const auto j = TRY(NumberOf(command, "J", kCentreMm));
+  if (filament) {
+    target[3] = *filament * state_.extrude_factor +
                 (state_.modes.absolute_filament ? state_.origin[3] : start[3]);
   }
-  const double centre_x = start[0] + i->value_or(0);
-  const double centre_y = start[1] + j->value_or(0);
+  const double centre_x = start[0] + i.value_or(0);
+  const double centre_y = start[1] + j.value_or(0);
   const double radius = std::hypot(start[0] - centre_x, start[1] - centre_y);
   const double end_radius = std::hypot(target[0] - centre_x, target[1] - centre_y);
   if (radius < kSmallestMm || std::abs(radius - end_radius) > kOffCircleMm) {

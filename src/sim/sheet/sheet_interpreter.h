@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "sim/print/gcode_words.h"
+#include "sim/gcode/command.h"
 #include "sim/sheet/sheet_gcode.h"
 #include "sim/sheet/sheet_tool_offsets.h"
 

@@ -1,0 +1,51 @@
+// One line of G-code taken apart: a command's name and its parameters.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace trammel::sim {
+
+/// A command such as {"G1", {{"X", "10"}}} or {"SET_VELOCITY_LIMIT", {{"ACCEL", "3000"}}}. Names
+/// and keys are upper case; values are as written.
+struct Command {
+  int line = 0;      ///< from 1
+  std::string text;  ///< as written, without comment and outer blanks
+  std::string name;  ///< empty on a line without a command
+  std::map<std::string, std::string> parameters;
+  std::string rest;   ///< everything after the name, as written
+  std::string fault;  ///< not empty: the parameters could not be read
+
+  [[nodiscard]] bool has(const std::string& key) const { return parameters.count(key) > 0; }
+};
+
+/// How the parameters of G and M commands are cut.
+enum class Letters {
+  kSingle,  ///< single letters with numbers, "G1X10Y20" and exponents included
+  kRuns,    ///< runs of letters are keys, as in Klipper: "YQ" is one key without a value
+};
+
+/// Drops comments, line numbers and checksums and splits the rest. Long commands take KEY=VALUE.
+/// Never fails: what cannot be read is in `fault`, or fails where it is used.
+[[nodiscard]] Command ParseCommand(std::string_view line, int line_number,
+                                   Letters letters = Letters::kSingle);
+
+/// Text as a finite number, a plus sign allowed; absent where it is none.
+[[nodiscard]] std::optional<double> ToNumber(std::string_view text);
+
+/// A closed range of allowed values.
+struct Bound {
+  double lo = 0;
+  double hi = 0;
+};
+
+/// The number of a parameter; absent where the command does not have it. Error (kInput): not a
+/// finite number or out of bounds, naming line, key, value and bound.
+[[nodiscard]] Result<std::optional<double>> NumberOf(const Command& command, const std::string& key,
+                                                     const Bound& bound);
+
+}  // namespace trammel::sim
