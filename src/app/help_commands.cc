@@ -59,12 +59,14 @@ void AddHelpCommands(CLI::App& cli) {
   CLI::App* completion =
       cli.add_subcommand("completion", "print a script that completes commands and options")
           ->require_subcommand(1);
-  completion->add_subcommand("bash", "for bash: source <(trammel completion bash)")
+  completion
+      ->add_subcommand("bash",
+                       fmt::format("for bash: source <({} completion bash)", cli.get_name()))
       ->callback([&cli] { fmt::print("{}", BashCompletion(cli)); });
-  completion->add_subcommand("zsh", "for zsh: a file _trammel of its fpath")->callback([&cli] {
-    fmt::print("{}", ZshCompletion(cli));
-  });
-  cli.add_subcommand("manual", "print the manual page: trammel manual | man -l -")
+  completion->add_subcommand("zsh", fmt::format("for zsh: a file _{} of its fpath", cli.get_name()))
+      ->callback([&cli] { fmt::print("{}", ZshCompletion(cli)); });
+  cli.add_subcommand("manual",
+                     fmt::format("print the manual page: {} manual | man -l -", cli.get_name()))
       ->callback([&cli] { fmt::print("{}", ManualPage(cli)); });
 }
 
