@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "app/commands.h"
-#include "app/shop/sim_serving.h"
 #include "base/bug_note.h"
 #include "base/check.h"
 namespace trammel::app {

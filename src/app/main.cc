@@ -7,16 +7,14 @@
 
 #include "app/config_command.h"
 #include "app/console.h"
-#include "app/guide.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
-#include "app/left_out.h"
 #include "app/printer_session.h"
 #include "app/program.h"
 #include "app/provenance.h"
 #include "app/serve_command.h"
-#include "app/shop/sim_commands.h"
 #include "app/slow_work.h"
+#include "sim/commands/commands.h"
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif

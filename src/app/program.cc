@@ -9,11 +9,10 @@
 
 #include "app/commands.h"
 #include "app/console.h"
-#include "app/picture_memory.h"
-#include "app/plain_help.h"
+#include "app/help_commands.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "app/usage_error.h"
+#include "app/slow_work.h"
 
 namespace trammel::app {
 namespace {

@@ -13,10 +13,8 @@
 
 #include "base/text.h"
 #include "base/url_secrets.h"
-#include "files/file_lock.h"
 #include "files/new_file.h"
 #include "machine/moonraker/link/address.h"
-#include "machine/moonraker/moonraker_address.h"
 #include "session/printer_settings.h"
 #include "session/run_journal.h"
 

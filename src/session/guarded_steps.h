@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/printer.h"
 #include "session/printer_state_guard.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/printer.h"
 #include "session/session.h"
 
 namespace trammel::procedure {

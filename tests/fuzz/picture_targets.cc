@@ -17,8 +17,8 @@
 #include "machine/video/video_file.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "pressure_advance/laser/deviation.h"
-#include "pressure_advance/laser/laser_crop.h"
 #include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/stripe_sight.h"
 #include "pressure_advance/recording/scan.h"
 #include "vision/laser_line.h"
 

@@ -5,18 +5,17 @@
 #include <string>
 
 #include "fuzz.h"
-#include "sim/camera/camera_headers.h"
+#include "sim/camera/camera_http.h"
 #include "sim/camera/machine_host.h"
-#include "sim/klipper/command_line.h"
+#include "sim/klipper/commands.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/moonraker/hub.h"
-#include "sim/moonraker/multipart.h"
 #include "sim/print/gcode_interpreter.h"
 #include "sim/print/planner.h"
+#include "sim/sheet/sheet_firmware.h"
 #include "sim/sheet/sheet_gcode.h"
-#include "sim/sheet/sheet_macros.h"
 #include "sim/spindle/mill.h"
 
 namespace trammel::fuzz {
@@ -74,20 +73,6 @@ FUZZ_TARGET(sim_klipper)(std::string_view text) {
   }
   const sim::HeadState head = klipper.TrueHead(now_s);
   (void)head;
-}
-
-// Bytes between the virtual printer and its camera.
-FUZZ_TARGET(sim_machine_wire)(std::string_view bytes) {
-  const auto question = sim::DecodeQuestion(bytes);
-  if (Good(question)) {
-    Require(sim::Encode(*question) == bytes, "a question has one form");
-  }
-  const auto world = sim::DecodeWorld(bytes);
-  if (Good(world)) Require(sim::Encode(*world) == bytes, "a world has one form");
-  const auto view = sim::DecodeView(bytes);
-  if (Good(view)) Require(Good(sim::DecodeView(sim::Encode(*view))), "a view too");
-  const auto bed = sim::DecodeBed(bytes);
-  if (Good(bed)) Require(Good(sim::DecodeBed(sim::Encode(*bed))), "and a bed");
 }
 
 // Requests to the virtual mill.

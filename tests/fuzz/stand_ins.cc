@@ -15,11 +15,9 @@
 #include "fuzz.h"
 #include "machine/moonraker/link/connection.h"
 #include "machine/moonraker/link/rpc.h"
-#include "machine/moonraker/message_log.h"
-#include "machine/moonraker/moonraker_connection.h"
 #include "machine/net/byte_stream.h"
 #include "machine/net/child_process.h"
-#include "machine/net/wait_fd.h"
+#include "machine/net/wait.h"
 #include "machine/page/pdf_module.h"
 
 namespace trammel::fuzz {

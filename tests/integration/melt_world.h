@@ -8,8 +8,6 @@
 #include "base/random.h"
 #include "melt_extruder.h"
 #include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/pattern/pattern_presets.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 
 namespace trammel::test {

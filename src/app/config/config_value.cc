@@ -11,10 +11,7 @@
 #include <utility>
 
 #include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/pattern/pattern_fields.h"
-#include "settings/scan_fields.h"
 #include "settings/scan_settings.h"
-#include "tool_offset/sheet/sheet_fields.h"
 #include "tool_offset/sheet/sheet_settings.h"
 
 namespace trammel::files {

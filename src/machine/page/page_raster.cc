@@ -6,7 +6,6 @@
 
 #include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
-#include "image/png_outline.h"
 #include "image/png_reader.h"
 #include "machine/page/page_decoders.h"
 

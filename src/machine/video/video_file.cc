@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/frame.h"
-#include "base/pixel_rects.h"
 #include "image/jpeg_outline.h"
 #include "image/jpeg_reader.h"
 #include "machine/camera/camera.h"

@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "geometry/euler.h"
 #include "geometry/linear_systems.h"

@@ -9,7 +9,7 @@
 #include <set>
 #include <utility>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 
 namespace trammel::part_alignment {
 using Eigen::Index;

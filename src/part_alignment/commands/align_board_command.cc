@@ -16,13 +16,11 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/new_folder.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
+#include "app/provenance.h"
 #include "app/secrets.h"
 #include "app/terminal_person.h"
-#include "app/today.h"
 #include "base/result.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
@@ -36,7 +34,6 @@
 #include "part_alignment/procedure/align_measure.h"
 #include "part_alignment/procedure/board_drive.h"
 #include "part_alignment/procedure/start_dialogue.h"
-#include "session/name_stop.h"
 #include "session/session.h"
 
 namespace trammel::app {

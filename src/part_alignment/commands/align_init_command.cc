@@ -17,13 +17,11 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
 #include "app/slow_work.h"
 #include "app/terminal_person.h"
-#include "app/today.h"
 #include "base/check.h"
 #include "base/json_text.h"
 #include "files/new_file.h"

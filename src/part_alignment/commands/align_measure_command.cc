@@ -22,13 +22,8 @@
 #include "part_alignment/commands/machine_options.h"
 #include "part_alignment/pose/disc_centres.h"
 #include "part_alignment/procedure/align_measure.h"
-#include "part_alignment/procedure/align_missing.h"
-#include "part_alignment/procedure/align_picture.h"
 #include "part_alignment/report/alignment_report.h"
-#include "part_alignment/report/alignment_text.h"
-#include "part_alignment/views/plan_room.h"
 #include "part_alignment/views/view_plan.h"
-#include "session/name_stop.h"
 #include "session/session.h"
 
 namespace trammel::app {

@@ -20,15 +20,13 @@
 
 #include "app/commands.h"
 #include "app/provenance.h"
-#include "app/today.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"
 #include "machine/camera/image_file.h"
 #include "measurement/outcome_file.h"
 #include "part_alignment/files/alignment_result.h"
-#include "part_alignment/pose/caveats.h"
-#include "part_alignment/pose/solution.h"
+#include "part_alignment/pose/solve.h"
 #include "part_alignment/report/alignment_page.h"
 #include "part_alignment/report/alignment_report.h"
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/output_files.h"
-#include "app/result_file.h"
 #include "base/measured.h"
 #include "base/result.h"
 #include "document/figure.h"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/next_step.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/provenance.h"

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "base/check.h"
 
 namespace trammel::app {

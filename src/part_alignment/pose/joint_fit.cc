@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/pose_fit.h"

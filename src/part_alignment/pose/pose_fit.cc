@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/check.h"
-#include "base/chi_square.h"
+#include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/observability.h"

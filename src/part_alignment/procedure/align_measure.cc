@@ -10,7 +10,7 @@
 #include "base/frame.h"
 #include "base/page.h"
 #include "machine/net/host_clock.h"
-#include "part_alignment/pose/solution.h"
+#include "part_alignment/pose/solve.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/target.h"
 

@@ -8,10 +8,9 @@
 #include <utility>
 
 #include "document/canvas.h"
-#include "document/html.h"
 #include "document/interval_text.h"
 #include "document/page.h"
-#include "document/scale_key.h"
+#include "document/plot.h"
 #include "part_alignment/correction/control_text.h"
 #include "part_alignment/report/alignment_report.h"
 

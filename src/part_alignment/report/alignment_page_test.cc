@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "document/parsers_test_support.h"
-#include "document/scale_key.h"
+#include "document/plot.h"
 
 namespace trammel::report {
 namespace {

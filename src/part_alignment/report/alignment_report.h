@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "document/interval_text.h"
-#include "part_alignment/pose/contributions.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "document/html.h"
-#include "document/json_number.h"
 #include <nlohmann/json.hpp>
+
+#include "document/json_number.h"
 #include "document/page.h"
 
 namespace trammel::report {

@@ -13,8 +13,7 @@
 #include "document/interval_text.h"
 #include "document/json_number.h"
 #include "document/plot.h"
-#include "document/scale_key.h"
-#include "part_alignment/camera/calibrate_uncertainty.h"
+#include "part_alignment/camera/calibration_record.h"
 #include "part_alignment/report/answer_page.h"
 
 namespace trammel::report {

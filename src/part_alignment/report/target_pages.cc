@@ -12,10 +12,8 @@
 
 #include "base/check.h"
 #include "document/cairo_handles.h"
-#include "document/svg_ids.h"
 #include "document/svg_writer.h"
 #include "part_alignment/targets/target.h"
-#include "part_alignment/targets/target_layout.h"
 
 namespace trammel::report {
 namespace {

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <set>
 
-#include "base/chi_square.h"
 #include "base/statistics.h"
 #include "part_alignment/survey/survey_discs.h"
 

@@ -13,7 +13,6 @@
 #include "geometry/decompositions.h"
 #include "part_alignment/pose/observability.h"
 #include "part_alignment/pose/view_advice.h"
-#include "part_alignment/views/plan_room.h"
 
 namespace trammel::part_alignment {
 namespace {

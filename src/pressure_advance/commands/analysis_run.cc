@@ -20,12 +20,9 @@
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/report/analysis_json.h"
-#include "pressure_advance/report/answer_rows.h"
 #include "pressure_advance/report/pressure_advance_report.h"
-#include "pressure_advance/response/analyse.h"
 #include "pressure_advance/response/response.h"
 #include "pressure_advance/timing/frame_stamps.h"
-#include "pressure_advance/timing/lateness.h"
 
 namespace trammel::app {
 

@@ -11,7 +11,7 @@
 #include "app/printer_session.h"
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
-#include "pressure_advance/files/pattern_prints.h"
+#include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "session/session.h"

@@ -10,7 +10,7 @@
 
 #include "files/json_object.h"
 #include "files/new_file.h"
-#include "measurement/json_lines.h"
+#include "measurement/applied.h"
 
 namespace trammel::files {
 namespace {

@@ -17,7 +17,7 @@
 #include "base/text.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
-#include "gcode/number.h"
+#include "gcode/dialect.h"
 
 namespace trammel::files {
 namespace {

@@ -11,10 +11,9 @@
 
 #include "base/check.h"
 #include "base/frame.h"
-#include "base/pixel_rects.h"
-#include "support/laser_world.h"
 #include "support/sweep_world.h"
 #include "support/temporary_folder.h"
+#include "sweep_world.h"
 
 namespace trammel::files {
 namespace {

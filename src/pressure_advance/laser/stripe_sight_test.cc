@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "pressure_advance/laser/laser_eye.h"
-#include "support/laser_world.h"
 #include "support/sweep_world.h"
+#include "sweep_world.h"
 
 namespace trammel::pressure_advance {
 namespace {

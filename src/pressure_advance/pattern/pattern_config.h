@@ -10,7 +10,6 @@
 
 #include "base/result.h"
 #include "gcode/dialect.h"
-#include "pressure_advance/profile/line_motion.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "settings/printer.h"
 #include "settings/scan_settings.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pressure_advance/pattern/pattern.h"
-#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
 
 namespace trammel::pressure_advance {
 

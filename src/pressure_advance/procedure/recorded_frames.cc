@@ -12,7 +12,6 @@
 
 #include "base/check.h"
 #include "base/frame.h"
-#include "base/pixel_rects.h"
 #include "machine/video/video_cutter.h"
 #include "machine/video/video_file.h"
 #include "pressure_advance/files/recording.h"

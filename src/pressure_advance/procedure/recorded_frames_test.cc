@@ -10,8 +10,8 @@
 
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/recorded_frames.h"
-#include "support/laser_world.h"
 #include "support/sweep_world.h"
+#include "sweep_world.h"
 
 namespace trammel::procedure {
 namespace {

@@ -15,10 +15,10 @@
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/scan_recording.h"
 #include "session/fake_printer.h"
-#include "support/laser_world.h"
 #include "support/sweep_world.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
+#include "sweep_world.h"
 
 namespace trammel::procedure {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "files/new_file.h"
 #include "machine/camera/camera.h"
-#include "vision/still_picture.h"
+#include "vision/frame_change.h"
 
 namespace trammel::procedure {
 namespace {

@@ -11,7 +11,6 @@
 #include "document/interval_text.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/setup/printed_mark.h"
-#include "pressure_advance/setup/setup_advice.h"
 #include "pressure_advance/setup/solve_setup.h"
 
 namespace trammel::report {

@@ -17,7 +17,6 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "files/json_object.h"
 #include "files/new_file.h"

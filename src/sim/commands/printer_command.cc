@@ -13,7 +13,6 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "sim/camera/camera_http.h"
 #include "sim/camera/camera_server.h"

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "sim/print/named_number.h"
 #include "sim/print/printer.h"

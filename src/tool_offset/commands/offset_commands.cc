@@ -12,9 +12,9 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/next_step.h"
-#include "app/number_range.h"
+#include "app/option_values.h"
 #include "app/output_files.h"
+#include "app/provenance.h"
 #include "files/new_file.h"
 #include "machine/scanner/scanner.h"
 #include "tool_offset/commands/offset_recording.h"

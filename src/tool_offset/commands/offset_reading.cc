@@ -9,12 +9,10 @@
 #include <system_error>
 #include <utility>
 
-#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "app/result_file.h"
 #include "app/slow_work.h"
 #include "files/whole_file.h"
 #include "machine/page/page_file.h"

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/chi_square.h"
 #include "base/measured.h"
 #include "base/statistics.h"
 #include "geometry/decompositions.h"

@@ -10,8 +10,6 @@
 #include <utility>
 
 #include "session/crash_recovery.h"
-#include "session/printer_turn.h"
-#include "tool_offset/procedure/scan_folder.h"
 #include "tool_offset/procedure/tool_offsets.h"
 
 namespace trammel::procedure {

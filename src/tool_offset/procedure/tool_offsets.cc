@@ -7,8 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "gcode/tool_commands.h"
-#include "session/idle.h"
+#include "gcode/dialect.h"
 #include "session/print_needs.h"
 #include "session/session.h"
 

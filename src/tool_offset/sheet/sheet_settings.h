@@ -10,7 +10,6 @@
 #include "base/result.h"
 #include "settings/printer.h"
 #include "settings/setting.h"
-#include "settings/setting_problem.h"
 
 namespace trammel::tool_offset {
 

@@ -5,8 +5,7 @@
 #include <algorithm>
 
 #include "base/check.h"
-#include "gcode/number.h"
-#include "gcode/tool_commands.h"
+#include "gcode/dialect.h"
 #include "settings/material.h"
 #include "tool_offset/sheet/sheet_bed.h"
 #include "tool_offset/sheet/sheet_settings.h"

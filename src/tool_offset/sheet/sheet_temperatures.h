@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "gcode/placeholders.h"
+#include "gcode/dialect.h"
 #include "settings/setting.h"
-#include "settings/setting_problem.h"
 #include "tool_offset/sheet/sheet_plan.h"
 #include "tool_offset/sheet/sheet_settings.h"
 

@@ -11,7 +11,6 @@
 
 #include "base/check.h"
 #include "gcode/dialect.h"
-#include "gcode/placeholders.h"
 #include "settings/material.h"
 #include "tool_offset/sheet/sheet_bed.h"
 #include "tool_offset/sheet/sheet_layout.h"
