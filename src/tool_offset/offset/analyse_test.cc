@@ -368,64 +368,63 @@ void ExpectRightOrCovered(const SheetResult& result, const SheetScene& scene) {
   }
 }
 
-// Where other ink hides most of a finger, one of its legs on the place of the other looks well.
-TEST(AnalyseSheet, TakesNoLegForTheOtherOfItsFinger) {
-  const SheetPlan plan = DefaultPlan(8);
-  const std::array<std::array<SheetPoint, 7>, 2> offsets{{
-      {{{-4.72, 2.97},
-        {9.18, 6.3},
-        {1.92, -1.63},
-        {0.52, 0.64},
-        {-3.63, 2.45},
-        {1.96, -1.91},
-        {3.43, -11.4}}},
-      {{{-9.63, -2.94},
-        {1.06, -1.44},
-        {-0.97, 10.82},
-        {0.64, -2.46},
-        {-11.88, -6.87},
-        {-5.63, -1.43},
-        {1.21, 0.49}}},
-  }};
-  for (const auto& of_tools : offsets) {
+/// Tools whose lines hide each other's.
+struct Crowd {
+  const char* why;
+  int tools;
+  std::map<int, SheetPoint> offset_mm;
+  std::vector<int> good = {};
+  std::vector<int> refused = {};  ///< by a reason that names T6 and T7
+};
+
+TEST(AnalyseSheet, TakesNoToolsLinesForAnothersWhereTheyHideEachOther) {
+  const std::vector<Crowd> crowds = {
+      {"one leg of a finger on the place of the other, most of it hidden",
+       8,
+       {{1, {-4.72, 2.97}},
+        {2, {9.18, 6.3}},
+        {3, {1.92, -1.63}},
+        {4, {0.52, 0.64}},
+        {5, {-3.63, 2.45}},
+        {6, {1.96, -1.91}},
+        {7, {3.43, -11.4}}}},
+      {"the same",
+       8,
+       {{1, {-9.63, -2.94}},
+        {2, {1.06, -1.44}},
+        {3, {-0.97, 10.82}},
+        {4, {0.64, -2.46}},
+        {5, {-11.88, -6.87}},
+        {6, {-5.63, -1.43}},
+        {7, {1.21, 0.49}}}},
+      {"half of T3's combs where T2's and T1's are, its own hidden by T2",
+       5,
+       {{2, {11.9, -9.6}}, {3, {0.1, 0.2}}},
+       {1, 4}},
+      {"the same", 5, {{2, {3.72, -0.2}}, {3, {4.96, -8.08}}}, {1, 4}},
+      {"the same", 5, {{2, {0.73, -1.91}}, {3, {-8.52, 3.32}}}, {1, 4}},
+      {"T6 and T7 a millimetre apart along u: each may have drawn either of two combs",
+       8,
+       {{6, {-7.7, 7.11}}, {7, {-3.66, -3.99}}},
+       {},
+       {6, 7}},
+  };
+  for (std::size_t i = 0; i < crowds.size(); ++i) {
+    const Crowd& crowd = crowds[i];
+    SCOPED_TRACE(fmt::format("{}: {}", i, crowd.why));
     SheetScene scene = QuickScene();
-    for (int tool = 1; tool < 8; ++tool) {
-      scene.offset_mm[tool] = of_tools[static_cast<std::size_t>(tool - 1)];
+    scene.offset_mm = crowd.offset_mm;
+    const SheetResult result = Read(DefaultPlan(crowd.tools), scene);
+    ASSERT_EQ(result.tools.size(), static_cast<std::size_t>(crowd.tools - 1));
+    ExpectRightOrCovered(result, scene);
+    const auto value_of = [&](int tool) {
+      return result.tools[static_cast<std::size_t>(tool - 1)].dx_mm;
+    };
+    for (const int tool : crowd.good) EXPECT_TRUE(value_of(tool).good()) << "T" << tool;
+    for (const int tool : crowd.refused) {
+      EXPECT_THAT(value_of(tool).reason(), testing::AllOf(HasSubstr("T6"), HasSubstr("T7")));
     }
-    const SheetResult result = Read(plan, scene);
-    ASSERT_EQ(result.tools.size(), 7U);
-    ExpectRightOrCovered(result, scene);
   }
-}
-
-// Half of T3's combs are in place where T2's and T1's are, and T2 hides its own.
-TEST(AnalyseSheet, TakesNoOtherToolsLinesForOnesThatATool15MillimetresOffHides) {
-  const SheetPlan plan = DefaultPlan(5);
-  SheetScene scene = QuickScene();
-  for (const auto& [t2, t3] : {std::pair{SheetPoint{11.9, -9.6}, SheetPoint{0.1, 0.2}},
-                               std::pair{SheetPoint{3.72, -0.2}, SheetPoint{4.96, -8.08}},
-                               std::pair{SheetPoint{0.73, -1.91}, SheetPoint{-8.52, 3.32}}}) {
-    scene.offset_mm[2] = t2;
-    scene.offset_mm[3] = t3;
-    const SheetResult result = Read(plan, scene);
-    ASSERT_EQ(result.tools.size(), 4U);
-    EXPECT_TRUE(result.tools[0].dx_mm.good());
-    EXPECT_TRUE(result.tools[3].dx_mm.good());
-    ExpectRightOrCovered(result, scene);
-  }
-}
-
-// One millimetre apart along u, T6 and T7 may each have drawn either of two combs.
-TEST(AnalyseSheet, NamesBothToolsThatPrintOverEachOther) {
-  const SheetPlan plan = DefaultPlan(8);
-  SheetScene scene = QuickScene();
-  scene.offset_mm[6] = {-7.7, 7.11};
-  scene.offset_mm[7] = {-3.66, -3.99};
-  const SheetResult result = Read(plan, scene);
-  ASSERT_EQ(result.tools.size(), 7U);
-  EXPECT_THAT(result.tools[5].dx_mm.reason(), testing::AllOf(HasSubstr("T6"), HasSubstr("T7")));
-  EXPECT_THAT(result.tools[6].dx_mm.reason(), testing::AllOf(HasSubstr("T6"), HasSubstr("T7")));
-  ExpectRightOrCovered(result, scene);
 }
 
 // T3 and T4 print further off than they are looked for; within, most of T3's legs lie on others'.

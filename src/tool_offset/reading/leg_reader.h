@@ -65,7 +65,7 @@ struct ReaderWorkspace {
 /// the clear part.
 /// @param site  right to about 0.1 mm.
 /// @returns nothing where the strip leaves the page; legs without ink have rows_used = 0.
-/// Accuracy: below 0.1 µm on a clean scan (leg_reader_test).
+/// Accuracy: below 0.1 µm on a clean scan (analyse_test).
 [[nodiscard]] std::optional<std::array<LegReading, 2>> ReadLegs(
     const PageView& page, const ChannelMix& mix, const PageMap& map, const SheetSettings& settings,
     const FingerSite& site, ReaderWorkspace& workspace);

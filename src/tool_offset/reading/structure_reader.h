@@ -47,7 +47,7 @@ struct CombExpectation {
 /// comb
 ///                   leave it refused.
 /// Accuracy: with 17 teeth the offset has 1.03 times the uncertainty of the difference of two means
-///           (comb_fit_test).
+///           (structure_reader_test).
 void FitCombs(const SheetSettings& settings, StructureReading& structure);
 
 }  // namespace trammel::tool_offset
