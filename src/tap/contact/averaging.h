@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "tap/contact/press_stretch.h"
+#include "tap/contact/stretch_fit.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/motion.h"
 #include "tap/samples/tap.h"

@@ -1,4 +1,5 @@
-// The 95 % interval of the break: what any of the models leaves open.
+// Where the press ends: a point, and the interval of all that the data and the form of the press
+// leave open.
 #pragma once
 
 #include <algorithm>
@@ -12,44 +13,6 @@
 #include "tap/samples/workspace.h"
 
 namespace trammel::tap {
-
-/// The break points that a model explains well enough, from the lowest to the highest.
-class BreakInterval {
- public:
-  /// @param reach  The square of the quantile: units of the variance above the least.
-  BreakInterval(const PressProfile& profile, const Candidates& candidates, double reach);
-
-  /// False where it runs into the edge of the scan.
-  [[nodiscard]] bool Find(Scan scan);
-  [[nodiscard]] double lo() const { return lo_; }
-  [[nodiscard]] double hi() const { return hi_; }
-
- private:
-  void Seed();
-  [[nodiscard]] double Margin(const PressProfile::At& at) const;
-  [[nodiscard]] double ZonesMargin(const ZonesMode& mode, double t) const;
-  [[nodiscard]] bool Holds(const ZonesMode& mode) const;
-  // Points of a scan, from the first to before the last.
-  struct Part {
-    std::size_t first;
-    std::size_t last;
-  };
-  [[nodiscard]] Part PolynomialPart(Scan scan) const;
-  [[nodiscard]] Part ZonesPart(Scan scan, const ZonesMode& mode, double from, double to) const;
-  [[nodiscard]] bool Search(Scan scan, const ZonesMode* zones);
-  void AddPower();
-  void AddElbow();
-
-  const PressProfile& profile_;
-  const Candidates& candidates_;
-  double power_penalty_ = 0;
-  double zones_penalty_ = 0;
-  double level_ = 0;      // of the neighbours, in variances
-  double quadratic_ = 0;  // of the quadratic press
-  double zones_ = 0;      // of the press in two zones
-  double lo_ = kNever;
-  double hi_ = -kNever;
-};
 
 /// The press that explains the samples best, in the units of BreakSamples: c1 d + c2 d^2 + c3 d^3,
 /// or a power of the depth d below t, or two zones with a kink between them.
@@ -100,8 +63,10 @@ struct BreakEstimate {
   double cubic_t = 0;      ///< of this one NaN where it is out of the question,
   double power_t = 0;      ///< and of this one.
   double outer_ratio =
-      1;                  ///< Slope of an outer zone over the inner one's, where the press has two.
-  PressShape shape;       ///< Of the press that explains the samples best.
+      1;  ///< Slope of an outer zone over the inner one's, where the press has two.
+  bool deep_kink =
+      false;         ///< The press bends at once, far down: the drive may not yet follow there.
+  PressShape shape;  ///< Of the press that explains the samples best.
   Candidates candidates;  ///< The models' answers, for a BreakTask.
 };
 

@@ -1,160 +1,20 @@
 #include "tap/contact/break_models.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace trammel::tap {
-
 namespace {
 
-// Samples on either side of any break point that is looked at: the press has three unknowns.
-constexpr std::size_t kLeastBelow = 5;
-constexpr std::size_t kLeastAbove = 4;
-constexpr double kUnknowns = 5;     // of the quadratic press, with the break
-constexpr double kRounding = 1e-9;  // of the stretch: sums of squares tell no less
-
-// Brent's state: x the best point, w the second best, v the one before.
-struct Brent {
-  Minimum x, w, v;
-  double a = 0;  // the bracket
-  double b = 0;
-  double step = 0;  // the last one, and the one before
-  double before = 0;
-  bool by_parabola = false;  // the last one
-
-  // Whether the parabola through the three has its least at the best point: no other is worth it.
-  [[nodiscard]] bool AtVertex(double tolerance) const {
-    constexpr double kNearVertex = 0.3;
-    return by_parabola && std::abs(step) < kNearVertex * tolerance;
-  }
-
-  // By a parabola through the three where it is to be trusted, by the golden section otherwise.
-  [[nodiscard]] double Next(double tolerance) {
-    constexpr double kGolden = 0.381966;
-    const double r = (x.t - w.t) * (x.sum_squares - v.sum_squares);
-    const double q = (x.t - v.t) * (x.sum_squares - w.sum_squares);
-    const double p = (x.t - v.t) * q - (x.t - w.t) * r;
-    const double to_vertex = -p / (2 * (q - r));
-    const bool trusted = std::isfinite(to_vertex) && std::abs(to_vertex) < 0.5 * std::abs(before) &&
-                         x.t + to_vertex > a && x.t + to_vertex < b;
-    const double room = x.t < 0.5 * (a + b) ? b - x.t : a - x.t;
-    before = trusted ? step : room;
-    step = trusted ? to_vertex : kGolden * room;
-    by_parabola = trusted;
-    const double least = std::copysign(tolerance, trusted ? step : room);
-    return x.t + (std::abs(step) >= tolerance ? step : least);
-  }
-  void Take(const Minimum& u) {
-    if (u.sum_squares <= x.sum_squares) {
-      (u.t < x.t ? b : a) = x.t;
-      v = w;
-      w = x;
-      x = u;
-      return;
-    }
-    (u.t < x.t ? a : b) = u.t;
-    if (u.sum_squares <= w.sum_squares) {
-      v = w;
-      w = u;
-    } else if (u.sum_squares <= v.sum_squares) {
-      v = u;
-    }
-  }
-};
-
-}  // namespace
-
-double BreakScale(const PressProfile::At& at, std::size_t below, double variance) {
-  const double slope = std::abs(at.start_slope[0]);
-  const double n = static_cast<double>(std::max<std::size_t>(below, 1));
-  return slope > 0 ? std::max(3 * std::sqrt(variance / n) / slope, kRounding) : 1;
-}
-
-Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
-  constexpr std::size_t kMost = 32;
-  const std::span<const double> y = profile.samples().y;
-  if (y.size() < kLeastBelow + kLeastAbove + 1) {
-    return {};
-  }
-  const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
-  const std::size_t step = (range + kMost - 1) / kMost;
-  const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const std::size_t below = kLeastBelow + i * step;
-    scan[i] = profile.Evaluate(y[below], below);
-  }
-  return scan;
-}
-
-std::size_t FindLeast(Scan scan, std::size_t model) {
-  std::size_t best = 0;
-  double least = kNever;
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const double cost = SumSquares(scan[i], model);
-    if (cost < least) {
-      best = i;
-      least = cost;
-    }
-  }
-  return best;
-}
-
-Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
-  const std::size_t best = FindLeast(scan, model);
-  const auto of = [model](const PressProfile::At& at) {
-    return Minimum{at.t, SumSquares(at, model)};
-  };
-  const Minimum middle = of(scan[best]);
-  if (middle.sum_squares == kNever || best == 0 || best + 1 == scan.size()) {
-    return middle;
-  }
-  const double freedom = std::max(1.0, profile.Totals()[0] - kUnknowns);
-  const std::size_t below = profile.Below(middle.t);
-  return FindMinimum(
-      of(scan[best - 1]), middle, of(scan[best + 1]),
-      [&](double t) { return SumSquares(profile.Evaluate(t, profile.Below(t)), model); },
-      [&](double least) {
-        return kEnoughOfScale * BreakScale(scan[best], below, least / freedom);
-      });
-}
-
-Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& right, OfBreak of,
-                    OfBreak tolerance_at) {
-  Brent brent;
-  brent.x = middle;
-  brent.w = left;
-  brent.v = right;
-  brent.a = left.t;
-  brent.b = right.t;
-  if (brent.v.sum_squares < brent.w.sum_squares) {
-    std::swap(brent.w, brent.v);
-  }
-  brent.step = brent.before = brent.b - brent.a;
-  constexpr int kMostSteps = 60;
-  for (int step = 0; step < kMostSteps; ++step) {
-    const double tolerance = tolerance_at(brent.x.sum_squares);
-    const double centre = 0.5 * (brent.a + brent.b);
-    if (std::abs(brent.x.t - centre) <= 2 * tolerance - 0.5 * (brent.b - brent.a)) {
-      break;
-    }
-    const double t = brent.Next(tolerance);
-    // Brent's own end asks for a point on either side besides.
-    constexpr int kLeastSteps = 2;
-    if (step >= kLeastSteps && brent.AtVertex(tolerance)) {
-      break;
-    }
-    brent.Take({t, of(t)});
-  }
-  return brent.x;
-}
-
-namespace {
-
+constexpr double kUnknowns = 5;       // of the quadratic press, with the break
 constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 // Prices of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
-// Slope of an outer zone over the inner one's, below which it counts as soft.
+constexpr double kZonesFarOfBent = 3;  // where the smooth presses show that something bends
+// Less of the price of a kink, in variances of the noise, where the outer zone has half of the
+// inner one's slope or more; nothing where it has less than the other share, or is stiffer.
+constexpr double kStiff = 1.5;
+constexpr double kStiffRatio = 0.5;
 constexpr double kSoftRatio = 0.35;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
@@ -166,12 +26,31 @@ constexpr double kFlatStart = 0.25;
 // than the power law, too, it shows a toe.
 constexpr double kBends = 6;
 
+// Looks thoroughly, for a press that bends: zones of every width, sharp kinks and rounded ones, at
+// breaks farther and farther beyond the smooth one. The guess where none is better.
+TwoZonePress LookBeyond(const PressProfile& profile, double last_t, TwoZonePress guess,
+                        const ZonesPrice& price) {
+  constexpr std::array<double, 5> kBeyond = {0.05, 0.1, 0.17, 0.26, 0.38};  // of the depth
+  constexpr std::array<double, 2> kTried = {0, 0.6};
+  for (const double beyond : kBeyond) {
+    const double t = price.smooth_t * (1 + beyond);
+    for (std::size_t i = 0; i < kTried.size() && t < last_t; ++i) {
+      const TwoZonePress press = FitTwoZones(profile, t, 0, kNever, kTried[i]);
+      guess = price.Cost(press) < price.Cost(guess) ? press : guess;
+    }
+  }
+  return guess;
+}
+
 // Finds the best break of the press in two zones next to a start, where a quick look promises
 // anything or smooth presses show a toe. `least` is that of the smooth presses.
 void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double least,
                Candidates& found) {
   const double unit = least / found.freedom;
-  const TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t, start);
+  TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t, start);
+  if (start == ZonesStart::kBeyond && (found.bends || found.flat_start)) {
+    guess = LookBeyond(profile, scan.back().t, guess, found.price);
+  }
   if (!(found.price.Cost(guess) < least || (found.toe && guess.found))) {
     return;
   }
@@ -260,15 +139,22 @@ double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near
   return least;
 }
 
+double ZonesPrice::Allowance(const TwoZonePress& press) const {
+  const double ratio = press.outer_slope / press.inner_slope;
+  return press.found && ratio < 1
+             ? stiff * std::clamp((ratio - kSoftRatio) / (kStiffRatio - kSoftRatio), 0.0, 1.0)
+             : 0;
+}
+
 double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
   const Breaks end(profile, t);
   double margin = -kNever;
   const auto cost = [&](std::size_t k) {
     const TwoZonePress press =
-        FitTwoZones(profile, end, near.s[k], allowed - Far(t), kRoundings[k]);
+        FitTwoZones(profile, end, near.s[k], allowed + stiff - Far(t), kRoundings[k]);
     const double of_press = Cost(press);
-    margin = std::max(margin, allowed - of_press);
+    margin = std::max(margin, allowed + Allowance(press) - of_press);
     return of_press;
   };
   const double of_best = cost(near.best);
@@ -343,10 +229,10 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
                 found.model[kPower].sum_squares});
   const double unit = smooth / freedom;
   const double at_least = found.model[kCubic].sum_squares + kBends * unit;
-  found.toe = found.flat_start && at_least < quadratic.sum_squares &&
-              at_least < found.model[kPower].sum_squares;
-  const double far = found.toe ? 0 : kZonesFar;
-  found.price = {kZonesCurve * unit, far * unit, quadratic.t};
+  found.bends = at_least < quadratic.sum_squares;
+  found.toe = found.bends && found.flat_start && at_least < found.model[kPower].sum_squares;
+  const double far = found.toe ? 0 : found.bends ? kZonesFarOfBent : kZonesFar;
+  found.price = {kZonesCurve * unit, far * unit, quadratic.t, kStiff * unit};
   if (neighbours) {
     for (const ZonesStart start : kZonesStarts) {
       FindZones(profile, scan, start, smooth, found);

@@ -1,113 +1,18 @@
-// The search along the break point: where a press explains the samples best, and how far from there
-// it still explains them well enough.
+// The models of the press that the break is found with, and the break where each explains the
+// samples best.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
-#include <span>
 
+#include "tap/contact/break_search.h"
 #include "tap/contact/power_press.h"
 #include "tap/contact/press_profile.h"
 #include "tap/contact/two_zone_press.h"
-#include "tap/samples/workspace.h"
 
 namespace trammel::tap {
-
-/// The sum of squares of a polynomial press (0 straight, 1 quadratic, 2 cubic); kNever where it
-/// would start with a pull, which is no press.
-[[nodiscard]] inline double SumSquares(const PressProfile::At& at, std::size_t model) {
-  return at.start_slope[model] >= 0 ? at.sum_squares[model] : kNever;
-}
-
-/// Break points over the whole stretch, in order: at every sample of a slow converter, at every few
-/// of a fast one.
-using Scan = std::span<PressProfile::At>;
-[[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace);
-
-/// Of the break's standard deviation, to which minima and borders are searched.
-inline constexpr double kEnoughOfScale = 0.01;
-
-struct Minimum {
-  double t = std::numeric_limits<double>::quiet_NaN();
-  double sum_squares = kNever;
-};
-
-/// The least of a scan, then between its neighbours by Brent's method (1973, chapter 5), to a
-/// hundredth of the break's standard deviation: noise and slope set the tolerance, not the scan.
-[[nodiscard]] Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model);
-
-/// The place of a scan's least.
-[[nodiscard]] std::size_t FindLeast(Scan scan, std::size_t model);
-
-/// A function of the break point that outlives the call it is given to.
-class OfBreak {
- public:
-  template <class Function>
-  OfBreak(const Function& function)  // NOLINT(google-explicit-constructor)
-      : function_(&function),
-        call_([](const void* f, double t) { return (*static_cast<const Function*>(f))(t); }) {}
-  double operator()(double t) const { return call_(function_, t); }
-
- private:
-  const void* function_;
-  double (*call_)(const void*, double);
-};
-
-/// Brent's method between two points that lie higher than `middle`, or where there is nothing.
-/// @param of         Sum of squares at a break point.
-/// @param tolerance  From the least sum of squares so far.
-[[nodiscard]] Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& right,
-                                  OfBreak of, OfBreak tolerance);
-
-/// Standard deviation of the break at the end of a straight press of that slope, for noise of this
-/// variance: the scale of every tolerance.
-[[nodiscard]] double BreakScale(const PressProfile::At& at, std::size_t below, double variance);
-
-/// Where a margin that is positive at `inside` falls through 0 on the way to `limit`, where it is
-/// negative. Steps out from the inside by `scale` and more, then false position (Illinois) to a
-/// hundredth of the scale.
-template <class Margin>
-[[nodiscard]] double FindBorder(double inside, double limit, double scale, const Margin& margin) {
-  constexpr int kMostSteps = 60;
-  double m_inside = margin(inside);
-  double outside = limit;
-  double m_outside = -kNever;
-  for (double step = 2 * scale; step < 0.9 * std::abs(limit - inside); step *= 2) {
-    const double t = limit > inside ? inside + step : inside - step;
-    const double here = margin(t);
-    if (!(here >= 0)) {
-      outside = t;
-      m_outside = here;
-      break;
-    }
-    inside = t;
-    m_inside = here;
-  }
-  double before = outside;
-  for (int i = 0; i < kMostSteps && std::abs(outside - inside) > kEnoughOfScale * scale; ++i) {
-    const bool halve = !std::isfinite(m_outside) || !(m_inside > m_outside);
-    const double share = halve ? 0.5 : m_inside / (m_inside - m_outside);
-    const double t = inside + (outside - inside) * share;
-    const double here = margin(t);
-    if (here >= 0) {
-      inside = t;
-      m_inside = here;
-      m_outside *= 0.5;
-    } else {
-      outside = t;
-      m_outside = here;
-      m_inside *= 0.5;
-    }
-    if (!halve && std::abs(t - before) < 0.5 * kEnoughOfScale * scale) {
-      return t;
-    }
-    before = t;
-  }
-  return inside;
-}
 
 enum Model : std::size_t { kLinear, kQuadratic, kCubic, kPower, kTwoZones, kModels };
 
@@ -135,12 +40,16 @@ struct ZonesPrice {
   double curve = 0;     ///< A curve of the inner zone,
   double far = 0;       ///< a break so far beyond that of the quadratic press, per its depth,
   double smooth_t = 0;  ///< which is this.
+  double stiff = 0;  ///< So much less for an outer zone that is hardly softer than the inner one.
 
   [[nodiscard]] double Far(double t) const { return far * std::max(0.0, t / smooth_t - 1); }
   [[nodiscard]] double Cost(const TwoZonePress& press) const;
   /// Of the best one with its break at t.
   /// @param near  Kinks for a break close by.
   [[nodiscard]] double Cost(const PressProfile& profile, double t, const Kinks& near) const;
+  /// What an interval allows the press beyond others: it looks the more like a smooth one, the
+  /// stiffer its outer zone.
+  [[nodiscard]] double Allowance(const TwoZonePress& press) const;
   /// By how much that one costs less than is allowed; negative where it costs more. Where it costs
   /// less, the margin may be that of a worse one.
   [[nodiscard]] double Margin(const PressProfile& profile, double t, const Kinks& near,
@@ -164,6 +73,9 @@ struct Candidates {
   /// Besides, the cubic press explains them better than the other smooth ones: noise seldom does
   /// that, nor does a round tip.
   bool toe = false;
+  /// The cubic press explains the samples better than the quadratic one. Noise seldom does that,
+  /// and a soft zone may end farther out than on a press that does not bend.
+  bool bends = false;
 
   [[nodiscard]] double Cost(std::size_t m) const { return model[m].sum_squares / variance; }
   /// Slope of the outer zone over the inner one's where two zones explain the samples much better

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "tap/contact/break_estimate.h"
+#include "tap/contact/break_interval.h"
 
 namespace trammel::tap {
 namespace {
@@ -62,6 +63,60 @@ TEST(BreakModels, AskedAgainTwoZonesExplainTheSamplesAsWell) {
     }
   }
   EXPECT_GT(with_zones, 1000);
+}
+
+TEST(BreakModels, AnOuterZoneIsAllowedMoreTheStifferItIs) {
+  const ZonesPrice price = {.curve = 1, .far = 0, .smooth_t = 0.4, .stiff = 2};
+  TwoZonePress press;
+  press.inner_slope = 10;
+  press.outer_slope = 5;
+  EXPECT_EQ(price.Allowance(press), 0);  // none was found
+  press.found = true;
+  double last = 0;
+  for (const double ratio : {0.1, 0.3, 0.4, 0.45, 0.5, 0.9}) {
+    press.outer_slope = ratio * press.inner_slope;
+    EXPECT_GE(price.Allowance(press), last) << ratio;
+    last = price.Allowance(press);
+  }
+  EXPECT_EQ(last, price.stiff);
+  press.outer_slope = 0.1 * press.inner_slope;
+  EXPECT_EQ(price.Allowance(press), 0);
+  press.outer_slope = 1.1 * press.inner_slope;
+  EXPECT_EQ(price.Allowance(press), 0);
+}
+
+TEST(BreakModels, TheIntervalHoldsAZoneOfHalfTheStiffnessAtLessOfAPrice) {
+  // A press that softens by half over its last sixth, in noise that hides most of it.
+  constexpr int kSamples = 100;
+  std::vector<std::byte> memory(1 << 16);
+  int narrower = 0;
+  int wider = 0;
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 1000; ++seed) {
+    Random random(seed);
+    World world;
+    for (int i = 0; i < kSamples; ++i) {
+      const double y = static_cast<double>(i) / (kSamples - 1);
+      world.y.push_back(y);
+      world.force.push_back(175 * (std::max(0.0, 0.45 - y) + std::max(0.0, 0.37 - y)) +
+                            random.Normal(0, 2));
+    }
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, {}}, workspace);
+    const Scan scan = ScanSamples(profile, workspace);
+    const Candidates found = FindCandidates(profile, scan, 1);
+    Candidates alike = found;
+    alike.price.stiff = 0;
+    BreakInterval with(profile, found, 4);
+    BreakInterval without(profile, alike, 4);
+    if (!with.Find(scan) || !without.Find(scan)) continue;
+    // A border between two points of the scan, 0.03 apart, is one of those that lie there.
+    constexpr double kSame = 0.005;
+    narrower += with.hi() < without.hi() - kSame || with.lo() > without.lo() + kSame;
+    wider += with.hi() > without.hi() + kSame;
+  }
+  // Seldom the search stops at another gap between what two zones explain.
+  EXPECT_GE(wider, 10);
+  EXPECT_GT(wider, 2 * narrower);
 }
 
 TEST(BreakModels, WithoutNeighboursPolynomialPressesAnswerAlike) {

@@ -1,8 +1,8 @@
+#include "tap/contact/break_search.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "tap/contact/break_models.h"
 
 namespace trammel::tap {
 namespace {

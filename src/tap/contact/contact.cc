@@ -2,121 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
-#include "base/statistics.h"
+#include "tap/contact/approach_contact.h"
+#include "tap/contact/contact_interval.h"
 #include "tap/contact/cruise_fit.h"
 #include "tap/contact/latency.h"
-#include "tap/contact/press_profile.h"
 #include "tap/samples/finding.h"
 
 namespace trammel::tap {
-
-namespace {
-
-// Above the halt, in presses (from the halt up to the break), that is looked at.
-constexpr double kPresses = 4;
-constexpr std::size_t kLeastPressed = 3;  // samples between collision and halt
-constexpr std::size_t kLeastFree = 5;
-// What the two may differ by: backlash and stretch of a printer's Z drive that a healthy tap shows
-// (the recorded ones stay below 8 um), and four samples' distance at the approach's speed.
-constexpr double kUsual_mm = 0.02;
-constexpr double kSamplesApart = 4;
-
-}  // namespace
-
-void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                   Workspace& workspace, TapAnalysis& result) {
-  const double press_mm = result.contact_mm.value - motion.halt_z_mm;
-  if (!motion.has_approach || result.verdict != Verdict::kGood || !(press_mm > 0)) {
-    return;
-  }
-  const double end_s = motion.approach_end_s + options.latency_s - clean.origin_s;
-  const double from_s = end_s - kPresses * press_mm / motion.approach_speed_mm_s;
-  const std::span<const float> times = clean.samples.time_s;
-  const auto first = std::lower_bound(times.begin(), times.end(), from_s);
-  const auto last = std::lower_bound(first, times.end(), end_s);
-  const auto n = static_cast<std::size_t>(last - first);
-  const Workspace::Scope scope(workspace);
-  const std::span<double> y = workspace.Take<double>(n);
-  const std::span<double> force = workspace.Take<double>(n);
-  if (n < kLeastPressed + kLeastFree || force.empty() || !(*(last - 1) > *first)) {
-    return;
-  }
-  // Backwards in time, so that height rises.
-  const auto offset = static_cast<std::size_t>(first - times.begin());
-  const double duration_s = *(last - 1) - *first;
-  const double sign = result.force.press_g[0] < 0 ? -1 : 1;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t from = offset + n - 1 - i;
-    y[i] = (*(last - 1) - times[from]) / duration_s;
-    force[i] = sign * (clean.samples.force_g[from] + clean.origin_g - result.force.baseline_g);
-  }
-  const PressProfile profile({y, force, {}}, workspace);
-  if (!profile.Ready()) {
-    return;
-  }
-  PressProfile::At best{};
-  best.sum_squares[0] = std::numeric_limits<double>::infinity();
-  constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
-  const std::size_t step = 1 + n / kMostTried;
-  for (std::size_t below = kLeastPressed; below + kLeastFree < n; below += step) {
-    const PressProfile::At tried = profile.Evaluate(y[below], below);
-    if (tried.start_slope[0] > 0 && tried.sum_squares[0] < best.sum_squares[0]) best = tried;
-  }
-  if (!std::isfinite(best.sum_squares[0])) {
-    return;
-  }
-  const double deepest_s = *(last - 1) + clean.origin_s - options.latency_s;
-  const double z_mm =
-      motion.halt_z_mm +
-      motion.approach_speed_mm_s * (motion.approach_end_s - deepest_s + best.t * duration_s);
-  const double spacing_mm = motion.approach_speed_mm_s * duration_s / static_cast<double>(n - 1);
-  const double usual_mm = std::max(kUsual_mm, kSamplesApart * spacing_mm);
-  if (std::abs(z_mm - result.contact_mm.value) > usual_mm) {
-    result.Notice({FindingCode::kApproachDiffers, z_mm - result.contact_mm.value, usual_mm});
-  }
-}
-
-namespace {
-
-// What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
-// (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
-double Coarseness(const CleanTap& clean, const BreakEstimate& e) {
-  if (!(clean.step_g > 0)) {
-    return 0;
-  }
-  const double noises = std::min(clean.noise_g, e.noise) / clean.step_g;
-  return 0.5 * clean.step_g * std::exp(-2 * std::numbers::pi * std::numbers::pi * noises * noises);
-}
-
-}  // namespace
-
-ContactInterval IntervalOf(const CleanTap& clean, const PressStretch& stretch,
-                           const BreakEstimate& e, const TapMotion& motion,
-                           const TapOptions& options) {
-  const double speed_mm_s = motion.pull_back_speed_mm_s;
-  const double latency_mm = kNormal95 * options.latency_uncertainty_s * speed_mm_s;
-  const double z = stretch.Z(e.t);
-  // Times that scatter may all be late, or early, by half of their range; a value that was held is
-  // older than it looks. Which side of a clock's step the moves' clock is on, nothing tells.
-  const double jitter_mm = 0.5 * clean.jitter_s * speed_mm_s;
-  const double held_mm = clean.held_s * speed_mm_s;
-  const double coarse_mm = Coarseness(clean, e) / e.shape.OuterSlope() * stretch.span_mm;
-  const double ahead_mm = clean.clock_steps.forward_s * speed_mm_s;
-  const double behind_mm = clean.clock_steps.backward_s * speed_mm_s;
-  ContactInterval interval;
-  interval.below_mm =
-      std::hypot(z - stretch.Z(e.lo), latency_mm, coarse_mm) + jitter_mm + held_mm + behind_mm;
-  interval.above_mm = std::hypot(stretch.Z(e.hi) - z, latency_mm, coarse_mm) + jitter_mm + ahead_mm;
-  // As far below the half-width as for the break alone, by Student's quantile.
-  const double width = e.hi - e.lo;
-  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormal95;
-  interval.standard_uncertainty_mm = 0.5 * (interval.below_mm + interval.above_mm) / quantile;
-  return interval;
-}
-
 namespace {
 
 constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
@@ -238,8 +131,7 @@ CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOpt
 }  // namespace
 
 std::size_t ContactWorkspaceBytes(std::size_t samples) {
-  constexpr std::size_t kArrays =
-      14;  // of double: PressStretch for two latencies, and for the onset
+  constexpr std::size_t kArrays = 14;  // of double: PressStretch for two latencies, TrimPress
   constexpr std::size_t kBookkeeping = 2048;                        // alignment of every piece
   return kBookkeeping + samples * (kArrays * sizeof(double) +       //
                                    PressProfile::kBytesPerSample +  //

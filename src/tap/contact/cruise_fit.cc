@@ -7,6 +7,7 @@
 
 #include "tap/contact/averaging.h"
 #include "tap/contact/free_noise.h"
+#include "tap/contact/local_readings.h"
 #include "tap/samples/finding.h"
 
 namespace trammel::tap {
@@ -71,34 +72,73 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   return hum;
 }
 
-// Reads the press without its deepest part: the interval in mm, where the press bends at once
+// The same press without its deepest part.
+struct ShorterPress {
+  PressStretch stretch;
+  CruiseFit fit;
+};
+
+ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, const BreakTask& task,
+                        Workspace& workspace) {
+  ShorterPress shorter = {stretch, {}};
+  shorter.stretch.y = workspace.Take<double>(stretch.y.size());
+  shorter.stretch.residual = workspace.Take<double>(stretch.y.size());
+  if (count > 0 && stretch.y.size() >= kLeastInCruise + count &&
+      !shorter.stretch.residual.empty()) {
+    std::copy(stretch.y.begin(), stretch.y.end(), shorter.stretch.y.begin());
+    TrimStart(count, shorter.stretch);
+    shorter.fit = FitStretch(shorter.stretch, task, workspace);
+  }
+  return shorter;
+}
+
+// Residuals that are still not white: the drive lags behind at the start of the
+// pull-back, or the press follows another law at depth. Less of the press, from the deepest end,
+// tells: the first remainder whose residuals are white is taken, none if none is. True if one is.
+bool TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapAnalysis& result) {
+  const auto below = static_cast<double>(fit.estimate.below);
+  for (const double share : {0.15, 0.3}) {
+    const auto count = static_cast<std::size_t>(share * below);
+    const Workspace::Scope scope(workspace);
+    ShorterPress shorter = FitShorter(stretch, count, {.interval = false}, workspace);
+    if (shorter.fit.Found() && shorter.fit.traits.White()) {
+      const Candidates known = shorter.fit.estimate.candidates;
+      shorter.fit = FitStretch(shorter.stretch, {.known = &known}, workspace);
+    }
+    if (shorter.fit.Found() && shorter.fit.traits.White()) {
+      TrimStart(count, stretch);
+      std::copy(shorter.stretch.residual.begin(), shorter.stretch.residual.end(),
+                stretch.residual.begin());
+      fit = shorter.fit;
+      result.Notice({FindingCode::kPressTrimmed, share, 0});
+      return true;
+    }
+  }
+  return false;
+}
+
+// Reads the press without its deepest part: the interval in mm, where something bends the press
 // there. A drive that does not follow yet catches up gradually, and moves the break where no
 // residual shows it any more.
 std::optional<Interval> ReadWithoutOnset(const PressStretch& stretch, const BreakEstimate& e,
-                                         Workspace& workspace) {
-  constexpr double kOnset = 0.25;  // of the press, beyond what lies below the kink
+                                         bool trimmed, Workspace& workspace) {
+  constexpr double kOnset = 0.25;  // of the press, beyond what is trimmed or lies below the kink
   constexpr double kDeep = 0.4;    // of the press, from its deepest sample: the kink of an onset
   // Times the whole press's interval: a remainder that is read no better tells nothing of an onset.
   constexpr double kTooLong = 4;
-  if (!(e.shape.kink_t > 0 && e.shape.kink_t < kDeep * e.shape.t)) {
+  const bool deep_kink = e.shape.kink_t > 0 && e.shape.kink_t < kDeep * e.shape.t;
+  if (!trimmed && !deep_kink) {
     return std::nullopt;
   }
-  const double from = e.shape.kink_t + kOnset * e.t;
+  const double from = (deep_kink ? e.shape.kink_t : 0) + kOnset * e.t;
   const auto count = static_cast<std::size_t>(
       std::lower_bound(stretch.y.begin(), stretch.y.end(), from) - stretch.y.begin());
   const Workspace::Scope scope(workspace);
-  PressStretch shorter = stretch;
-  shorter.y = workspace.Take<double>(stretch.y.size());
-  shorter.residual = workspace.Take<double>(stretch.y.size());
-  if (stretch.y.size() < kLeastInCruise + count || shorter.residual.empty()) {
-    return std::nullopt;
-  }
-  std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
-  TrimStart(count, shorter);
-  const CruiseFit fit = FitStretch(shorter, {}, workspace);
-  const Interval later = {shorter.Z(fit.estimate.lo), shorter.Z(fit.estimate.hi)};
+  const ShorterPress rest = FitShorter(stretch, count, {}, workspace);
+  const BreakEstimate& read = rest.fit.estimate;
+  const Interval later = {rest.stretch.Z(read.lo), rest.stretch.Z(read.hi)};
   const double longest_mm = kTooLong * stretch.span_mm * (e.hi - e.lo);
-  return fit.Found() && later.hi - later.lo < longest_mm ? std::optional(later) : std::nullopt;
+  return rest.fit.Found() && later.hi - later.lo < longest_mm ? std::optional(later) : std::nullopt;
 }
 
 FreeNozzle FreeNozzleOf(const PressStretch& stretch, const CruiseFit& fit, const TapMotion& motion,
@@ -112,24 +152,42 @@ FreeNozzle FreeNozzleOf(const PressStretch& stretch, const CruiseFit& fit, const
           stretch.sign * fit.coefficients.a + stretch.mean_g,
           (1 - e.t) * stretch.span_mm / motion.pull_back_speed_mm_s,
           e.noise,
-          hum};
+          hum,
+          fit.traits.portmanteau > kPortmanteauLimit};
 }
 
-// Adds a free force that differs between before the touch and after the break to the interval.
-void HoldFreeSteps(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                   const PressStretch& stretch, CruiseFit& fit) {
+// What else the samples show is added to the interval: parts that disagree with the whole by more
+// than noise explains, and a free force that differs between before the touch and after the break.
+void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+           double inflation, Workspace& workspace, PressStretch& stretch, CruiseFit& fit) {
   BreakEstimate& e = fit.estimate;
   const double slope = e.shape.OuterSlope();
   if (!(slope > 0)) {
     return;
   }
+  // The residuals on a straight press: a press that the best model describes is no disagreement.
+  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
+    stretch.scratch[i] = stretch.residual[i] + slope * std::max(0.0, e.t - stretch.y[i]);
+  }
+  const BreakSamples straight = {stretch.y, stretch.scratch, stretch.Samples().weight};
+  const LocalReadings readings = ReadLocally(straight, e.t, e.noise, inflation, workspace);
   const FreeSteps steps =
       FindFreeSteps(clean, motion, FreeNozzleOf(stretch, fit, motion, options, {}));
+  // Another level of the free force moves all readings alike; a part's reading is itself uncertain.
+  constexpr double kOfBorder = 0.5;
+  const double down = e.t - e.lo;
+  const double up = e.hi - e.t;
+  const double width = e.hi - e.lo;
   // A drop just after the break also bends the press's end: half as much again.
   constexpr double kBent = 1.5;
-  const double width = e.hi - e.lo;
   e.lo -= kBent * std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
   e.hi += kBent * std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
+  if (readings.below > 0) {
+    e.lo = std::min(e.lo, e.t - readings.below - kOfBorder * down);
+  }
+  if (readings.above > 0) {
+    e.hi = std::max(e.hi, e.t + readings.above + kOfBorder * up);
+  }
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
@@ -180,14 +238,17 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
   if (fit.Found()) {
     averaged = FitAveraging(clean, motion, options, stretch, fit, workspace);
   }
+  const bool trimmed =
+      fit.Found() && !fit.traits.White() && TrimPress(stretch, fit, workspace, result);
   if (!fit.Found()) {
     return fit;
   }
-  const std::optional<Interval> later = ReadWithoutOnset(stretch, fit.estimate, workspace);
+  const std::optional<Interval> later = ReadWithoutOnset(stretch, fit.estimate, trimmed, workspace);
   const double inflation =
       std::max(fit.traits.Inflation(),
                FreeNoiseFactor(clean, motion, FreeNozzleOf(stretch, fit, motion, options, hum),
-                               fit.estimate.below, workspace));
+                               {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
+                               workspace));
   if (inflation > 1 || hum_removed) {
     const Candidates known = fit.estimate.candidates;
     fit = FitStretch(stretch, {.inflation = inflation, .known = &known}, workspace);
@@ -198,7 +259,7 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
   if (inflation > kVisible && fit.traits.portmanteau > kDoubtful) {
     EvenOut(fit.estimate);
   }
-  HoldFreeSteps(clean, motion, options, stretch, fit);
+  Widen(clean, motion, options, inflation, workspace, stretch, fit);
   Hold(averaged, stretch, fit.estimate);
   if (later) {
     Hold(*later, stretch, fit.estimate);

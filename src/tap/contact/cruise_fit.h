@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tap/contact/press_stretch.h"
+#include "tap/contact/stretch_fit.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/motion.h"
 #include "tap/samples/tap.h"
@@ -10,9 +11,9 @@
 namespace trammel::tap {
 
 /// Fits press and break, and does what contact.h says about what else the samples do: forgets lone
-/// wild samples, fits hum along, widens the interval. Each leaves a notice.
+/// wild samples, fits hum along, trims the press, widens the interval. Each leaves a notice.
 ///
-/// @param stretch  Hum is taken out of its force.
+/// @param stretch  Hum is taken out of its force, the trimmed press from its start.
 [[nodiscard]] CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion,
                                   const TapOptions& options, PressStretch& stretch,
                                   Workspace& workspace, TapAnalysis& result);

@@ -79,53 +79,97 @@ struct Line {
   }
 };
 
-// The forces of a range about their straight line, without hum, wild samples drawn in to four
-// deviations; empty where they tell nothing.
-std::span<double> Cleaned(const CleanTap& clean, const Stretch& range, const MainsHum& hum,
-                          Workspace& workspace) {
+// Box & Pierce's sum over a few lags.
+bool IsCorrelated(std::span<const double> rest) {
+  constexpr std::size_t kFew = 4;
+  constexpr double kLimit = 14.9;  // exceeded by white noise in one stretch of 200
+  const std::size_t n = rest.size();
+  if (n < kLeast) {
+    return false;
+  }
+  std::array<double, kFew + 1> sum{};
+  for (std::size_t i = kFew; i < n; ++i) {
+    for (std::size_t lag = 0; lag <= kFew; ++lag) {
+      sum[lag] += rest[i] * rest[i - lag];
+    }
+  }
+  double squares = 0;
+  for (std::size_t lag = 1; lag <= kFew; ++lag) {
+    squares += sum[lag] * sum[lag];
+  }
+  return squares * static_cast<double>(n) > kLimit * sum[0] * sum[0];
+}
+
+// Of the samples themselves, as hum and filters show, and of means over blocks of them, as slow
+// noise does. Asked of every tap, so that the fit's noise serves as the scale of wild samples.
+bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double> scratch) {
+  constexpr double kWild = 6;
+  constexpr std::size_t kBlocks = 20;
+  const std::size_t n = force.size();
+  if (n < kLeast || scratch.size() < n) {
+    return false;
+  }
+  const Line line(force);
+  const double most = kWild * noise_g;
+  for (std::size_t i = 0; i < n; ++i) {
+    scratch[i] = std::clamp(force[i] - line.At(i), -most, most);
+  }
+  if (IsCorrelated(scratch.first(n))) {
+    return true;
+  }
+  const std::size_t block = n / kBlocks;
+  if (block < 2) {
+    return false;
+  }
+  const std::size_t blocks = n / block;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    double sum = 0;
+    for (std::size_t i = 0; i < block; ++i) {
+      sum += scratch[k * block + i];
+    }
+    scratch[k] = sum;
+  }
+  return IsCorrelated(scratch.first(blocks));
+}
+
+// Draws wild samples in to four deviations from the line through the stretch.
+void DrawIn(std::span<double> force, std::span<double> scratch) {
   constexpr double kMostDeviations = 4;
   constexpr double kMedianOfNormal = 0.6745;
+  const Line line{std::span<const double>(force)};
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    scratch[i] = std::abs(force[i] - line.At(i));
+  }
+  const double median = UpperMedian(scratch.first(force.size()));
+  const double most = kMostDeviations * median / kMedianOfNormal;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    force[i] = std::clamp(force[i], line.At(i) - most, line.At(i) + most);
+  }
+}
+
+// The forces of a range without drift, hum and wild samples; empty where they tell nothing.
+std::span<double> Cleaned(const CleanTap& clean, const Stretch& range, const FreeNozzle& nozzle,
+                          Workspace& workspace) {
   const std::size_t n = range.size();
   const std::span<double> force = workspace.Take<double>(n);
   const Workspace::Scope scope(workspace);
-  const std::span<double> scratch = workspace.Take<double>(n);
-  if (n < kLeast || scratch.empty()) {
+  const std::span<double> time_s = workspace.Take<double>(n);
+  const std::span<double> rest = workspace.Take<double>(n);
+  if (n < kLeast || rest.empty()) {
     return {};
   }
-  std::copy_n(clean.samples.force_g.begin() + static_cast<std::ptrdiff_t>(range.first), n,
-              force.begin());
-  const auto level = [&force] {
+  for (std::size_t i = 0; i < n; ++i) {
+    time_s[i] = clean.samples.time_s[range.first + i];
+    force[i] = clean.samples.force_g[range.first + i] - nozzle.drift_g_s * time_s[i];
+  }
+  if (nozzle.hum.frequency_hz > 0) {
     const Line line{std::span<const double>(force)};
-    for (std::size_t i = 0; i < force.size(); ++i) force[i] -= line.At(i);
-  };
-  level();
-  const std::span<double> time_s = workspace.Take<double>(n);
-  if (hum.frequency_hz > 0 && !time_s.empty()) {
-    std::copy_n(clean.samples.time_s.begin() + static_cast<std::ptrdiff_t>(range.first), n,
-                time_s.begin());
-    std::copy(force.begin(), force.end(), scratch.begin());
-    RemoveMainsHum(hum, time_s, scratch, force);
+    std::transform(force.begin(), force.end(), rest.begin(),
+                   [&line](double g) { return g - line.mean; });
+    RemoveMainsHum(nozzle.hum, time_s, rest, force);
   }
-  std::transform(force.begin(), force.end(), scratch.begin(), [](double g) { return std::abs(g); });
-  const double most = kMostDeviations * UpperMedian(scratch) / kMedianOfNormal;
-  for (double& g : force) g = std::clamp(g, -most, most);
-  level();
+  DrawIn(force, rest);
   return force;
-}
-
-// Half the sum of squared differences between the means of neighbouring blocks.
-double SumDifferences(std::span<const double> force, std::size_t block) {
-  double sum = 0;
-  double before = 0;
-  for (std::size_t first = 0; first + block <= force.size(); first += block) {
-    double mean = 0;
-    for (const double g : force.subspan(first, block)) {
-      mean += g / static_cast<double>(block);
-    }
-    sum += first > 0 ? 0.5 * (mean - before) * (mean - before) : 0;
-    before = mean;
-  }
-  return sum;
 }
 
 }  // namespace
@@ -187,39 +231,25 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
 }
 
 double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle,
-                       std::size_t below, Workspace& workspace) {
-  // Shares of the press: noise slower than its eighth shifts the whole end of it. By the study's
-  // seeds below 1000.
-  constexpr std::array<std::size_t, 2> kParts = {4, 16};
-  constexpr double kLeastDifferences = 4;
-  // Standard deviations of a mean square of differences, which white noise exceeds in one of 40.
-  constexpr double kSignificant = 2;
+                       const BreakFit& fit, Workspace& workspace) {
+  const Workspace::Scope scope(workspace);
   const std::array<Stretch, 2> ranges = FreeRanges(clean, motion, nozzle);
-  double factor = 1;
-  for (const std::size_t parts : kParts) {
-    const std::size_t block = std::max<std::size_t>(1, below / parts);
-    double sum = 0;
-    double count = 0;
+  bool correlated = nozzle.correlated;
+  {
+    const Workspace::Scope check(workspace);
+    const std::span<double> scratch =
+        workspace.Take<double>(std::max(ranges[0].size(), ranges[1].size()));
     for (const Stretch& range : ranges) {
-      const Workspace::Scope scope(workspace);
-      const std::span<const double> force = Cleaned(clean, range, nozzle.hum, workspace);
-      if (force.empty()) {
-        continue;
-      }
-      // A stretch may have more white noise than the pull-back, as the approach does.
-      const double white =
-          std::max(nozzle.noise_g * nozzle.noise_g,
-                   SumDifferences(force, 1) / static_cast<double>(force.size() - 1));
-      const std::size_t blocks = force.size() / block;
-      sum += SumDifferences(force, block) * static_cast<double>(block) / white;
-      count += static_cast<double>(blocks > 0 ? blocks - 1 : 0);
-    }
-    const double scatter = std::sqrt(3 / std::max(1.0, count));  // neighbours share a block
-    if (count >= kLeastDifferences && sum / count > 1 + kSignificant * scatter) {
-      factor = std::max(factor, sum / count);
+      const auto force = clean.samples.force_g.subspan(range.first, range.size());
+      correlated = correlated || IsCorrelated(force, nozzle.noise_g, scratch);
     }
   }
-  return factor;
+  if (!correlated) {
+    return 1;
+  }
+  const std::array<std::span<double>, 2> free = {Cleaned(clean, ranges[0], nozzle, workspace),
+                                                 Cleaned(clean, ranges[1], nozzle, workspace)};
+  return CorrelatedFactor(fit, free, workspace);
 }
 
 }  // namespace trammel::tap

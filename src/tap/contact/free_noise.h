@@ -1,6 +1,7 @@
 // The noise as a free nozzle shows it, where no fit has taken up its slow part.
 #pragma once
 
+#include "tap/contact/correlated_break.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/motion.h"
 #include "tap/samples/residuals.h"
@@ -12,20 +13,19 @@ namespace trammel::tap {
 struct FreeNozzle {
   double break_z_mm = 0;
   double latency_s = 0;
-  double drift_g_s = 0;  ///< Along the pull-back.
-  double level_g = 0;    ///< Just after the break.
-  double fitted_s = 0;   ///< How long the force was fitted from the break on.
-  double noise_g = 0;    ///< Standard deviation of a sample, as the fit has it.
-  MainsHum hum;          ///< That was taken out of the fit.
+  double drift_g_s = 0;     ///< Along the pull-back.
+  double level_g = 0;       ///< Just after the break.
+  double fitted_s = 0;      ///< How long the force was fitted from the break on.
+  double noise_g = 0;       ///< Standard deviation of a sample, as the fit has it.
+  MainsHum hum;             ///< That was taken out of the fit.
+  bool correlated = false;  ///< The fit's residuals are.
 };
 
-/// Estimates by which correlation of the noise raises the variance of the break, >= 1: the variance
-/// of means of neighbouring samples on the free stretches, where no fit has taken up the slow part
-/// of the noise, over that of means of white noise (Allan 1966). Means span a fourth and a
-/// sixteenth of the press. 1 where the two do not differ significantly, or nothing tells.
-/// @param below  Samples in the press.
+/// By which correlation raises the variance of the break, >= 1: 1 where neither the residuals nor
+/// the force before the touch and after the break show any. White noise is taken for correlated in
+/// one tap of 40 (five tests, each at one in 200).
 [[nodiscard]] double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion,
-                                     const FreeNozzle& nozzle, std::size_t below,
+                                     const FreeNozzle& nozzle, const BreakFit& fit,
                                      Workspace& workspace);
 
 /// By how much the free nozzle's force was higher before the touch than after the break, gf, beyond

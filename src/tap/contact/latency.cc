@@ -23,7 +23,7 @@ constexpr double kRest_mm = 0.002;       // of a press that is flat at its deepe
 constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
 constexpr double kRest_s = 0.02;         // of the halt, before creep tells
 constexpr std::size_t kLeastRest = 4;
-constexpr std::size_t kMostSamples = 96;
+constexpr std::size_t kMostInRange = 96;
 constexpr int kMostSteps = 8;
 
 // Base, scale, latency, offset, force at rest; the force last.
@@ -51,7 +51,7 @@ Stretch Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress
       std::max(kLeastBefore, static_cast<std::size_t>(0.5 * depth_s / clean.period_s));
   range.first = touch - std::min(touch, before);
   range.end = IndexAt(times, std::min(halt_s + most_s + rest_s, 0.0));
-  range.end = std::min(range.end, range.first + kMostSamples);
+  range.end = std::min(range.end, range.first + kMostInRange);
   return range;
 }
 
@@ -138,7 +138,7 @@ class Fit {
   // regression (Bartlett 1946).
   [[nodiscard]] double Inflation(const State& state) const {
     constexpr double kMost = 0.9;
-    std::array<double, kMostSamples> left;
+    std::array<double, kMostInRange> left;
     const std::size_t n = range_.size();
     double base = 0;
     for (std::size_t i = 0; i < n; ++i) {

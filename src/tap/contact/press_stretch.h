@@ -5,11 +5,9 @@
 #include <cstddef>
 #include <span>
 
-#include "tap/contact/break_estimate.h"
 #include "tap/contact/press_profile.h"
 #include "tap/samples/corruption.h"
 #include "tap/samples/motion.h"
-#include "tap/samples/residuals.h"
 #include "tap/samples/workspace.h"
 
 namespace trammel::tap {
@@ -51,17 +49,5 @@ void TrimStart(std::size_t count, PressStretch& stretch);
 /// Shortens a baseline that is much longer than the press: it tells the break hardly more (by 4 %
 /// of its scatter from five presses on), and force wanders there that has nothing to do with it.
 void CropBaseline(PressStretch& stretch, Workspace& workspace);
-
-struct CruiseFit {
-  BreakEstimate estimate;
-  PressProfile::Coefficients coefficients;
-  ResidualTraits traits;
-
-  [[nodiscard]] bool Found() const { return estimate.outcome == BreakEstimate::Outcome::kFound; }
-};
-
-/// Fits the stretch as it stands; its residuals are set, where a break is found.
-[[nodiscard]] CruiseFit FitStretch(PressStretch& stretch, const BreakTask& task,
-                                   Workspace& workspace);
 
 }  // namespace trammel::tap

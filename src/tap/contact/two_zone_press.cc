@@ -5,8 +5,9 @@
 #include <cmath>
 #include <span>
 
-namespace trammel::tap {
+#include "tap/contact/break_search.h"
 
+namespace trammel::tap {
 namespace {
 
 constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "tap/contact/break_models.h"
+#include "tap/contact/break_search.h"
 #include "tap/contact/press_test_support.h"
 
 namespace trammel::tap {

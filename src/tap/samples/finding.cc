@@ -72,10 +72,10 @@ constexpr Entry kEntries[] = {
      "The converter is full: lower its gain, tare it, or lower the trigger force."},
     {kHum50Hz, "hum_50_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 50 Hz appears at this sampling "
-     "rate (docs/tap.md says which other line would). Ground the cell's shield, or filter 50 Hz."},
+     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 50 Hz."},
     {kHum60Hz, "hum_60_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 60 Hz appears at this sampling "
-     "rate (docs/tap.md says which other line would). Ground the cell's shield, or filter 60 Hz."},
+     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 60 Hz."},
     {kHum100Hz, "hum_100_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where twice 50 Hz mains appears at this sampling "
      "rate. A rectifier hums so: look at the supply of the load cell's converter."},
@@ -182,6 +182,9 @@ constexpr Entry kEntries[] = {
     {kHumRemoved, "hum_removed",
      "Mains hum of {0:.1f} gf was found in the force and taken into account. Keep the load cell's "
      "cable away from mains, or choose a sample rate that suppresses 50 or 60 Hz."},
+    {kPressTrimmed, "press_trimmed",
+     "The deepest {0:.2f} of the press follow no smooth curve and were left out: the drive was "
+     "not yet following at the start of the pull-back. Look for backlash, or pull back farther."},
     {kCorrelatedNoise, "correlated_noise",
      "Neighbouring samples err together; the interval was widened by {0:.1f}. A filter in the "
      "converter, a vibration or a press of unusual form does this."},

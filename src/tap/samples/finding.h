@@ -71,6 +71,7 @@ enum class FindingCode : std::uint8_t {
   // Notices of the fit.
   kOutliersForgotten,  ///< Samples of the pull-back that were given little weight; 0.
   kHumRemoved,         ///< gf of amplitude of the mains line that was fitted; 0.
+  kPressTrimmed,       ///< Share of the press, from its deepest end, that was left out; 0.
   kCorrelatedNoise,    ///< By which correlation widens the interval; 1.
   kFormLeftOpen,       ///< mm between the answers of the forms of press in question; mm of the
                        ///< interval to either side.

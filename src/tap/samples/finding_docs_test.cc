@@ -1,4 +1,4 @@
-// docs/tap.md names every finding, so that who meets one can look it up.
+// docs/howto/tap.md names every finding, so that who meets one can look it up.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -27,7 +27,7 @@ TEST(FindingDocs, EveryFindingHasItsRowInTheDocument) {
     }
     ++named;
     EXPECT_NE(document.find("| `" + name + "` |"), std::string::npos)
-        << name << " has no row in docs/tap.md, section \"Failure modes\"";
+        << name << " has no row in docs/howto/tap.md, section \"Failure modes\"";
   }
   EXPECT_GT(named, 40);
 }

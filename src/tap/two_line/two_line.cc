@@ -10,7 +10,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kLeastMoves = 5;
-constexpr std::size_t kMostMoves = 6;  // with the approach's acceleration
+constexpr std::size_t kMostProbingMoves = 6;  // with the approach's acceleration
 constexpr std::size_t kLeastApproach = 4;
 constexpr std::size_t kLeastDecompression = 3;
 constexpr double kLatestBreak = 0.75;       // of the pull-back
@@ -20,8 +20,9 @@ Finding CheckMoves(std::span<const Move> moves) {
   if (moves.size() < kLeastMoves) {
     return {FindingCode::kTooFewProbingMoves, static_cast<double>(moves.size()), kLeastMoves};
   }
-  if (moves.size() > kMostMoves) {
-    return {FindingCode::kTooManyProbingMoves, static_cast<double>(moves.size()), kMostMoves};
+  if (moves.size() > kMostProbingMoves) {
+    return {FindingCode::kTooManyProbingMoves, static_cast<double>(moves.size()),
+            kMostProbingMoves};
   }
   const double acceleration = moves[moves.size() - kLeastMoves].acceleration_mm_s2;
   if (acceleration != 0) {

@@ -12,7 +12,7 @@ namespace trammel::tap {
 ///
 /// The uncertainty comes from the scatter about the two lines. It does not know the form of the
 /// press: on a press that stiffens or softens the crossing is off by microns that no scatter shows
-/// (docs/tap.md has figures); the contact method exists for that.
+/// (docs/howto/tap.md has figures); the contact method exists for that.
 /// @param lines   Of clean, found with the same motion.
 /// @param result  Verdict, reason, contact, uncertainty, noise and points are set; a skipped split
 /// is

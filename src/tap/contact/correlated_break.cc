@@ -1,0 +1,175 @@
+#include "tap/contact/correlated_break.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "base/statistics.h"
+#include "tap/contact/press_profile.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr std::size_t kMostBlocks = 128;  // of the fit: longer ones are averaged in blocks
+constexpr std::size_t kLeastFree = 16;    // samples or blocks of a stretch
+constexpr double kLeastPairs = 16;        // from which the variogram at a lag is known
+
+// The step at the break without what the columns 1, y, d, d^2 hold of it (modified Gram-Schmidt).
+bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<double> w) {
+  const std::size_t n = fit.y.size();
+  constexpr std::size_t kColumns = 4;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d = std::max(0.0, fit.t - fit.y[i]);
+    columns[i] = 1;
+    columns[n + i] = fit.y[i] - 0.5;
+    columns[2 * n + i] = d;
+    columns[3 * n + i] = d * d;
+    w[i] = d > 0 ? 1 : 0;
+  }
+  const auto product = [n](const double* a, const double* b) {
+    // Runs side by side: one addition need not wait for the one before it.
+    constexpr std::size_t kRuns = 4;
+    std::array<double, kRuns> sums{};
+    std::size_t i = 0;
+    for (; i + kRuns <= n; i += kRuns) {
+      for (std::size_t k = 0; k < kRuns; ++k) {
+        sums[k] += a[i + k] * b[i + k];
+      }
+    }
+    for (; i < n; ++i) {
+      sums[0] += a[i] * b[i];
+    }
+    return sums[0] + sums[1] + sums[2] + sums[3];
+  };
+  for (std::size_t k = 0; k < kColumns; ++k) {
+    const double* const column = &columns[k * n];
+    const double square = product(column, column);
+    if (!(square > 0)) {
+      return false;
+    }
+    for (std::size_t other = k + 1; other <= kColumns; ++other) {
+      double* const from = other < kColumns ? &columns[other * n] : w.data();
+      const double share = product(column, from) / square;
+      for (std::size_t i = 0; i < n; ++i) {
+        from[i] -= share * column[i];
+      }
+    }
+  }
+  return true;
+}
+
+// Block means, or sums, in place.
+std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean) {
+  const std::size_t count = values.size() / block;
+  for (std::size_t b = 0; b < count; ++b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < block; ++i) {
+      sum += values[b * block + i];
+    }
+    values[b] = mean ? sum / static_cast<double>(block) : sum;
+  }
+  return values.first(count);
+}
+
+using OfLags = std::array<double, kMostBlocks>;
+
+// Sums of x_i x_(i + lag) for each lag from 1 on.
+// @param lags  The first that is not asked for; those beyond the values have no sum.
+void SumProducts(std::span<const double> x, std::size_t lags, OfLags& sums) {
+  for (std::size_t lag = 1; lag < std::min(lags, x.size()); ++lag) {
+    sums[lag] = 0;
+    for (std::size_t i = 0; i + lag < x.size(); ++i) sums[lag] += x[i] * x[i + lag];
+  }
+}
+
+struct Variogram {
+  OfLags sum{};
+  OfLags pairs{};
+
+  // From products and squares, of values about their mean: less work than differences.
+  void Add(std::span<double> x, std::size_t lags) {
+    const std::size_t n = x.size();
+    double mean = 0;
+    for (const double value : x) {
+      mean += value / static_cast<double>(n);
+    }
+    double earlier = 0;  // squares of the values that have one a lag later,
+    for (double& value : x) {
+      value -= mean;
+      earlier += value * value;
+    }
+    double later = earlier;  // and of those that have one a lag before
+    OfLags products;
+    SumProducts(x, lags, products);
+    for (std::size_t lag = 1; lag < std::min(lags, n); ++lag) {
+      earlier -= x[n - lag] * x[n - lag];
+      later -= x[lag - 1] * x[lag - 1];
+      sum[lag] += 0.5 * (earlier + later) - products[lag];
+      pairs[lag] += static_cast<double>(n - lag);
+    }
+  }
+  [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kLeastPairs; }
+  [[nodiscard]] double At(std::size_t lag) const { return sum[lag] / pairs[lag]; }
+};
+
+// 97.5 % quantile of Student's t over the normal's, squared (Abramowitz & Stegun 26.7.5).
+double StudentFactor(double freedom) {
+  constexpr double z2 = kNormal95 * kNormal95;
+  const double ratio =
+      1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom);
+  return ratio * ratio;
+}
+
+}  // namespace
+
+double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> free,
+                        Workspace& workspace) {
+  const std::size_t n = fit.y.size();
+  const std::size_t block = (n + kMostBlocks - 1) / kMostBlocks;
+  const Workspace::Scope scope(workspace);
+  const std::span<double> columns = workspace.Take<double>(4 * n);
+  const std::span<double> weights = workspace.Take<double>(n);
+  if (columns.empty() || weights.empty() || !BreakWeights(fit, columns, weights)) {
+    return 1;
+  }
+  double square = 0;
+  for (const double w : weights) {
+    square += w * w;
+  }
+  Variogram variogram;
+  double contrasts = 0;
+  for (const std::span<double> stretch : free) {
+    if (stretch.size() >= kLeastFree * block) {
+      const std::span<double> means = Blocks(stretch, block, true);
+      variogram.Add(means, n / block);
+      contrasts += static_cast<double>(means.size());
+    }
+  }
+  if (!variogram.Knows(1) || !(fit.noise > 0) || !(square > 0)) {
+    return 1;
+  }
+  std::copy(fit.residual.begin(), fit.residual.end(), columns.begin());
+  const std::span<double> rest = Blocks(columns.first(n), block, true);
+  double nugget = 0;
+  for (std::size_t i = 1; i < rest.size(); ++i) {
+    nugget += 0.5 * (rest[i] - rest[i - 1]) * (rest[i] - rest[i - 1]);
+  }
+  nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
+  const std::span<double> w = Blocks(weights, block, false);
+  OfLags products;
+  SumProducts(w, w.size(), products);
+  double excess = 0;
+  double width = 1;
+  double at_lag = variogram.At(1);
+  for (std::size_t lag = 1; lag < w.size(); ++lag) {
+    at_lag = variogram.Knows(lag) ? variogram.At(lag) : at_lag;
+    excess -= 2 * products[lag] * (at_lag - variogram.At(1));
+    const double share = products[lag] / (static_cast<double>(block) * square);
+    width += 2 * share * share;
+  }
+  const double factor = (nugget + excess / square) / (fit.noise * fit.noise);
+  return std::max(1.0, factor * StudentFactor(std::max(3.0, contrasts / width)));
+}
+
+}  // namespace trammel::tap

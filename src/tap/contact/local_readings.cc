@@ -1,0 +1,102 @@
+#include "tap/contact/local_readings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tap/contact/break_search.h"
+
+namespace trammel::tap {
+namespace {
+
+struct Part {
+  double press = 1;     // of the press,
+  double baseline = 1;  // and as much of the baseline, of the press's length
+};
+constexpr Part kParts[] = {{1, 0.5}, {0.5, 2}, {0.4, 0.4}, {0.25, 1}};
+constexpr std::size_t kLeastBelow = 8;
+constexpr std::size_t kLeastAbove = 6;
+constexpr double kSignificant = 2.8;
+constexpr double kMargin = 1.1;  // for the slope between points of the scan
+
+// Whether the part may read a break that is `near` from t or farther. Not where the least of its
+// scan lies next to t and the sum of squares rises from t to both sides within `near`: the search
+// for the minimum would end between them.
+bool MayReadBeyond(const PressProfile& profile, Scan scan, std::size_t best, double t,
+                   double near) {
+  const double from = std::max(scan[best - 1].t, t - near);
+  const double to = std::min(scan[best + 1].t, t + near);
+  if (!(from < t && t < to)) {
+    return true;
+  }
+  const auto cost = [&](double at) {
+    return SumSquares(profile.Evaluate(at, profile.Below(at)), 1);
+  };
+  const double least = cost(t);
+  return !(least < cost(from) && least < cost(to));
+}
+
+// Variance of the break for unit noise and slope: of the ends of a parabola and of a line.
+double Variance(std::size_t below, std::size_t above) {
+  return 9 / static_cast<double>(below) + 4 / static_cast<double>(above);
+}
+
+}  // namespace
+
+LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise, double inflation,
+                          Workspace& workspace) {
+  LocalReadings readings;
+  const auto at = [&](double y) {
+    return static_cast<std::size_t>(std::lower_bound(samples.y.begin(), samples.y.end(), y) -
+                                    samples.y.begin());
+  };
+  const std::size_t middle = at(t);
+  const double whole = Variance(middle, samples.y.size() - middle);
+  for (const Part& part : kParts) {
+    const std::size_t first = at(t * (1 - part.press));
+    const std::size_t end = at(t * (1 + part.baseline));
+    if (middle < first + kLeastBelow || end < middle + kLeastAbove) {
+      continue;
+    }
+    const Workspace::Scope scope(workspace);
+    const auto cut = [&](std::span<const double> all) {
+      return all.empty() ? all : all.subspan(first, end - first);
+    };
+    const PressProfile profile({cut(samples.y), cut(samples.force), cut(samples.weight)},
+                               workspace);
+    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
+    if (scan.empty()) {
+      continue;
+    }
+    const std::size_t best = FindLeast(scan, 1);
+    if (best == 0 || best + 1 == scan.size()) {
+      continue;
+    }
+    const double variance = std::max(0.1 * whole, Variance(middle - first, end - middle) - whole);
+    const double force = 1.3 * noise * std::sqrt(inflation * variance);
+    const double steepest = std::max(
+        {scan[best - 1].start_slope[0], scan[best].start_slope[0], scan[best + 1].start_slope[0]});
+    if (!MayReadBeyond(profile, scan, best, t, kSignificant * force / (kMargin * steepest))) {
+      continue;
+    }
+    const Minimum found = FindMinimum(profile, scan, 1);
+    if (!(found.sum_squares < kNever) || !(found.t > scan.front().t) ||
+        !(found.t < scan.back().t)) {
+      continue;
+    }
+    const PressProfile::At here = profile.Evaluate(found.t, profile.Below(found.t));
+    const double slope = here.start_slope[0];
+    if (!(slope > 0)) {
+      continue;
+    }
+    const double deviation = force / slope;
+    const double apart = found.t - t;
+    if (std::abs(apart) > kSignificant * deviation) {
+      const double beyond = std::abs(apart);
+      (apart < 0 ? readings.below : readings.above) =
+          std::max(apart < 0 ? readings.below : readings.above, beyond);
+    }
+  }
+  return readings;
+}
+
+}  // namespace trammel::tap
