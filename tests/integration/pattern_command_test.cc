@@ -66,6 +66,20 @@ TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
   EXPECT_EQ(plan->line_length_mm, 25);
 }
 
+TEST(PatternCommand, APatternForAPhotoIsTheSameWhicheverWayItIsAskedFor) {
+  const TemporaryFolder folder;
+  const auto of = [&](const char* arguments) {
+    const CommandResult run = RunTrammel(
+        std::string("pa pattern --material pla --force -o a.gcode ") + arguments, folder.path());
+    EXPECT_EQ(run.exit_code, 0) << run.output;
+    return ReadWhole(folder.path() / "a.gcode");
+  };
+  const std::string plain = of("--photo");
+  EXPECT_EQ(of("--photo --dialect klipper"), plain);
+  EXPECT_EQ(of("--photo --set nozzle_diameter=0.4"), plain);
+  EXPECT_EQ(of("--set preset=photo"), plain);
+}
+
 TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
   struct Mistake {
     const char* arguments;

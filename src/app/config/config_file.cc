@@ -95,8 +95,8 @@ Result<void> ReadSection(std::string_view section, const toml::table& table,
 
 Result<pressure_advance::PatternPreset> PresetNamed(std::string_view name) {
   if (const auto preset = pressure_advance::ParsePatternPreset(name)) return *preset;
-  return Fail(
-      fmt::format("[{}] {}: \"{}\" is neither quick nor paper", kPatternSection, kPreset, name));
+  return Fail(fmt::format("[{}] {}: \"{}\" is none of quick, paper and photo", kPatternSection,
+                          kPreset, name));
 }
 
 // What the file's preset stands for, below all that the file sets.

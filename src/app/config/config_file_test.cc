@@ -326,7 +326,7 @@ TEST(ConfigPreset, OfTheCommandLineLeavesWhatTheFileSet) {
   EXPECT_EQ(config->scan.lines_at_once, 1);
   const auto unknown = OverrideConfig("preset=fast", *config);
   ASSERT_FALSE(unknown);
-  EXPECT_THAT(unknown.error().message, HasSubstr("\"fast\" is neither quick nor paper"));
+  EXPECT_THAT(unknown.error().message, HasSubstr("\"fast\" is none of quick, paper and photo"));
   const auto file = ParseConfig("[pressure_advance_pattern]\npreset = \"slow\"\n", "file");
   ASSERT_FALSE(file);
   EXPECT_THAT(file.error().message, HasSubstr("file:2: [pressure_advance_pattern] preset"));

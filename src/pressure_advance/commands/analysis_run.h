@@ -8,6 +8,7 @@
 
 #include "app/output_files.h"
 #include "base/result.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/photo/photo_eye.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
@@ -35,7 +36,7 @@ struct PhotoPlan {
   std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
-  std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
+  std::vector<pressure_advance::Segment> segments = pressure_advance::PhotoSegments();
 };
 
 /// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern

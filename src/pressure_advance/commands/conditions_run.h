@@ -59,7 +59,7 @@ struct ConditionsRun {
 [[nodiscard]] Result<pressure_advance::FlowTable> TableOf(
     const std::vector<std::string>& recordings);
 
-/// As `pa table --json` has it (docs/formats.md).
+/// As `pa table --json` has it (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json TableJson(const pressure_advance::FlowTable& table);
 
 /// As text on standard output.

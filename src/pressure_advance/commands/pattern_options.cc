@@ -247,16 +247,18 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
 }
 
 void SetForPhoto(pressure_advance::PatternConfig& pattern) {
-  constexpr int kLines = 21;
-  ApplyPreset(pressure_advance::PatternPreset::kPaper, pattern);
-  pattern.pressure_advances_s.clear();
-  for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
-  pattern.segments = PhotoPlan().segments;
-  pattern.line_spacing_mm = 1.5;
-  pattern.frame_margin_mm.reset();  // what the mark needs
-  pattern.frame_loops = std::max(pattern.frame_loops, 1);
-  pattern.corner_mark = true;
-  pattern.alternate_directions = false;
+  using pressure_advance::PatternPreset;
+  pressure_advance::PatternConfig photo;
+  ApplyPreset(PatternPreset::kPhoto, photo);
+  ApplyPreset(PatternPreset::kPhoto, pattern);
+  // What a photo needs, whatever was set for the laser.
+  pattern.pressure_advances_s = photo.pressure_advances_s;
+  pattern.segments = photo.segments;
+  pattern.line_spacing_mm = std::max(photo.line_spacing_mm, 2 * pattern.line_width_mm);
+  pattern.frame_margin_mm = photo.frame_margin_mm;
+  pattern.frame_loops = std::max(pattern.frame_loops, photo.frame_loops);
+  pattern.corner_mark = photo.corner_mark;
+  pattern.alternate_directions = photo.alternate_directions;
 }
 
 Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file) {

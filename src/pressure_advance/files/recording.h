@@ -33,7 +33,7 @@ using CameraKeys = std::vector<std::pair<std::string, std::string>>;
 /// what comes back.
 [[nodiscard]] std::string PutCameraKeys(std::string_view text, const CameraKeys& keys);
 
-/// Reads `folder`/scan.json (docs/formats.md). Does not open the videos.
+/// Reads `folder`/scan.json (docs/reference/formats.md). Does not open the videos.
 /// Every error names the file, the JSON path, the value and the bound.
 [[nodiscard]] Result<pressure_advance::Scan> ReadScan(const std::filesystem::path& folder);
 

@@ -13,7 +13,6 @@
 #include "base/frame.h"
 #include "support/sweep_world.h"
 #include "support/temporary_folder.h"
-#include "sweep_world.h"
 
 namespace trammel::files {
 namespace {

@@ -1,7 +1,8 @@
 #include "pressure_advance/laser/plate.h"
 
-#include <cmath>
 #include <gtest/gtest.h>
+
+#include <cmath>
 #include <vector>
 
 #include "base/random.h"

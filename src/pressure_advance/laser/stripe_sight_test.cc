@@ -14,7 +14,6 @@
 
 #include "pressure_advance/laser/laser_eye.h"
 #include "support/sweep_world.h"
-#include "sweep_world.h"
 
 namespace trammel::pressure_advance {
 namespace {

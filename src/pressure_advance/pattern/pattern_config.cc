@@ -29,11 +29,11 @@ constexpr auto kFields = std::to_array<PatternField>({
      "seldom 1.5. A pattern that goes further raises it to its own highest value."},
 
     {kPattern, "preset", &C::preset, "", 0, 0,
-     "quick, or paper, the published pattern and scan of three times the time: sets line_length, "
-     "segments, line_spacing, alternate_directions, lift_between_lines, frame_loops, frame_margin, "
-     "frame_speed, approach_lift, and speed, skip, run_up, settle and lines_at_once of [scan], "
-     "where "
-     "they are left out."},
+     "quick; paper, the published pattern and scan of three times the time; or photo, the pattern "
+     "of "
+     "--photo. Sets pressure_advances, line_length, segments, line_spacing, alternate_directions, "
+     "lift_between_lines, frame_loops, frame_margin, frame_speed, approach_lift, corner_mark, and "
+     "speed, skip, run_up, settle and lines_at_once of [scan], where they are left out."},
     {kPattern, "position_x", &C::position_x_mm, "mm", -2000, 2000,
      "Left outer edge of the first frame. Left out: centred on the bed."},
     {kPattern, "position_y", &C::position_y_mm, "mm", -2000, 2000,
@@ -127,6 +127,21 @@ PatternConfig QuickPattern() {
   return pattern;
 }
 
+// All lines one way and close together, so that a photo of the whole is sharp enough, with a mark.
+PatternConfig PhotoPattern() {
+  constexpr int kLines = 21;
+  PatternConfig pattern;
+  pattern.pressure_advances_s.clear();
+  for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
+  pattern.segments = PhotoSegments();
+  pattern.line_spacing_mm = 1.5;
+  pattern.frame_margin_mm.reset();  // what the mark needs
+  pattern.frame_loops = std::max(pattern.frame_loops, 1);
+  pattern.corner_mark = true;
+  pattern.alternate_directions = false;
+  return pattern;
+}
+
 settings::ScanSettings QuickScan() {
   settings::ScanSettings scan;
   scan.scan_speed_mm_s = 20;  // 0.67 mm a frame; travels run at 150 mm/s
@@ -138,7 +153,15 @@ settings::ScanSettings QuickScan() {
 }
 
 PatternConfig PatternOf(PatternPreset preset) {
-  return preset == PatternPreset::kQuick ? QuickPattern() : PatternConfig{};
+  switch (preset) {
+    case PatternPreset::kQuick:
+      return QuickPattern();
+    case PatternPreset::kPhoto:
+      return PhotoPattern();
+    case PatternPreset::kPaper:
+      break;
+  }
+  return {};
 }
 
 settings::ScanSettings ScanOf(PatternPreset preset) {
@@ -151,12 +174,23 @@ PatternPreset BeforeOf(const PatternConfig& pattern) {
 
 }  // namespace
 
+std::vector<Segment> PhotoSegments() { return {{0.1, 10}, {0.6, 100}, {0.3, 10}}; }
+
 std::string_view ToString(PatternPreset preset) {
-  return preset == PatternPreset::kPaper ? "paper" : "quick";
+  switch (preset) {
+    case PatternPreset::kQuick:
+      return "quick";
+    case PatternPreset::kPhoto:
+      return "photo";
+    case PatternPreset::kPaper:
+      break;
+  }
+  return "paper";
 }
 
 std::optional<PatternPreset> ParsePatternPreset(std::string_view name) {
-  for (const PatternPreset preset : {PatternPreset::kQuick, PatternPreset::kPaper}) {
+  for (const PatternPreset preset :
+       {PatternPreset::kQuick, PatternPreset::kPaper, PatternPreset::kPhoto}) {
     if (ToString(preset) == name) return preset;
   }
   return std::nullopt;
@@ -168,6 +202,8 @@ void ApplyPreset(PatternPreset preset, PatternConfig& pattern) {
   const auto follow = [&](auto PatternConfig::*field) {
     if (pattern.*field == was.*field) pattern.*field = becomes.*field;
   };
+  follow(&PatternConfig::pressure_advances_s);
+  follow(&PatternConfig::corner_mark);
   follow(&PatternConfig::line_length_mm);
   follow(&PatternConfig::segments);
   follow(&PatternConfig::line_spacing_mm);

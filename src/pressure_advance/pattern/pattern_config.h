@@ -143,7 +143,11 @@ enum class PatternPreset {
   kQuick,  ///< short lines, printed and swept to and fro without a stop: a third of the paper's
            ///< time
   kPaper,  ///< the published pattern and scan: what PatternConfig and ScanSettings default to
+  kPhoto,  ///< 21 lines of the paper's, all one way, with a marked corner: for a phone's photo
 };
+
+/// Segments of the preset photo, and of a photo whose plan is not at hand.
+[[nodiscard]] std::vector<Segment> PhotoSegments();
 
 inline constexpr PatternPreset kDefaultPreset = PatternPreset::kQuick;
 

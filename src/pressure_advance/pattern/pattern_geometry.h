@@ -57,7 +57,7 @@ struct PlanLine {
   double end_y_mm = 0;
 };
 
-/// Format 1 of *.plan.json; docs/formats.md has every key with its bounds.
+/// Format 1 of *.plan.json; docs/reference/formats.md has every key with its bounds.
 struct PatternPlan {
   std::string gcode;  ///< file name, beside the plan
   double bed_size_x_mm = 0;

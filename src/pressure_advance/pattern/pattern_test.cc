@@ -201,7 +201,8 @@ TEST(PatternPlan, SaysWhereTheLinesOfTheLayoutAre) {
 }
 
 TEST(PatternPresets, CanBePrintedAndAreCalledAsTheyAreSpelt) {
-  for (const PatternPreset preset : {PatternPreset::kQuick, PatternPreset::kPaper}) {
+  for (const PatternPreset preset :
+       {PatternPreset::kQuick, PatternPreset::kPaper, PatternPreset::kPhoto}) {
     PatternConfig pattern;
     settings::ScanSettings scan;
     ApplyPreset(preset, pattern, scan);

@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "pressure_advance/files/recording.h"
-#include "pressure_advance/procedure/recorded_frames.h"
 #include "support/sweep_world.h"
-#include "sweep_world.h"
 
 namespace trammel::procedure {
 namespace {

@@ -35,7 +35,7 @@ struct RecordedSweep {
   double clock_sigma_s = 0;                                  ///< of the motion's times
 };
 
-/// Keeps a recording readable at any moment (docs/formats.md).
+/// Keeps a recording readable at any moment (docs/reference/formats.md).
 class ScanRecording {
  public:
   /// The request outlives the recording.

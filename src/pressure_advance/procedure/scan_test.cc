@@ -18,7 +18,6 @@
 #include "support/sweep_world.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
-#include "sweep_world.h"
 
 namespace trammel::procedure {
 namespace {

@@ -1,8 +1,9 @@
 #include "pressure_advance/profile/line_profile.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 
 namespace trammel::pressure_advance {

@@ -29,7 +29,7 @@ struct ScanLine {
   std::size_t lost_frames = 0;  ///< of its video: that the camera took, and that never came
 };
 
-/// Format 1 of scan.json; docs/formats.md has every key with its bounds.
+/// Format 1 of scan.json; docs/reference/formats.md has every key with its bounds.
 struct Scan {
   std::vector<ScanLine> lines;
   double frames_per_s = 30;

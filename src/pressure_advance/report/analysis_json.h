@@ -15,7 +15,7 @@
 
 namespace trammel::report {
 
-/// One object with its keys in the order of docs/formats.md, so that equal analyses give equal
+/// One object with its keys in the order of docs/reference/formats.md, so that equal analyses give equal
 /// bytes.
 /// @param report_path  of the report that was written; absent: `null`.
 /// Value, uncertainty and interval are `null` unless the verdict is good, and so is any number that
@@ -47,7 +47,7 @@ struct SetupValue {
 /// Every value, in the order in which they are told; those that a scan needs first.
 [[nodiscard]] std::vector<SetupValue> SetupValues(const pressure_advance::SetupResult& result);
 
-/// setup.json (docs/formats.md). Numbers exist only with a good verdict of their own.
+/// setup.json (docs/reference/formats.md). Numbers exist only with a good verdict of their own.
 [[nodiscard]] nlohmann::ordered_json JsonOfSetup(const SetupView& view);
 
 }  // namespace trammel::report

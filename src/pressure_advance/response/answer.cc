@@ -1,8 +1,9 @@
 #include "pressure_advance/response/answer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 #include <utility>
 
