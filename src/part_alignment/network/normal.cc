@@ -91,7 +91,7 @@ ReducedNormal Reduce(const NormalEquations& normal, double damping) {
 
 NormalStep Solve(const NormalEquations& normal, const MatrixXd& motions, double damping) {
   ReducedNormal reduced = Reduce(normal, damping);
-  if (motions.cols() > 0) {
+  if (motions.cols() > 0 && normal.right.size() > 0) {
     const double size =
         std::max(reduced.matrix.diagonal().mean(), std::numeric_limits<double>::min());
     reduced.matrix += size * motions * motions.transpose();

@@ -217,7 +217,7 @@ constexpr double kUnchecked = 0.02;  // a redundancy below which a residual tell
 
 // The inverse within the datum: bordered by the motions it leaves free.
 MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, bool& determined) {
-  const double scale = matrix.diagonal().head(points).mean();
+  const double scale = points > 0 ? matrix.diagonal().head(points).mean() : 1;
   matrix += scale * motions * motions.transpose();
   const MatrixXd inverse =
       ScaledInverse(matrix, determined) - motions * motions.transpose() / scale;
