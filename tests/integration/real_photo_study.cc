@@ -34,7 +34,7 @@ Measured AnswerOf(const cv::Mat& picture) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "photo.png";
   app::PhotoPlan plan;
-  for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
+  for (int i = 0; i < kPhotoLines; ++i) plan.pressure_advance_s.push_back(kPhotoStep_s * i);
   EXPECT_TRUE(cv::imwrite(file.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 0}));
   const auto run = app::AnalysePhoto(file, plan);
   return run ? run->analysis.pressure_advance : Measured::Refused(run.error().message);

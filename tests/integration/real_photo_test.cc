@@ -35,11 +35,11 @@ namespace pa = pressure_advance;
 using nlohmann::json;
 using test::FromAccepted;
 using test::kHalfStep_s;
-using test::kLines;
+using test::kPhotoLines;
 using test::kPhotos;
-using test::kStep_s;
+using test::kPhotoStep_s;
 
-// What all four were printed with: kLines values, kStep_s apart.
+// What all four were printed with: kPhotoLines values, kPhotoStep_s apart.
 constexpr const char* kLabels = "--pa 0:0.1:0.005";
 using test::RealPhoto;
 
@@ -65,7 +65,7 @@ class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
   }
   [[nodiscard]] pa::Analysis Profiles() const {
     app::PhotoPlan plan;
-    for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
+    for (int i = 0; i < kPhotoLines; ++i) plan.pressure_advance_s.push_back(kPhotoStep_s * i);
     auto run = app::AnalysePhoto(file_, plan);
     EXPECT_TRUE(run.has_value());
     return run ? std::move(run->analysis) : pa::Analysis{};
@@ -120,12 +120,12 @@ TEST_P(RealPhotosWithFewerLines, AnswerStaysWithoutAnyThreeLines) {
   const pa::Analysis analysis = Profiles();
   ASSERT_TRUE(analysis.pressure_advance.good());
   std::vector<std::vector<std::size_t>> triples;
-  for (std::size_t i = 0; i + 2 < kLines; ++i) triples.push_back({i, i + 1, i + 2});
+  for (std::size_t i = 0; i + 2 < kPhotoLines; ++i) triples.push_back({i, i + 1, i + 2});
   constexpr std::uint64_t kSeed = 1;
   Random random(kSeed);
   while (triples.size() < 30) {
-    const std::vector<std::size_t> triple = {random.Below(kLines), random.Below(kLines),
-                                             random.Below(kLines)};
+    const std::vector<std::size_t> triple = {random.Below(kPhotoLines), random.Below(kPhotoLines),
+                                             random.Below(kPhotoLines)};
     if (triple[0] < triple[1] && triple[1] < triple[2]) triples.push_back(triple);
   }
   for (const std::vector<std::size_t>& triple : triples) {
@@ -185,7 +185,7 @@ cv::Mat PaintOver(const pa::PhotoView& view, const std::vector<std::size_t>& lin
 // Each photo takes one of the two triples, to be quick.
 TEST_P(RealPhotos, AnswerIsRightOrAbsentWhereThreeLinesArePaintedOver) {
   app::PhotoPlan plan;
-  for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
+  for (int i = 0; i < kPhotoLines; ++i) plan.pressure_advance_s.push_back(kPhotoStep_s * i);
   const auto run = app::AnalysePhoto(file_, plan);
   ASSERT_TRUE(run.has_value());
   ASSERT_TRUE(run->photo.has_value());
@@ -193,9 +193,9 @@ TEST_P(RealPhotos, AnswerIsRightOrAbsentWhereThreeLinesArePaintedOver) {
   const std::vector<std::size_t>& lines = triples[Place() % std::size(triples)];
   const cv::Mat painted = PaintOver(*run->photo, lines);
   std::string remaining;
-  for (std::size_t i = 0; i < kLines; ++i) {
+  for (std::size_t i = 0; i < kPhotoLines; ++i) {
     if (std::find(lines.begin(), lines.end(), i) != lines.end()) continue;
-    remaining += (remaining.empty() ? "" : ",") + std::to_string(kStep_s * double(i));
+    remaining += (remaining.empty() ? "" : ",") + std::to_string(kPhotoStep_s * double(i));
   }
   for (const std::string& labels : {std::string("0:0.1:0.005"), remaining}) {
     const json answer = AnalyzePicture(painted, "--pa " + labels);

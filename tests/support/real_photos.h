@@ -8,8 +8,8 @@
 namespace trammel::test {
 
 /// 21 lines from 0 s on.
-inline constexpr int kLines = 21;
-inline constexpr double kStep_s = 0.005;
+inline constexpr int kPhotoLines = 21;
+inline constexpr double kPhotoStep_s = 0.005;
 /// Half a step between the lines: nearer than that, a person would name the same line.
 inline constexpr double kHalfStep_s = 0.0025;
 
