@@ -75,7 +75,7 @@ def main(root, trammel, trammel_sim):
     helps = {"trammel": Helps("trammel", trammel), "trammel-sim": Helps("trammel-sim", trammel_sim)}
     wrong, seen = 0, 0
     root = pathlib.Path(root)
-    for document in [root / "README.md", *sorted((root / "docs").glob("*.md")),
+    for document in [root / "README.md", *sorted((root / "docs").rglob("*.md")),
                      *sorted((root / "klipper").glob("*.md"))]:
         for line, program, words in commands(document.read_text()):
             seen += 1

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that docs/safety.md names only tests that are there."""
+"""Checks that docs/reference/safety.md names only tests that are there."""
 import pathlib
 import re
 import sys
@@ -20,10 +20,10 @@ def tests_of(root):
 
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
-    named = set(re.findall(r"`([A-Z]\w+\.(?:[A-Z]|test_)\w+)`", (root / "docs/safety.md").read_text()))
+    named = set(re.findall(r"`([A-Z]\w+\.(?:[A-Z]|test_)\w+)`", (root / "docs/reference/safety.md").read_text()))
     missing = sorted(named - tests_of(root))
     for name in missing:
-        print(f"docs/safety.md: there is no test {name}")
+        print(f"docs/reference/safety.md: there is no test {name}")
     print(f"{len(named)} tests named, {len(missing)} missing")
     return 1 if missing or not named else 0
 

@@ -3,7 +3,7 @@
 # Copyright (C) 2026  The trammel authors
 #
 # This file may be distributed under the terms of the GNU GPLv3 license.
-"""An extra of Klipper's host; docs/tap-klipper.md is its manual.
+"""An extra of Klipper's host; docs/howto/tap-klipper.md is its manual.
 
 Klipper presses the nozzle onto the bed until the load cell triggers and takes the height of that
 moment. This extra lets it press as before, pulls the nozzle back slowly, and has trammel's library

@@ -12,7 +12,7 @@ from .analyser import Analyser
 from .library import Answer, Context, Move, Tap, TapError
 from .load_cell_probe import LoadCellProbe, check_printer
 
-# Reasons that lie in what was pressed on (docs/tap.md), which a scrub may mend.
+# Reasons that lie in what was pressed on (docs/howto/tap.md), which a scrub may mend.
 SCRUB_REASONS = frozenset([
     'adhesion', 'baseline_force_inconsistent', 'fouled_nozzle', 'loose_sheet',
     'low_compression_force', 'low_decompression_force', 'low_tap_quality', 'mid_air_impulse',

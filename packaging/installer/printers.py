@@ -241,4 +241,4 @@ def release_of(program, wanted):
     if wanted in ("amd64", "arm64"):
         raise InstallError(f"this is {asset}, and this computer wants trammel-{wanted}.zip")
     raise InstallError(f"this is {asset}, and the programs of this system are for {wanted}, whatever its kernel is; no archive is "
-                       "made for that: install a 64-bit system, or build trammel from its sources (docs/install.md)")
+                       "made for that: install a 64-bit system, or build trammel from its sources (docs/howto/install.md)")

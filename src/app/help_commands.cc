@@ -145,7 +145,7 @@ void AddLeftOutCommand(CLI::App& cli, int& exit_code, const std::string& name) {
              "trammel {0} is not part of this build (./run builds pressure advance alone); build "
              "all of "
              "trammel with cmake --preset release && cmake --build --preset release, and use "
-             "build/release/src/app/trammel {0} (docs/install.md)",
+             "build/release/src/app/trammel {0} (docs/howto/install.md)",
              name)});
   });
 }

@@ -80,7 +80,7 @@ TEST_F(LeftOutTest, SaysHowToBuildWhatIsNotThereWhateverFollows) {
     program_.parse(line);
     EXPECT_THAT(
         testing::internal::GetCapturedStderr(),
-        AllOf(HasSubstr("trammel tap is not part of this build"), HasSubstr("docs/install.md")));
+        AllOf(HasSubstr("trammel tap is not part of this build"), HasSubstr("docs/howto/install.md")));
     EXPECT_EQ(exit_code_, kExitUsage) << line;
   }
 }
@@ -117,7 +117,7 @@ class UsageErrorTest : public testing::Test {
     return "";
   }
 
-  CLI::App program_;
+  CLI::App program_{"", "trammel"};
   std::string path_;
   std::string config_;
 };

@@ -229,7 +229,7 @@ TEST_F(HistoryCommand, SaysWhatIsDue) {
   const CommandResult due = History("due --age 30");
   EXPECT_EQ(due.exit_code, 0) << due.output;
   EXPECT_THAT(due.standard_output,
-              AllOf(HasSubstr("due      pressure advance, printer printer.local, nozzle 0.40, "
+              AllOf(HasSubstr("due      pressure advance, printer printer.local:7125, nozzle 0.40, "
                               "filament PLA\n"),
                     HasSubstr("days old, of 30")));
   EXPECT_THAT(History("due --age 36500").standard_output,

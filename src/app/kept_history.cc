@@ -118,9 +118,8 @@ std::string DriftText(const Change& change) {
 
 void PrintDrift(const std::filesystem::path& recordings, const Outcome& now) {
   if (now.subject == measurement::Subject{}) return;
-  const auto history =
-      service::ReadHistoryByPrinter(
-          recordings, {kMostCompared, now.provenance.instrument, now.subject});
+  const auto history = service::ReadHistoryByPrinter(
+      recordings, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return;
   const HistoryEntry own = EntryOf(*history, now);
   if (const auto* nozzle = NozzleChangeBefore(*history, now.subject.printer, own.order)) {

@@ -6,15 +6,10 @@
 #include <vector>
 
 #include "app/config_command.h"
-#include "app/console.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
-#include "app/printer_session.h"
 #include "app/program.h"
-#include "app/provenance.h"
 #include "app/serve_command.h"
-#include "app/slow_work.h"
-#include "sim/commands/commands.h"
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif
@@ -87,7 +82,7 @@ constexpr Command kCommands[] = {
 #endif
     },
     {"serve",
-     "wait beside Klipper for front ends and macros, and run what they ask for (docs/serve.md)",
+     "wait beside Klipper for front ends and macros, and run what they ask for (docs/howto/serve.md)",
      [](CLI::App& serve, int& exit_code) {
        trammel::app::AddServeOptions(serve, exit_code, Offers);
      }},

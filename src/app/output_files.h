@@ -70,7 +70,7 @@ struct ResultFile {
   nlohmann::ordered_json details;  ///< as --json prints it
 };
 
-/// As a file to write (docs/formats.md, result.json).
+/// As a file to write (docs/reference/formats.md, result.json).
 [[nodiscard]] OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result);
 
 /// Writes result.json into the recording's folder. Errors name the file.

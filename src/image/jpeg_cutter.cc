@@ -12,7 +12,6 @@
 
 #include "image/jpeg_compressor.h"
 #include "image/jpeg_reader.h"
-#include "image/jpeg_reader.h"
 
 namespace trammel::image {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "measurement/history.h"
 #include "machine/moonraker/printer.h"
+#include "measurement/history.h"
 #include "service/job_kind.h"
 
 namespace trammel::service {
@@ -73,7 +73,7 @@ struct KeptState {
   std::optional<Proposal> proposal = {};
 };
 
-/// Where a printer's state lies (docs/formats.md). @param address  plain, as locks are named by it
+/// Where a printer's state lies (docs/reference/formats.md). @param address  plain, as locks are named by it
 [[nodiscard]] std::filesystem::path KeptStatePath(const std::filesystem::path& state_folder,
                                                   std::string_view address);
 

@@ -53,7 +53,7 @@ struct JobServerOptions {
 };
 
 /// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
-/// (docs/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the service, but
+/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the service, but
 /// what they found does: an answer that nobody has decided on is offered again after a restart.
 class JobServer {
  public:

@@ -738,7 +738,8 @@ TEST_F(JobServerTest, ResultsOfEarlierRunsAreInTheHistory) {
 
 TEST_F(JobServerTest, APrinterHasOneNameInTheHistoryWhateverItsAddress) {
   const fs::path recordings = folder_.path() / "recordings";
-  for (const char* printer : {"voron.local:80", "http://voron.local/", "voron.local:7125", "ender"}) {
+  for (const char* printer :
+       {"voron.local:80", "http://voron.local/", "voron.local:7125", "ender"}) {
     measurement::Outcome outcome = OutcomeWith(kGoodAnswer);
     outcome.subject.printer = printer;
     const fs::path folder = recordings / std::to_string(std::string(printer).size());

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
@@ -247,7 +248,7 @@ std::string PlainAddress(const std::string& address) {
 std::string PrinterName(const std::string& address) {
   // Moonraker's own ports, and those of the web server before it (Mainsail, Fluidd), which hands
   // on to the first.
-  constexpr std::array<std::string_view, 4> kSameMoonraker = {"7125", "7130", "80", "443"};
+  constexpr std::array<std::uint16_t, 4> kSameMoonraker = {7125, 7130, 80, 443};
   auto plain = ParsePlain(address);
   if (!plain || plain->transport == machine::Transport::kUnix) return WithoutSecrets(address);
   if (plain->path_prefix.empty() &&

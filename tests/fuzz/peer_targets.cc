@@ -273,7 +273,7 @@ FUZZ_TARGET(script_answers)(std::string_view text) {
   Require(log.All().size() <= 3 && log.Excerpt(2).size() < 1000, "the log stays short");
 }
 
-service::DeskOptions Options() {
+service::JobServerOptions Options() {
   service::JobKind kind;
   kind.name = "measure";
   kind.arguments = {"filament"};
@@ -281,7 +281,7 @@ service::DeskOptions Options() {
     return Result<service::Offer>(service::Offer{"Is the bed empty?"});
   };
   kind.answer = [](const std::string&) -> Result<service::AnswerInWords> { return Fail("none"); };
-  service::DeskOptions options;
+  service::JobServerOptions options;
   options.address = "localhost";
   options.recordings = "/no/such/folder";
   options.state_folder = "/no/such/folder";
@@ -293,13 +293,13 @@ service::DeskOptions Options() {
 
 // What front ends and programs ask of a service, while it has no printer.
 FUZZ_TARGET(serve_request)(std::string_view text) {
-  static service::Desk desk(Options());
+  static service::JobServer server(Options());
   const auto parsed = ParseBoundedJson(text, "the request");
   if (!parsed || !parsed->is_object()) return;
   const auto method = parsed->find("method");
   if (method == parsed->end() || !method->is_string()) return;
   const machine::RpcAnswer answer =
-      desk.Answer(method->get<std::string>(), parsed->value("params", nlohmann::json::object()));
+      server.Answer(method->get<std::string>(), parsed->value("params", nlohmann::json::object()));
   if (answer.kind == machine::RpcAnswer::Kind::kError) {
     Require(answer.code != 0 && !answer.message.empty(), "a refusal says why");
   } else {

@@ -2,7 +2,6 @@
 #include "stand_ins.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <deque>
@@ -172,7 +171,7 @@ ByteStream::ByteStream(ByteStream&&) noexcept = default;
 ByteStream& ByteStream::operator=(ByteStream&&) noexcept = default;
 ByteStream::~ByteStream() = default;
 
-Result<ByteStream> ByteStream::Connect(const ConnectOptions&, const std::stop_token&) {
+Result<ByteStream> ByteStream::Connect(const Endpoint&, const std::stop_token&) {
   if (fuzz::g_bytes.empty()) return Fail("refused", ErrorKind::kMachine);
   return ByteStream(std::make_unique<State>());
 }
@@ -194,7 +193,8 @@ Waited WaitForFd(int, short, double, const std::stop_token& stop) {
 }  // namespace trammel::machine
 
 // machine/net/child_process.cc: the work runs at once and in this process, where the
-// sanitizers see it and no process has to be made for each input. Its limits are not set.
+// sanitizers see it and no process has to be made for each input. Its limits, which would be the
+// fuzzer's, are not set.
 
 namespace {
 
@@ -202,10 +202,9 @@ std::deque<trammel::machine::ChildMessage> g_messages;
 
 }  // namespace
 
-// They would limit the fuzzer.
-extern "C" int setrlimit(__rlimit_resource_t, const rlimit*) noexcept { return 0; }
-
 namespace trammel::machine {
+
+void LimitThisProcess(std::uint64_t, int) {}
 
 bool ChildSender::Send(std::uint32_t kind, std::span<const std::uint8_t> bytes) const {
   g_messages.push_back({kind, {bytes.begin(), bytes.end()}});

@@ -1,5 +1,5 @@
 // What comes out of repeated clampings of the virtual spindle, beside Tables 2 and 3 of Mendikute
-// et al., and whether the covariance tells it. Prints the tables that docs/part-alignment.md
+// et al., and whether the covariance tells it. Prints the tables that docs/howto/part-alignment.md
 // quotes.
 //
 // TRAMMEL_STUDY_SEEDS: clampings of a row, 10000 without it; TRAMMEL_STUDY_FIRST_SEED: of the part.

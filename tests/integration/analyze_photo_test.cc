@@ -10,7 +10,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pressure_advance/files/plan_file.h"
@@ -365,6 +367,33 @@ TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
 TEST_F(AnalyzePhoto, RefusesSidesAcrossTheLines) {
   Write(ToMat(Draw(drawn_)));
   ExpectRefused("photo.jpg --from left " + std::string(kPa), folder(), {"left", "bottom or top"});
+}
+
+// The photo is virtual; all else is what the page shows.
+TEST_F(AnalyzePhoto, TheTutorialsCommandsAnswerAsItShows) {
+  std::istringstream page(test::ReadWhole(TRAMMEL_SOURCE_FOLDER "docs/tutorial/photo.md"));
+  std::vector<std::string> shown;
+  std::string printed;
+  bool block = false;
+  for (std::string line; std::getline(page, line);) {
+    constexpr std::string_view kPrompt = "    trammel ";
+    if (line.starts_with("```")) {
+      block = !block;
+    } else if (block) {
+      shown.push_back(line);
+    } else if (line.starts_with(kPrompt)) {
+      if (line.find("pa analyze photo.jpg") != std::string::npos) {
+        const test::CommandResult photo =
+            test::RunTrammel("sim photo pattern.gcode --seed 77 -o photo.jpg", folder());
+        ASSERT_EQ(photo.exit_code, 0) << photo.output;
+      }
+      const test::CommandResult run = test::RunTrammel(line.substr(kPrompt.size()), folder());
+      EXPECT_EQ(run.exit_code, 0) << line << run.output;
+      printed += run.standard_output;
+    }
+  }
+  EXPECT_EQ(shown.size(), 4U);
+  for (const std::string& line : shown) EXPECT_THAT(printed, HasSubstr(line + "\n"));
 }
 
 }  // namespace

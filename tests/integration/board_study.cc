@@ -1,6 +1,6 @@
 // A camera calibrated on the machine by a printed board, over boards and machines drawn anew:
 // whether its covariance tells its errors, what it does to a measurement, and whether every fault
-// of a set-up is named. Prints the tables that docs/part-alignment-board.md quotes.
+// of a set-up is named. Prints the tables that docs/howto/part-alignment-board.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: boards of the first row, 200 without it; other rows have at most 50 of them,
 // faults 10.

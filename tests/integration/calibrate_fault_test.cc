@@ -225,7 +225,7 @@ std::vector<Case> BeforeItBegins() {
                     },
                     WorkedWith},
                    kMachine,
-                   {"/stream", "refused"}});
+                   {"/stream", "refuses"}});
   cases.push_back({{"ListedCameraIsNotThere",
                     [](ShopOptions& options) { options.with_camera = false; }, WorkedWith},
                    kMachine,

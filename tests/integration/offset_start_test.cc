@@ -40,7 +40,7 @@ constexpr const char* kKeepThem = "keep them beyond a restart";
 // T1 keeps this, and lands so far beside; both the rendered sheet's truth.
 constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
 constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/tool-offset.md); five times.
+// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/howto/tool-offset.md); five times.
 constexpr double kNear_mm = 0.02;
 constexpr double kDigits_mm = 0.0006;  // the firmware is told micrometres
 
@@ -619,14 +619,16 @@ TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
   EXPECT_THAT(process->Wait(kEnough_s).standard_output, HasSubstr("petg: nozzle"));
 }
 
-/// The commands of the manual's guided way, without `trammel` and remarks.
+/// The commands of the manual's guided way, without remarks: without `trammel`, `sim` for
+/// `trammel-sim`.
 std::vector<std::vector<std::string>> ManualsCommands(const std::string& address) {
-  std::istringstream lines(ReadWhole(fs::path(TRAMMEL_DOCS_DIR) / "tool-offset.md"));
+  std::istringstream lines(ReadWhole(fs::path(TRAMMEL_DOCS_DIR) / "howto/tool-offset.md"));
   std::vector<std::vector<std::string>> commands;
   bool inside = false;
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("## ")) inside = line.starts_with("## Guided");
-    constexpr std::string_view kPrompt = "    trammel ";
+    constexpr std::string_view kPrompt = "    trammel ", kSimPrompt = "    trammel-sim ";
+    if (line.starts_with(kSimPrompt)) line.replace(0, kSimPrompt.size(), "    trammel sim ");
     if (!inside || !line.starts_with(kPrompt)) continue;
     std::istringstream words(line.substr(kPrompt.size(), line.find("  #") - kPrompt.size()));
     std::vector<std::string>& command = commands.emplace_back();

@@ -1,5 +1,5 @@
 // How many plain targets a survey gives, how many that are none, and whether their covariance tells
-// how far off they are. Prints the tables that docs/part-alignment-survey.md quotes.
+// how far off they are. Prints the tables that docs/howto/part-alignment-survey.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: networks of a row, 20 without it.
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // How well surveys of a part of 2 m do over networks drawn anew, and whether their covariance tells
-// it. Prints the tables that docs/part-alignment-survey.md quotes.
+// it. Prints the tables that docs/howto/part-alignment-survey.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: networks of a row, 40 without it.
 #include <fmt/format.h>

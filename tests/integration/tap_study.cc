@@ -1,5 +1,5 @@
 // Studies the contact method on virtual load cells: coverage, bias, scatter and refusals. Prints
-// the table of docs/tap.md.
+// the table of docs/howto/tap.md.
 //
 // TRAMMEL_STUDY_SEEDS: taps of each world, 1000 without it. TRAMMEL_STUDY_FIRST_SEED: the first
 // one's, 500000 without it; nothing may be tuned on those, so use one below 1000 for development.

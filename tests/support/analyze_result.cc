@@ -59,7 +59,7 @@ void ExpectLaw(const json& law) {
   EXPECT_LE(law.at("weight").get<double>(), 1);
 }
 
-// docs/formats.md, key by key.
+// docs/reference/formats.md, key by key.
 void ExpectFormat(const json& answer) {
   ExpectKeys(answer,
              {"format", "method", "verdict", "reason", "pressure_advance_s",

@@ -21,7 +21,7 @@ namespace trammel::machine {
                                                                    const CameraOptions& options,
                                                                    const std::stop_token& stop);
 
-/// Reads a part's times and marks from its header fields into the frame (docs/cameras.md has them).
+/// Reads a part's times and marks from its header fields into the frame (docs/howto/cameras.md has them).
 /// Fields that are no sensible numbers count as absent.
 void ReadFrameFields(const HeaderFields& fields, CapturedFrame& frame);
 

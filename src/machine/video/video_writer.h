@@ -18,7 +18,7 @@ namespace trammel::machine {
 /// beside it. Each frame is handed to the system before Add() returns: after a SIGKILL at any
 /// moment machine/video_file reads every frame that was added.
 ///
-/// The times: `<video>.times` (docs/formats.md, frame times), one line per frame.
+/// The times: `<video>.times` (docs/reference/formats.md, frame times), one line per frame.
 class VideoWriter {
  public:
   /// Creates both files; an existing one is an error (kInput), as is a folder that is not there.

@@ -86,14 +86,14 @@ TEST_F(AlignExamples, TheReadmesCommandsRunInTheirOrder) {
 }
 
 TEST_F(AlignExamples, TheManualsCommandsRunInTheirOrder) {
-  RunInOrder(fs::path(TRAMMEL_SOURCE) / "docs/part-alignment.md", folder_.path(), 14);
+  RunInOrder(fs::path(TRAMMEL_SOURCE) / "docs/howto/part-alignment.md", folder_.path(), 14);
 }
 
 // What the manual shows is what is printed.
 TEST_F(AlignExamples, InitPrintsTheCommandsOfTheManual) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
   ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);
-  const auto commands = CommandsOf(fs::path(TRAMMEL_SOURCE) / "docs/part-alignment.md");
+  const auto commands = CommandsOf(fs::path(TRAMMEL_SOURCE) / "docs/howto/part-alignment.md");
   const auto init = std::find_if(commands.begin(), commands.end(), [](const std::string& command) {
     return command.starts_with("align init ");
   });
@@ -107,7 +107,7 @@ TEST_F(AlignExamples, InitPrintsTheCommandsOfTheManual) {
 }
 
 TEST_F(AlignExamples, TheSurveysCommandsRunInTheirOrder) {
-  RunInOrder(fs::path(TRAMMEL_SOURCE) / "docs/part-alignment-survey.md", folder_.path(), 4);
+  RunInOrder(fs::path(TRAMMEL_SOURCE) / "docs/howto/part-alignment-survey.md", folder_.path(), 4);
 }
 
 TEST_F(AlignExamples, EveryCommandOfTheirPageRunsInItsOrder) {

@@ -218,7 +218,7 @@ StartValues ValuesOf(const StartAnswers& answers,
 StartFiles::StartFiles(const fs::path& in)
     : folder(in), settings(in / "setup.json"), views(in / "views.json") {}
 
-/// Observations without views (docs/formats.md); the files of camera and targets by their paths
+/// Observations without views (docs/reference/formats.md); the files of camera and targets by their paths
 /// from the folder.
 std::string SettingsText(const StartFiles& names, const StartValues& values) {
   const auto from_folder = [&](const std::string& path) {

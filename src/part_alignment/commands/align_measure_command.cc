@@ -209,7 +209,7 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<MeasureArguments>();
   command
       ->add_option("plan", arguments->plan,
-                   "as observations (docs/formats.md); what it observed is not looked at")
+                   "as observations (docs/reference/formats.md); what it observed is not looked at")
       ->required();
   command
       ->add_option("--source", arguments->source,

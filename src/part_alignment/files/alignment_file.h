@@ -30,7 +30,7 @@ struct AlignmentInput {
   std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
-/// Reads observations (docs/formats.md). `camera` is an object, or the path of a camera file, from
+/// Reads observations (docs/reference/formats.md). `camera` is an object, or the path of a camera file, from
 /// the folder of this one; beside an object may stand the `calibration` that a camera file has.
 /// `targets` are a list, with their covariance beside it, or the path of what align fit left; of
 /// that the ends of scale bars are left out unless a view shows them.

@@ -16,7 +16,7 @@ struct BoardFile {
   int bits = 14;     ///< of the sheet's codes
 };
 
-/// BOARD.json (docs/formats.md). `sheet` names what `align targets --layout` left, from the file's
+/// BOARD.json (docs/reference/formats.md). `sheet` names what `align targets --layout` left, from the file's
 /// folder: its marks, the radius of its discs, the bits of its codes.
 /// Errors (kInput) name file and place: not JSON, a key that is missing, unknown or out of its
 /// range, a picture twice.

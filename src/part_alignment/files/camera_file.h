@@ -19,7 +19,7 @@ struct CameraFile {
   std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
-/// `{"format": 1, "camera": {…}, "calibration": {…}}` (docs/formats.md). Errors (kInput): not
+/// `{"format": 1, "camera": {…}, "calibration": {…}}` (docs/reference/formats.md). Errors (kInput): not
 /// there, not JSON, a key that is missing, unknown or out of its range.
 [[nodiscard]] Result<CameraFile> ReadCameraFile(const std::filesystem::path& path);
 
@@ -55,7 +55,7 @@ struct CalibrationGridFile {
   std::string date;  ///< YYYY-MM-DD
 };
 
-/// GRID.json (docs/formats.md). Errors (kInput) name file and place: not JSON, a key that is
+/// GRID.json (docs/reference/formats.md). Errors (kInput) name file and place: not JSON, a key that is
 /// missing, unknown or out of its range.
 [[nodiscard]] Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path);
 

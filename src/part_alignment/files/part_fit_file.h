@@ -23,7 +23,7 @@ struct PartFile {
   std::vector<std::string> notices;  ///< of the meshes that it names
 };
 
-/// PART.json (docs/formats.md), and the meshes that it names. Errors (kInput) name file and place.
+/// PART.json (docs/reference/formats.md), and the meshes that it names. Errors (kInput) name file and place.
 [[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path,
                                             const MeshReader& read_mesh);
 
@@ -46,7 +46,7 @@ struct BudgetFile {
   std::vector<part_alignment::MeasuredLength> lengths;
 };
 
-/// SCENE.json (docs/formats.md). Errors (kInput) name file and place.
+/// SCENE.json (docs/reference/formats.md). Errors (kInput) name file and place.
 [[nodiscard]] Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path);
 
 }  // namespace trammel::files

@@ -42,7 +42,7 @@ struct SolvedParameter {
 /// "clamp_angle_rad" -> "clamp angle".
 [[nodiscard]] std::string NameOf(std::string parameter);
 
-/// One object (docs/formats.md). Values and covariance are null unless the
+/// One object (docs/reference/formats.md). Values and covariance are null unless the
 /// verdict is good; so is what was not an unknown.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const AlignmentOutput& output);
 

@@ -30,7 +30,7 @@ struct CorrectionOutput {
   }
 };
 
-/// One object (docs/formats.md), ended by a newline.
+/// One object (docs/reference/formats.md), ended by a newline.
 [[nodiscard]] std::string ToJson(const CorrectionOutput& output);
 
 /// Several lines, for the operator.

@@ -9,7 +9,7 @@
 
 namespace trammel::report {
 
-/// One object (docs/formats.md), ended by a newline; what `align solve` takes as targets. What is
+/// One object (docs/reference/formats.md), ended by a newline; what `align solve` takes as targets. What is
 /// meant only with verdict good is null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::Survey& survey);
 

@@ -38,14 +38,14 @@ struct FinderWorkspace {
   std::vector<std::uint8_t> quiet;
 };
 
-/// Method: docs/part-alignment.md, "Targets". Blobs are outlined by a threshold that follows the
+/// Method: docs/howto/part-alignment.md, "Targets". Blobs are outlined by a threshold that follows the
 /// mean around (OpenCV), the ring about each ellipse is read, and the disc's blurred ellipse is
 /// fitted to the pixels by least squares.
 /// @param picture  8-bit grey: 1 channel, at least 16 x 16 px, at most 32,767 a side.
 /// Errors (kInput): a picture of another kind, options out of range. A picture without targets is
 /// a result with none.
 /// Accuracy: root-mean-square error per axis within 1.3 of the Cramér-Rao bound from a radius of
-/// 5 px (ring_finder_test). Cost: docs/part-alignment.md.
+/// 5 px (ring_finder_test). Cost: docs/howto/part-alignment.md.
 [[nodiscard]] Result<FoundTargets> FindTargets(const PageView& picture, const CodeBook& book,
                                                const FinderOptions& options,
                                                FinderWorkspace& workspace);

@@ -72,7 +72,7 @@ class CameraView {
   };
   [[nodiscard]] Spot LaserSpot(const MachineView& machine) const;
 
-  /// REQUIRES a bed. Cost at 1280 x 720: see docs/virtual-printer.md.
+  /// REQUIRES a bed. Cost at 1280 x 720: see docs/tutorial/virtual-printer.md.
   void Render(const CameraMoment& moment, Frame& frame);
 
  private:

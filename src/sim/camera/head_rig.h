@@ -156,7 +156,7 @@ class RigMotion {
   std::shared_ptr<const Bed> laid_;
 };
 
-/// Writes the truth of a head as JSON (docs/formats.md).
+/// Writes the truth of a head as JSON (docs/reference/formats.md).
 /// @param eye  As drawn, before MountEye.
 /// Error (kInput): the file is there already or cannot be created.
 [[nodiscard]] Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& rig,

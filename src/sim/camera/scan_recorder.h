@@ -37,7 +37,7 @@ struct ScanOptions {
                                       const LaserTraits& eye, const ScanOptions& options,
                                       const Random& random, const std::filesystem::path& folder);
 
-/// Writes truth.json (docs/formats.md) into a recording's folder.
+/// Writes truth.json (docs/reference/formats.md) into a recording's folder.
 [[nodiscard]] Result<void> WriteTruth(const std::filesystem::path& folder, const PrintTruth& truth,
                                       std::uint64_t seed, const std::string& condition);
 

@@ -93,7 +93,7 @@ class PhoneMap {
 /// Error (kInput): a name that is not there.
 [[nodiscard]] Result<void> SetPhoneTrait(std::string_view name, double value, PhoneTraits& traits);
 
-/// The truth behind a photo as JSON (docs/formats.md).
+/// The truth behind a photo as JSON (docs/reference/formats.md).
 [[nodiscard]] std::string PhoneTruthJson(const SheetName& name, const PrintedSheet& sheet,
                                          int reference, const PhoneTraits& traits);
 

@@ -25,7 +25,7 @@ struct PlannedLine {
   double end_y_mm = 0;
 };
 
-/// Format 1 of *.plan.json (docs/formats.md), as far as the virtual print shop needs it.
+/// Format 1 of *.plan.json (docs/reference/formats.md), as far as the virtual print shop needs it.
 struct Plan {
   double line_length_mm = 0;
   double acceleration_mm_s2 = 0;

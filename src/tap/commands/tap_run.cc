@@ -46,7 +46,7 @@ void AddTapFiles(CLI::App& command, TapArguments& arguments) {
   command
       .add_option("files", arguments.files,
                   "taps: what load_cell_probe/dump_taps sends, as JSON, JSON lines or CSV "
-                  "(docs/formats.md)")
+                  "(docs/reference/formats.md)")
       ->required();
 }
 

@@ -12,7 +12,7 @@ namespace trammel::report {
 /// Noise and its lines, then a line a setting: those that change first.
 [[nodiscard]] std::string AdviceText(const tap::TapAdvice& advice, const tap::NoiseSpectrum& noise);
 
-/// One object (docs/formats.md).
+/// One object (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json JsonOf(const tap::TapAdvice& advice,
                                             const tap::NoiseSpectrum& noise);
 

@@ -1,4 +1,4 @@
-// The figures of taps, after the plots of the write-up (docs/tap.md): the published decomposition
+// The figures of taps, after the plots of the write-up (docs/howto/tap.md): the published decomposition
 // in orange, trammel's contact in green.
 #pragma once
 

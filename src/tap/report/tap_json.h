@@ -17,7 +17,7 @@ struct AnalysedTap {
   std::string unread;  ///< Why the file could not be read, in its place in a list; else empty.
 };
 
-/// One object (docs/formats.md). Its three numbers are null unless the verdict
+/// One object (docs/reference/formats.md). Its three numbers are null unless the verdict
 /// is good.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const AnalysedTap& tap);
 

@@ -1,4 +1,4 @@
-// The answer of sheets of combs as one HTML page, and as JSON (docs/formats.md).
+// The answer of sheets of combs as one HTML page, and as JSON (docs/reference/formats.md).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
