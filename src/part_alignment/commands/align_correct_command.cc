@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/commands/machine_options.h"
 #include "part_alignment/correction/control_text.h"
 #include "part_alignment/correction/part_correction.h"

@@ -27,6 +27,7 @@
 #include "files/new_file.h"
 #include "part_alignment/camera/calibration_record.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/commands/machine_options.h"
 #include "part_alignment/correction/control_text.h"
 #include "part_alignment/files/alignment_file.h"
@@ -218,8 +219,8 @@ StartValues ValuesOf(const StartAnswers& answers,
 StartFiles::StartFiles(const fs::path& in)
     : folder(in), settings(in / "setup.json"), views(in / "views.json") {}
 
-/// Observations without views (docs/reference/formats.md); the files of camera and targets by their paths
-/// from the folder.
+/// Observations without views (docs/reference/formats.md); the files of camera and targets by their
+/// paths from the folder.
 std::string SettingsText(const StartFiles& names, const StartValues& values) {
   const auto from_folder = [&](const std::string& path) {
     std::error_code fault;

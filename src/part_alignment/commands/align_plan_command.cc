@@ -16,6 +16,7 @@
 #include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/commands/machine_options.h"
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/report/alignment_report.h"
