@@ -5,6 +5,7 @@
 #
 # No two sources of a batch declare one name at file scope, nor does one declare what another brings in by
 # "using": unnamed namespaces would meet in it. Such names are read from the sources when CMake runs; after a new one that clashes ("redefinition of ..."), run cmake again.
+# tools/check_names.py holds that none has a constant by the name of a header's.
 # A source of two targets is in a batch of the one whose call came last.
 # A source with options of its own is compiled by itself, as is one whose names clash with those of a header
 # that only another source reads: mark it with trammel_by_itself(FILE ...).

@@ -30,7 +30,7 @@ using ::testing::IsEmpty;
 constexpr int kWidth = 4;  // at a time; each takes a fifth of a core
 constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kUnsafe = 4, kInterrupted = 130;
 
-constexpr double kTruth_s = 0.03;
+constexpr double kRunTruth_s = 0.03;
 
 enum class Recorded { kNoFolder, kNothing, kSomeLines };
 using Judge = std::function<void(const Outcome&)>;
@@ -117,8 +117,8 @@ void RightOrSilent(const Outcome& outcome) {
   const RecordingLook& recording = outcome.recording;
   if (outcome.end.exit_code == 0) {
     ASSERT_TRUE(recording.value_s);
-    EXPECT_GT(*recording.high_s, kTruth_s - kSlack_s);
-    EXPECT_LT(*recording.low_s, kTruth_s + kSlack_s);
+    EXPECT_GT(*recording.high_s, kRunTruth_s - kSlack_s);
+    EXPECT_LT(*recording.low_s, kRunTruth_s + kSlack_s);
   } else {
     EXPECT_EQ(outcome.end.exit_code, kNotTrusted);
     EXPECT_FALSE(recording.value_s) << *recording.value_s;
@@ -252,9 +252,9 @@ std::vector<Case> BeforeItBegins() {
   return cases;
 }
 
-constexpr double kLaserLimit_s = 6;
+constexpr double kRunLaserLimit_s = 6;
 constexpr double kTicks_s = 0.1;
-void ShortLaserLimit(ShopOptions& options) { options.klipper = QuickKlipper(kLaserLimit_s); }
+void ShortLaserLimit(ShopOptions& options) { options.klipper = QuickKlipper(kRunLaserLimit_s); }
 
 // Longer than the printer's own limit.
 Case LongLost() {
@@ -273,11 +273,11 @@ int Count(const std::string& text, const std::string& word) {
 
 Case Killed() {
   Case killed{{"KillInSweep", ShortLaserLimit, WorkedWith, InSweep(Signal(SIGKILL))}};
-  killed.scenario.patience_s = kLaserLimit_s + 1;
+  killed.scenario.patience_s = kRunLaserLimit_s + 1;
   killed.judge = [](const Outcome& outcome) {
     EXPECT_EQ(outcome.end.signal, SIGKILL);
     EXPECT_GT(outcome.laser_on_s, 0) << "the printer's own limit had nothing to do";
-    EXPECT_LT(outcome.laser_on_s, kLaserLimit_s + kTicks_s);
+    EXPECT_LT(outcome.laser_on_s, kRunLaserLimit_s + kTicks_s);
     EXPECT_FALSE(outcome.after.laser);
     // It dies in the third sweep; a busy computer sweeps a line again, into the same video.
     const int swept_again = Count(outcome.end.standard_error, " again: ");
@@ -290,7 +290,7 @@ Case Killed() {
 
 Case KilledInTheFirstSweep() {
   Case killed{{"KillInFirstSweep", ShortLaserLimit, WorkedWith, InFirstSweep(Signal(SIGKILL))}};
-  killed.scenario.patience_s = kLaserLimit_s + 1;
+  killed.scenario.patience_s = kRunLaserLimit_s + 1;
   killed.judge = [](const Outcome& outcome) {
     EXPECT_EQ(outcome.end.signal, SIGKILL);
     EXPECT_EQ(outcome.recording.videos, 1);

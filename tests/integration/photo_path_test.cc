@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kTruth_s = 0.043;
+constexpr double kPhotoTruth_s = 0.043;
 constexpr double kEnough_s = 240;
 constexpr std::size_t kMostBytes = std::size_t{64} << 20;
 
@@ -67,10 +67,10 @@ class PhotoPath : public testing::Test {
   /// A phone's picture of what a run printed.
   std::string PhotoOf(const std::string& run) {
     const std::string file = (shop_.folder() / (run + ".jpg")).string();
-    const ProcessEnd taken =
-        shop_.Run({"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
-                   std::to_string(kTruth_s), "--size", "1440x2560", "--seed", "41", "--out", file},
-                  kEnough_s);
+    const ProcessEnd taken = shop_.Run(
+        {"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
+         std::to_string(kPhotoTruth_s), "--size", "1440x2560", "--seed", "41", "--out", file},
+        kEnough_s);
     EXPECT_EQ(taken.exit_code, 0) << taken.standard_error;
     const auto bytes = files::ReadWholeFile(file, kMostBytes);
     return bytes ? *bytes : std::string();
@@ -85,8 +85,8 @@ class PhotoPath : public testing::Test {
     const auto kept = files::ReadWholeFile(shop_.folder() / folder / "result.json", kMostBytes);
     ASSERT_TRUE(kept);
     const json answer = json::parse(*kept)["answers"][0];
-    EXPECT_LE(answer["interval95"][0], kTruth_s) << answer;
-    EXPECT_GE(answer["interval95"][1], kTruth_s) << answer;
+    EXPECT_LE(answer["interval95"][0], kPhotoTruth_s) << answer;
+    EXPECT_GE(answer["interval95"][1], kPhotoTruth_s) << answer;
   }
 
   MachineShop shop_;
@@ -143,7 +143,7 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
 
   const ProcessEnd applied = Run({"pa", "apply", "recordings/measured"});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
+  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
 }
 
 // Nothing is noted, so that nobody knows its values: the plan is named, or lies beside the photo.
@@ -237,7 +237,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   Upload("phone.jpg", PhotoOf(run));
   ask("TRAMMEL_PA_PHOTO", "BUTTONS=use");  // what was printed is noted
   ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
-  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
+  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
   service.Send(SIGTERM);
   EXPECT_EQ(service.Wait(kEnough_s).exit_code, 0);
 }

@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 
 namespace {
 
-constexpr double kSigma_px = 0.05;
+constexpr double kPixelSigma_px = 0.05;
 constexpr std::uint64_t kSeed = 21;
 constexpr int kTrials = 10000;
 /// A standard deviation of 10,000 draws scatters by 0.7 %: 5 % is seven of those.
@@ -39,7 +39,7 @@ Bench PaperBench() {
   TakePictures(world, 0, random);
   Clamping clamping;
   clamping.angle_rad = world.clamping.angle_rad;
-  return {MeasurementOf(world, kSigma_px), {world.machine_from_part, clamping}};
+  return {MeasurementOf(world, kPixelSigma_px), {world.machine_from_part, clamping}};
 }
 
 void ExpectAgreement(const Eigen::MatrixXd& linear, const MonteCarloUncertainty& simulated) {
@@ -302,7 +302,7 @@ TEST(PoseUncertainty, AStatedClampAngleIsTakenOutAsASolvedOneIs) {
   LookFrom(world, [](std::size_t i) { return Eigen::Vector2d(i % 2 == 0 ? 60.0 : -16.0, 0); });
   Random random(kSeed);
   TakePictures(world, 0, random);
-  const Measurement measurement = MeasurementOf(world, kSigma_px);
+  const Measurement measurement = MeasurementOf(world, kPixelSigma_px);
   const AlignmentState state{world.machine_from_part, {}};
   SolveOptions seven = Exact();
   seven.inputs.clamp_angle_rad = 0.0019;  // uniform over +-3.3 mm/m

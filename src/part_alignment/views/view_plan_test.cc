@@ -18,7 +18,7 @@ using test_support::AlignmentWorld;
 using test_support::BenchWorld;
 using ::testing::HasSubstr;
 
-constexpr double kSigma_px = 0.05;
+constexpr double kPixelSigma_px = 0.05;
 
 struct Scene {
   AlignmentWorld world = BenchWorld();
@@ -52,11 +52,11 @@ Alignment Taken(const Scene& scene, const ViewPlan& plan) {
     world.views.push_back(view);
   }
   Random random(3);
-  TakePictures(world, kSigma_px, random);
+  TakePictures(world, kPixelSigma_px, random);
   SolveOptions options;
   options.inputs = ExactInputs();
   options.unknowns = scene.options.unknowns;
-  return Solve(MeasurementOf(world, kSigma_px), options).value();
+  return Solve(MeasurementOf(world, kPixelSigma_px), options).value();
 }
 
 TEST(ViewPlan, EightViewsOfFourTargetsReachTheGoalAndSolve) {

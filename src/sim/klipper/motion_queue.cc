@@ -34,7 +34,7 @@ void MachineClock::SetRate(double rate) {
 
 namespace {
 
-constexpr double kLeadS = 0.25;       // Klipper's buffer_time_start
+constexpr double kQueueLeadS = 0.25;  // Klipper's buffer_time_start
 constexpr double kPrimingS = 0.1;     // a pause in the stream of commands that lets a move begin
 constexpr double kLowBufferS = 0.25;  // what is left when waiting moves are decided
 constexpr double kLookEveryS = 0.2;   // how much new motion makes a look ahead worth its cost
@@ -97,7 +97,7 @@ void MotionQueue::CommitWhatIsCertain(double now_s) {
 }
 
 void MotionQueue::Commit(std::size_t count, const std::vector<TimedMove>& plan, double now_s) {
-  if (entry_v_mm_s_ == 0) print_time_s_ = std::max(print_time_s_, now_s + kLeadS);
+  if (entry_v_mm_s_ == 0) print_time_s_ = std::max(print_time_s_, now_s + kQueueLeadS);
   const double origin_s = print_time_s_;
   for (std::size_t i = 0; i < count; ++i) {
     PlannedMove planned;
@@ -151,7 +151,7 @@ void MotionQueue::Service(double now_s) {
 
 void MotionQueue::Dwell(double seconds, double now_s) {
   Flush(now_s);
-  print_time_s_ = std::max(print_time_s_, now_s + kLeadS) + seconds;
+  print_time_s_ = std::max(print_time_s_, now_s + kQueueLeadS) + seconds;
 }
 
 void MotionQueue::SetPosition(const Position& position, double now_s) {
@@ -166,7 +166,7 @@ void MotionQueue::SetPosition(const Position& position, double now_s) {
 }
 
 double MotionQueue::NextStart(double now_s) const {
-  return std::max(print_time_s_, now_s + kLeadS);
+  return std::max(print_time_s_, now_s + kQueueLeadS);
 }
 
 void MotionQueue::AppendTimed(TimedMove timed) {

@@ -15,12 +15,13 @@ namespace {
 
 constexpr std::size_t kNumbers = 4;  // in front of the two vectors of a row
 constexpr double kLargest = 1e10;    // of them: time, duration, velocity, acceleration
-constexpr double kFarthest_mm = 1e6;
+constexpr double kFarthestMove_mm = 1e6;
 
 bool ReadVector(const json& list, std::array<double, 3>& into) {
   if (!list.is_array() || list.size() != into.size()) return false;
   for (std::size_t i = 0; i < into.size(); ++i) {
-    if (!list[i].is_number() || !(std::abs(list[i].get<double>()) <= kFarthest_mm)) return false;
+    if (!list[i].is_number() || !(std::abs(list[i].get<double>()) <= kFarthestMove_mm))
+      return false;
     into[i] = list[i].get<double>();
   }
   return true;
