@@ -50,8 +50,8 @@ struct Answer {
   Verdict verdict = Verdict::kRefused;
   std::string json;
   std::string text;
-  std::function<AnswerReport()> report;  ///< drawn where it is asked for
-  std::vector<OutputFile> files = {};    ///< written with verdict good alone
+  std::function<AnswerReport()> report = {};  ///< drawn where it is asked for
+  std::vector<OutputFile> files = {};         ///< written with verdict good alone
 };
 
 /// Prints the answer, as JSON or text; writes the page as report.html, each figure as PNG and SVG,
