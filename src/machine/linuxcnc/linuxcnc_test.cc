@@ -68,9 +68,10 @@ TEST(LinuxCnc, AnOffsetThatWasRefusedOrNotKeptIsAnErrorThatSaysSo) {
   EXPECT_THAT(refused.error().message, HasSubstr("by the script"));
   EXPECT_EQ(refused.error().kind, ErrorKind::kMachine);
 
-  ScriptedLinuxCnc* shop = nullptr;
+  std::atomic<ScriptedLinuxCnc*> shop = nullptr;
   ScriptedLinuxCnc forgetful([&shop, shown = 0](const std::string& request) mutable {
-    if (request.find("#5221") != std::string::npos && ++shown == 2) shop->SetParameter(5221, 99);
+    if (request.find("#5221") != std::string::npos && ++shown == 2)
+      shop.load()->SetParameter(5221, 99);
     return Fault::kNone;
   });
   shop = &forgetful;
@@ -258,12 +259,12 @@ TEST(LinuxCnc, AMoveThatTheControllerRefusesEndsThere) {
 }
 
 TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
-  ScriptedLinuxCnc* shop = nullptr;
+  std::atomic<ScriptedLinuxCnc*> shop = nullptr;
   ScriptedLinuxCnc server([&shop, moves = false](const std::string& request) mutable {
     moves = moves || request.find("G53 G1") != std::string::npos;
     if (!moves) return Fault::kNone;
-    shop->Answer("error", "somebody took LinuxCNC over (its emergency stop was pressed)");
-    shop->Answer("kind", "taken");
+    shop.load()->Answer("error", "somebody took LinuxCNC over (its emergency stop was pressed)");
+    shop.load()->Answer("kind", "taken");
     return Fault::kNone;
   });
   shop = &server;
@@ -276,9 +277,9 @@ TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
 }
 
 TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
-  ScriptedLinuxCnc* shop = nullptr;
+  std::atomic<ScriptedLinuxCnc*> shop = nullptr;
   ScriptedLinuxCnc server([&shop](const std::string& request) {
-    if (request.find("G53 G1") != std::string::npos) shop->Answer("spindle_stopped", false);
+    if (request.find("G53 G1") != std::string::npos) shop.load()->Answer("spindle_stopped", false);
     return Fault::kNone;
   });
   shop = &server;
@@ -289,7 +290,7 @@ TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
   EXPECT_FALSE(server.moving());
 
   ScriptedLinuxCnc turning([&shop](const std::string& request) {
-    if (request.find("G53 G1") != std::string::npos) shop->Answer("c", 0.5);
+    if (request.find("G53 G1") != std::string::npos) shop.load()->Answer("c", 0.5);
     return Fault::kNone;
   });
   shop = &turning;
