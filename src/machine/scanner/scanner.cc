@@ -188,7 +188,10 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
         constexpr std::string_view kName = "scanimage: ";
         if (line.starts_with(kName)) line.remove_prefix(kName.size());
         // Of a driver's own process, which ends behind what is to be known.
-        if (line.empty() || line.starts_with("received signal")) return;
+        if (line.empty() || line.starts_with("received signal") ||
+            line.starts_with("trying to stop scanner")) {
+          return;
+        }
         said = Utf8OrReplaced(line, kLongest);
       },
       {run.stop, request.silence_s, request.rest_s});
