@@ -1,5 +1,6 @@
 // Accuracy of tool offsets on virtual sheets: coverage and bias of the intervals, and answers under
-// faults of machine, paper, scanner and phone. Prints the tables that docs/howto/tool-offset.md quotes.
+// faults of machine, paper, scanner and phone. Prints the tables that docs/howto/tool-offset.md
+// quotes.
 //
 // TRAMMEL_STUDY_SEEDS: sheets a row. TRAMMEL_STUDY_FIRST_SEED: the first row's first seed, 500000;
 // the next row begins 1000 further on. Seeds below 1000 are for development: all rows share them.
