@@ -78,9 +78,9 @@ TEST_F(LeftOutTest, SaysHowToBuildWhatIsNotThereWhateverFollows) {
     exit_code_ = kExitGood;
     testing::internal::CaptureStderr();
     program_.parse(line);
-    EXPECT_THAT(
-        testing::internal::GetCapturedStderr(),
-        AllOf(HasSubstr("trammel tap is not part of this build"), HasSubstr("docs/howto/install.md")));
+    EXPECT_THAT(testing::internal::GetCapturedStderr(),
+                AllOf(HasSubstr("trammel tap is not part of this build"),
+                      HasSubstr("docs/howto/install.md")));
     EXPECT_EQ(exit_code_, kExitUsage) << line;
   }
 }

@@ -82,7 +82,8 @@ constexpr Command kCommands[] = {
 #endif
     },
     {"serve",
-     "wait beside Klipper for front ends and macros, and run what they ask for (docs/howto/serve.md)",
+     "wait beside Klipper for front ends and macros, and run what they ask for "
+     "(docs/howto/serve.md)",
      [](CLI::App& serve, int& exit_code) {
        trammel::app::AddServeOptions(serve, exit_code, Offers);
      }},

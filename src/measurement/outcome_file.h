@@ -1,4 +1,5 @@
-// result.json: what an instrument found, beside the data that it found it in (docs/reference/formats.md).
+// result.json: what an instrument found, beside the data that it found it in
+// (docs/reference/formats.md).
 #pragma once
 
 #include <cstddef>

@@ -73,7 +73,8 @@ struct KeptState {
   std::optional<Proposal> proposal = {};
 };
 
-/// Where a printer's state lies (docs/reference/formats.md). @param address  plain, as locks are named by it
+/// Where a printer's state lies (docs/reference/formats.md). @param address  plain, as locks are
+/// named by it
 [[nodiscard]] std::filesystem::path KeptStatePath(const std::filesystem::path& state_folder,
                                                   std::string_view address);
 

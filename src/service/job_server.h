@@ -53,8 +53,9 @@ struct JobServerOptions {
 };
 
 /// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
-/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the service, but
-/// what they found does: an answer that nobody has decided on is offered again after a restart.
+/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the
+/// service, but what they found does: an answer that nobody has decided on is offered again after a
+/// restart.
 class JobServer {
  public:
   explicit JobServer(JobServerOptions options);

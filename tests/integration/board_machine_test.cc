@@ -144,7 +144,8 @@ void Replace(const std::string& what, const std::string& by, std::string& text) 
 
 // As a reader types them, but for free ports, smaller pictures, fewer of them, and quick axes.
 TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
-  std::istringstream lines(test::ReadWhole(fs::path(TRAMMEL_SOURCE) / "docs/howto/spindle-camera.md"));
+  std::istringstream lines(
+      test::ReadWhole(fs::path(TRAMMEL_SOURCE) / "docs/howto/spindle-camera.md"));
   constexpr std::string_view kPrompt = "    trammel ";
   constexpr std::string_view kSimPrompt = "    trammel-sim ";
   int count = 0;

@@ -30,7 +30,8 @@ constexpr int kMachine = 3, kNotTrusted = 2, kUnsafe = 4;
 // T1 keeps this, and lands so far beside; both the rendered sheet's truth.
 constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
 constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/howto/tool-offset.md); five times.
+// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/howto/tool-offset.md); five
+// times.
 constexpr double kNear_mm = 0.02;
 constexpr double kHour_s = 3600;
 

@@ -55,8 +55,8 @@ struct CapturedFrame {
   int height_px = 0;                ///< >= 1 unless fault is kNotAnImage
   /// Its last byte was here, or, of an industrial camera, it was fetched; our CLOCK_MONOTONIC.
   double arrival_s = 0;
-  std::optional<CameraTime> captured;     ///< when it was taken (see docs/howto/cameras.md), if known
-  std::optional<CameraTime> sent;         ///< when the server began to send it, if known
+  std::optional<CameraTime> captured;  ///< when it was taken (see docs/howto/cameras.md), if known
+  std::optional<CameraTime> sent;      ///< when the server began to send it, if known
   std::optional<std::uint64_t> sequence;  ///< counts the camera's frames, so that a gap is a loss
   FrameFault fault = FrameFault::kNone;
   std::string fault_text;  ///< what exactly is wrong; empty where nothing is

@@ -21,8 +21,8 @@ namespace trammel::machine {
                                                                    const CameraOptions& options,
                                                                    const std::stop_token& stop);
 
-/// Reads a part's times and marks from its header fields into the frame (docs/howto/cameras.md has them).
-/// Fields that are no sensible numbers count as absent.
+/// Reads a part's times and marks from its header fields into the frame (docs/howto/cameras.md has
+/// them). Fields that are no sensible numbers count as absent.
 void ReadFrameFields(const HeaderFields& fields, CapturedFrame& frame);
 
 /// The system calls that a device needs: the seam at which tests put a device that is not there.

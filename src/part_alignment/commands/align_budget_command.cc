@@ -81,7 +81,8 @@ void AddAlignBudgetCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "budget", "the uncertainty of any point of a part, by propagation and by simulation");
   const auto arguments = std::make_shared<BudgetArguments>();
-  command->add_option("scene", arguments->scene, "SCENE.json (docs/reference/formats.md)")->required();
+  command->add_option("scene", arguments->scene, "SCENE.json (docs/reference/formats.md)")
+      ->required();
   command->add_option("--trials", arguments->trials, "of the simulation; 0: none")
       ->check(CLI::Range(0, 10'000'000))
       ->capture_default_str();

@@ -235,7 +235,8 @@ void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
       "a camera from one target at known places before it, or from pictures of a printed board");
   const auto all = std::make_shared<CalibrateArguments>();
   BoardArguments& arguments = all->board;
-  command->add_option("grid", all->grid, "GRID.json: places and pixels (docs/reference/formats.md)");
+  command->add_option("grid", all->grid,
+                      "GRID.json: places and pixels (docs/reference/formats.md)");
   command->add_option("--board", arguments.board,
                       "BOARD.json: pictures by the camera in the spindle of a board on the table, "
                       "and where they were taken");

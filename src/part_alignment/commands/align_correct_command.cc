@@ -147,8 +147,9 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--work-offset", arguments->work_offset,
                       "G54 (the default) …; Fanuc also \"G54.1 P1\" …; Heidenhain: the row of the "
                       "preset table, 1 without it");
-  command->add_option("--supports", arguments->supports,
-                      "where the part rests, and which way each support adjusts (docs/reference/formats.md)");
+  command->add_option(
+      "--supports", arguments->supports,
+      "where the part rests, and which way each support adjusts (docs/reference/formats.md)");
   command->add_flag("--after-shims", arguments->after_shims,
                     "the work offset of the part as the supports will have moved it");
   command->add_flag("--tilts", arguments->tilts,

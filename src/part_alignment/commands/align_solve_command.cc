@@ -136,7 +136,8 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command =
       parent.add_subcommand("solve", "where the part is, and how the camera is clamped");
   const auto arguments = std::make_shared<SolveArguments>();
-  command->add_option("file", arguments->file, "observations (docs/reference/formats.md)")->required();
+  command->add_option("file", arguments->file, "observations (docs/reference/formats.md)")
+      ->required();
   command
       ->add_option("--unknowns", arguments->unknowns,
                    "instead of the file's: pose, clamp_angle, clamp_eccentricity, clamp_tilt, "

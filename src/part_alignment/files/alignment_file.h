@@ -30,13 +30,13 @@ struct AlignmentInput {
   std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
-/// Reads observations (docs/reference/formats.md). `camera` is an object, or the path of a camera file, from
-/// the folder of this one; beside an object may stand the `calibration` that a camera file has.
-/// `targets` are a list, with their covariance beside it, or the path of what align fit left; of
-/// that the ends of scale bars are left out unless a view shows them.
-/// Where `unknowns` is absent they are the pose and the clamp angle. Errors (kInput) name file and
-/// place: not JSON, a number that is none or out of its range, an unknown key, a target id twice or
-/// unknown, an observation outside the picture, a spindle rotation that is none.
+/// Reads observations (docs/reference/formats.md). `camera` is an object, or the path of a camera
+/// file, from the folder of this one; beside an object may stand the `calibration` that a camera
+/// file has. `targets` are a list, with their covariance beside it, or the path of what align fit
+/// left; of that the ends of scale bars are left out unless a view shows them. Where `unknowns` is
+/// absent they are the pose and the clamp angle. Errors (kInput) name file and place: not JSON, a
+/// number that is none or out of its range, an unknown key, a target id twice or unknown, an
+/// observation outside the picture, a spindle rotation that is none.
 /// @param least_views  0 where the views are yet to be planned
 [[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
                                                        std::size_t least_views = 1);

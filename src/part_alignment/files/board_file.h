@@ -16,10 +16,10 @@ struct BoardFile {
   int bits = 14;     ///< of the sheet's codes
 };
 
-/// BOARD.json (docs/reference/formats.md). `sheet` names what `align targets --layout` left, from the file's
-/// folder: its marks, the radius of its discs, the bits of its codes.
-/// Errors (kInput) name file and place: not JSON, a key that is missing, unknown or out of its
-/// range, a picture twice.
+/// BOARD.json (docs/reference/formats.md). `sheet` names what `align targets --layout` left, from
+/// the file's folder: its marks, the radius of its discs, the bits of its codes. Errors (kInput)
+/// name file and place: not JSON, a key that is missing, unknown or out of its range, a picture
+/// twice.
 [[nodiscard]] Result<BoardFile> ReadBoardFile(const std::filesystem::path& path);
 
 /// A sheet alone, as BOARD.json names one: bits, layout and disc_radius_mm of the result.

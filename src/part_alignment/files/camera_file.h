@@ -19,8 +19,8 @@ struct CameraFile {
   std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
-/// `{"format": 1, "camera": {…}, "calibration": {…}}` (docs/reference/formats.md). Errors (kInput): not
-/// there, not JSON, a key that is missing, unknown or out of its range.
+/// `{"format": 1, "camera": {…}, "calibration": {…}}` (docs/reference/formats.md). Errors (kInput):
+/// not there, not JSON, a key that is missing, unknown or out of its range.
 [[nodiscard]] Result<CameraFile> ReadCameraFile(const std::filesystem::path& path);
 
 /// The same as text, ended by a newline; ReadCameraFile gives every number back to the last bit.
@@ -55,8 +55,8 @@ struct CalibrationGridFile {
   std::string date;  ///< YYYY-MM-DD
 };
 
-/// GRID.json (docs/reference/formats.md). Errors (kInput) name file and place: not JSON, a key that is
-/// missing, unknown or out of its range.
+/// GRID.json (docs/reference/formats.md). Errors (kInput) name file and place: not JSON, a key that
+/// is missing, unknown or out of its range.
 [[nodiscard]] Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path);
 
 /// The camera file of a good calibration: readable as any other, with the covariance beside.

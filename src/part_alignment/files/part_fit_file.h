@@ -23,7 +23,8 @@ struct PartFile {
   std::vector<std::string> notices;  ///< of the meshes that it names
 };
 
-/// PART.json (docs/reference/formats.md), and the meshes that it names. Errors (kInput) name file and place.
+/// PART.json (docs/reference/formats.md), and the meshes that it names. Errors (kInput) name file
+/// and place.
 [[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path,
                                             const MeshReader& read_mesh);
 

@@ -13,8 +13,8 @@ namespace trammel::files {
 
 /// `{"format": 1, "pictures": [{"name", "image_px", "observations": [{"target", "column_px",
 /// "row_px", "sigma_px", and if need be "disc_px" (semi-axes), "disc_angle_rad"}], and if need be
-/// "plain_points": the same without "target"}]}` (docs/reference/formats.md). Errors (kInput) name file and
-/// place.
+/// "plain_points": the same without "target"}]}` (docs/reference/formats.md). Errors (kInput) name
+/// file and place.
 [[nodiscard]] Result<std::vector<part_alignment::SurveyPicture>> ReadSurveyFile(
     const std::filesystem::path& path);
 

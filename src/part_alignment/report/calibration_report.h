@@ -12,8 +12,8 @@
 
 namespace trammel::report {
 
-/// One object (docs/reference/formats.md), ended by a newline. What is meant only with verdict good is null
-/// otherwise.
+/// One object (docs/reference/formats.md), ended by a newline. What is meant only with verdict good
+/// is null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::CameraCalibration& calibration);
 [[nodiscard]] std::string ToJson(const part_alignment::BoardCalibration& calibration);
 

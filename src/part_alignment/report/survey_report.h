@@ -9,8 +9,8 @@
 
 namespace trammel::report {
 
-/// One object (docs/reference/formats.md), ended by a newline; what `align solve` takes as targets. What is
-/// meant only with verdict good is null otherwise.
+/// One object (docs/reference/formats.md), ended by a newline; what `align solve` takes as targets.
+/// What is meant only with verdict good is null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::Survey& survey);
 
 /// Several lines.

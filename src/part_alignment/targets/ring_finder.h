@@ -38,8 +38,8 @@ struct FinderWorkspace {
   std::vector<std::uint8_t> quiet;
 };
 
-/// Method: docs/howto/part-alignment.md, "Targets". Blobs are outlined by a threshold that follows the
-/// mean around (OpenCV), the ring about each ellipse is read, and the disc's blurred ellipse is
+/// Method: docs/howto/part-alignment.md, "Targets". Blobs are outlined by a threshold that follows
+/// the mean around (OpenCV), the ring about each ellipse is read, and the disc's blurred ellipse is
 /// fitted to the pixels by least squares.
 /// @param picture  8-bit grey: 1 channel, at least 16 x 16 px, at most 32,767 a side.
 /// Errors (kInput): a picture of another kind, options out of range. A picture without targets is

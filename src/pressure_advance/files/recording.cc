@@ -363,7 +363,8 @@ Result<Scan> ReadScan(const std::filesystem::path& folder) {
   if (!std::filesystem::is_regular_file(file, error)) {
     if (auto unplaced = UnplacedRecording(folder)) return tl::unexpected(*unplaced);
     return Fail(fmt::format(
-        "'{}' has no scan.json; docs/reference/formats.md says what a recording must hold", folder.string()));
+        "'{}' has no scan.json; docs/reference/formats.md says what a recording must hold",
+        folder.string()));
   }
   const std::string text = TRY(ReadNamedFile(file, kMaxBytes));
   return ParseScan(text, file.string());

@@ -254,7 +254,8 @@ TEST(PatternValidate, TakesWhatPresetsAndPagesName) {
       EXPECT_TRUE(Validate(config)) << ToString(preset) << fast_mm_s;
     }
     config.acceleration_mm_s2 = 1500;
-    for (const double fast_mm_s : {60.0, 90.0, 100.0, 120.0}) {  // docs/howto/calibrate.md: --speeds
+    for (const double fast_mm_s :
+         {60.0, 90.0, 100.0, 120.0}) {  // docs/howto/calibrate.md: --speeds
       config.segments[1].speed_mm_s = fast_mm_s;
       EXPECT_TRUE(Validate(config)) << ToString(preset) << fast_mm_s;
     }

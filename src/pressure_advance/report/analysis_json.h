@@ -15,8 +15,8 @@
 
 namespace trammel::report {
 
-/// One object with its keys in the order of docs/reference/formats.md, so that equal analyses give equal
-/// bytes.
+/// One object with its keys in the order of docs/reference/formats.md, so that equal analyses give
+/// equal bytes.
 /// @param report_path  of the report that was written; absent: `null`.
 /// Value, uncertainty and interval are `null` unless the verdict is good, and so is any number that
 /// is not finite.

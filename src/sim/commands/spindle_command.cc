@@ -103,7 +103,8 @@ std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMach
   return c_rad;
 }
 
-// The places and turns of a file of observations (docs/reference/formats.md); nothing else of it is read.
+// The places and turns of a file of observations (docs/reference/formats.md); nothing else of it is
+// read.
 Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::path& path,
                                                        const sim::SpindleMachine& machine) {
   const auto json = TRY(files::ReadJsonFile(path, kMostBytes));

@@ -97,8 +97,9 @@ struct SheetName {
 /// The generator of a scan's noise.
 [[nodiscard]] Random ScanningOf(const SheetName& name);
 
-/// The truth behind a scan as JSON (docs/reference/formats.md): the offset of each tool that the file draws
-/// with from `reference`, null where the reference draws nothing; the play; the scanner's errors.
+/// The truth behind a scan as JSON (docs/reference/formats.md): the offset of each tool that the
+/// file draws with from `reference`, null where the reference draws nothing; the play; the
+/// scanner's errors.
 [[nodiscard]] std::string SheetTruthJson(const SheetName& name, const PrintedSheet& sheet,
                                          int reference, const ScannerTraits& scanner,
                                          const PageFormat& format);

@@ -15,9 +15,9 @@ namespace trammel::files {
 /// More than a tap of ten minutes at 2000 samples per second has.
 inline constexpr std::size_t kMostTapSamples = 1'200'000;
 
-/// Reads every tap of a file (docs/reference/formats.md): JSON with one tap or a list of them, JSON lines, or
-/// CSV with one tap, whose moves are read from `<stem>.moves.csv` beside it or derived from z.
-/// What the samples hold is not judged: that is the analysis' part.
+/// Reads every tap of a file (docs/reference/formats.md): JSON with one tap or a list of them, JSON
+/// lines, or CSV with one tap, whose moves are read from `<stem>.moves.csv` beside it or derived
+/// from z. What the samples hold is not judged: that is the analysis' part.
 /// @returns at least one tap, in the file's order. Errors name file, tap, key, value and remedy.
 [[nodiscard]] Result<std::vector<tap::Recording>> ReadTaps(const std::filesystem::path& file);
 

@@ -1,5 +1,5 @@
-// The figures of taps, after the plots of the write-up (docs/howto/tap.md): the published decomposition
-// in orange, trammel's contact in green.
+// The figures of taps, after the plots of the write-up (docs/howto/tap.md): the published
+// decomposition in orange, trammel's contact in green.
 #pragma once
 
 #include <optional>

@@ -72,10 +72,12 @@ constexpr Entry kEntries[] = {
      "The converter is full: lower its gain, tare it, or lower the trigger force."},
     {kHum50Hz, "hum_50_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 50 Hz appears at this sampling "
-     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 50 Hz."},
+     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 50 "
+     "Hz."},
     {kHum60Hz, "hum_60_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where mains of 60 Hz appears at this sampling "
-     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 60 Hz."},
+     "rate (docs/howto/tap.md says which other line would). Ground the cell's shield, or filter 60 "
+     "Hz."},
     {kHum100Hz, "hum_100_hz",
      "A hum of {0:.1f} gf is seen at {1:.1f} Hz, where twice 50 Hz mains appears at this sampling "
      "rate. A rectifier hums so: look at the supply of the load cell's converter."},
