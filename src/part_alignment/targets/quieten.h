@@ -19,9 +19,8 @@ namespace trammel::part_alignment {
 /// Grey levels of noise from which on a picture is looked at with less of it.
 inline constexpr double kNoisy = 2.4;
 
-/// What Quieten leaves of white noise, and of it in the difference of two places 2 px apart.
+/// What Quieten leaves of white noise.
 inline constexpr double kQuietNoise = 0.375;
-inline constexpr double kQuietStepNoise = 0.484;
 
 /// Binomial weights (1, 2, 1) / 4 along both axes: an edge's blur gains 0.5 px² of variance.
 /// @param samples  gets width x height values.

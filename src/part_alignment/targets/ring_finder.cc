@@ -16,7 +16,6 @@
 #include "base/check.h"
 #include "base/page.h"
 #include "part_alignment/targets/blob_search.h"
-#include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/disc_fit.h"
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_reader.h"
@@ -102,8 +101,6 @@ constexpr double kOfTarget = 3.4;  ///< radii, short of where another target may
 constexpr double kSmall_px = 6;    ///< below it, less noise would blur the ring too much
 
 // Of a cell that is not done with.
-constexpr std::uint8_t kLookedForBright = 32;
-constexpr std::uint8_t kLookedForDark = 64;
 constexpr std::uint8_t kRingSeen = 128;  ///< something with a ring, in the middle of which it lies
 
 std::optional<std::string> FindProblem(const PageView& picture, const FinderOptions& options) {
@@ -126,14 +123,6 @@ double SemiMinor(const DiscModel& disc) {
   return 1 / (0.5 * (disc.wxx + disc.wyy) + std::hypot(0.5 * (disc.wxx - disc.wyy), disc.wxy));
 }
 
-/// What |I(x + 1) - I(x - 1)| must reach in the quiet picture to be an edge and not noise.
-int EdgeStep(double noise) {
-  constexpr int kLeast = 2;
-  constexpr int kMost = 24;  // busy pictures are not noisy ones
-  constexpr double kSigmas = 3.5;
-  return std::clamp(static_cast<int>(std::ceil(kSigmas * kQuietStepNoise * noise)), kLeast, kMost);
-}
-
 /// A clear ring that is none of the book's: one read in a target's ring around a gap of it is such.
 struct WrongCode {
   DiscModel disc;
@@ -148,7 +137,6 @@ class Search {
       : picture_(picture),
         book_(book),
         options_(options),
-        workspace_(workspace),
         seen_(picture.width, picture.height, workspace.seen),
         noise_(PixelNoise(picture)),
         quiet_(Quieten(picture, workspace.quiet)),
@@ -160,15 +148,6 @@ class Search {
     for (const Blob& blob : FindBlobs(quiet_, blobs)) Examine(blob);
     // What was read is known by now, and is no part of what is not.
     RejectWrong();
-    RunRules runs;
-    runs.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
-    runs.edge_step = EdgeStep(noise_);
-    constexpr int kStep = 2;  // rows: a shadow's edge leaves few of a small disc's chords whole
-    for (int row = kStep / 2; row < picture_.height; row += kStep) {
-      for (const part_alignment::Run& run : RunsOfRow(quiet_, row, runs, workspace_.row)) {
-        LookAgain(run);
-      }
-    }
     RejectUnread();
     RejectDoubled();
     std::sort(found_.targets.begin(), found_.targets.end(),
@@ -198,19 +177,6 @@ class Search {
     constexpr double kRoughError_px = 0.2;
     if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return;
     if (!seen_.IsDone(disc->column_px, disc->row_px)) Judge(*disc);
-  }
-
-  /// Where no single shade told a disc from its surroundings.
-  void LookAgain(const part_alignment::Run& run) {
-    if (!IsWanted(run.dark)) return;
-    std::uint8_t& seen = seen_.At(0.5 * (run.first + run.last), run.row);
-    const std::uint8_t looked = run.dark ? kLookedForDark : kLookedForBright;
-    if (seen == SeenCells::kDone || (seen & looked) != 0) return;
-    seen |= looked;
-    const DiscByRaysRules rules{noise_, kSmallestSeen_px, options_.max_radius_px};
-    const std::optional<DiscModel> disc = FindDiscByRays(picture_, run, rules);
-    if (disc && !seen_.IsDone(disc->column_px, disc->row_px))
-      NoteUnread(*disc, RejectReason::kHidden);
   }
 
   [[nodiscard]] static DiscModel ModelOf(const Middle& middle, bool dark) {
@@ -386,7 +352,6 @@ class Search {
   const PageView& picture_;
   const CodeBook& book_;
   const FinderOptions& options_;
-  FinderWorkspace& workspace_;
   SeenCells seen_;
   std::vector<UnreadTarget> unread_;
   std::vector<WrongCode> wrong_;

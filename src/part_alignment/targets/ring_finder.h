@@ -8,7 +8,6 @@
 #include "base/page.h"
 #include "base/result.h"
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/target.h"
 
 namespace trammel::part_alignment {
@@ -33,7 +32,6 @@ struct FinderOptions {
 
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
-  RowMemory row;
   std::vector<std::uint8_t> seen;
   std::vector<std::uint8_t> quiet;
 };

@@ -57,20 +57,6 @@ TEST_P(Books, DifferByAtLeast3BitsInEveryRotation) {
   }
 }
 
-TEST_P(Books, StartAtOnePlaceOfTheRing) {
-  const CodeBook book = Book(GetParam());
-  for (const std::uint32_t word : book.words) {
-    const std::set<std::uint32_t> rotations = Rotations(book.bits, word);
-    ASSERT_EQ(rotations.size(), static_cast<std::size_t>(book.bits)) << word;
-    EXPECT_EQ(*rotations.begin(), word) << "members are the smallest of their rotations";
-    for (const std::uint32_t rotated : rotations) {
-      if (rotated != word) {
-        EXPECT_GE(std::popcount(rotated ^ word), 4) << word;
-      }
-    }
-  }
-}
-
 TEST_P(Books, WithAQuarterHiddenBlackOrWhiteAreNoOtherMember) {
   const CodeBook book = Book(GetParam());
   for (std::size_t i = 0; i < book.words.size(); ++i) {
@@ -143,18 +129,6 @@ TEST(TargetSheet, KeepsTargetsApartAndOnThePage) {
   }
 }
 
-TEST(TargetSheet, CarriesTheWordsOfTheCodeBook) {
-  const auto sheet = PlanTargetSheet({.bits = 14, .first = 3, .count = 4, .plain = 1});
-  ASSERT_TRUE(sheet);
-  const CodeBook book = MakeCodeBook(14).value();
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_EQ(sheet->targets[static_cast<std::size_t>(i)].number, 3 + i);
-    EXPECT_EQ(TargetNumber(book, sheet->targets[static_cast<std::size_t>(i)].word), 3 + i);
-  }
-  EXPECT_EQ(sheet->targets[4].number, 0);
-  EXPECT_EQ(sheet->scale_bar.length_mm, 100);
-}
-
 TEST(TargetSheet, NamesWhatItCannotPlan) {
   const auto message = [](const SheetRequest& request) {
     const auto sheet = PlanTargetSheet(request);
@@ -168,19 +142,6 @@ TEST(TargetSheet, NamesWhatItCannotPlan) {
   EXPECT_THAT(message({.first = 2147483647, .count = 2}), HasSubstr("1 ... 44"));
   EXPECT_THAT(message({.count = 0}), HasSubstr("not none"));
   EXPECT_THAT(message({.page_width_mm = 1e9}), HasSubstr("50 ... 2000"));
-}
-
-TEST(RejectWords, EveryReasonHasWordsOfItsOwnAndNoName) {
-  std::set<std::string> all;
-  for (const RejectReason reason :
-       {RejectReason::kMirrored, RejectReason::kWrongCode, RejectReason::kDoubled,
-        RejectReason::kHidden, RejectReason::kAtBorder, RejectReason::kTooSmall,
-        RejectReason::kSaturated, RejectReason::kDamaged}) {
-    const std::string words = WordsFor(reason);
-    EXPECT_THAT(words, testing::Not(testing::HasSubstr("_")));
-    EXPECT_GT(words.size(), 20U) << words;
-    EXPECT_TRUE(all.insert(words).second) << words;
-  }
 }
 
 }  // namespace
