@@ -120,12 +120,7 @@ Result<int> RunSurvey(const SurveyArguments& arguments) {
   survey.notices.insert(survey.notices.end(), reading.notices.begin(), reading.notices.end());
   const bool good = survey.verdict == Verdict::kGood;
   Answer answer{survey.verdict, report::ToJson(survey), report::SurveyText(survey)};
-  answer.report = [&] {
-    AnswerReport report;
-    if (good) report.figures.push_back(report::SurveyNetworkFigure(survey));
-    report.page = report::SurveyPage(Today(), survey, report.figures);
-    return report;
-  };
+  answer.report = [&] { return AnswerReport{report::SurveyPage(Today(), survey), {}}; };
   if (!options.out.empty()) answer.files.push_back({options.out, answer.json});
   if (good && !arguments.points.empty()) {
     answer.files.push_back({arguments.points, report::SurveyPoints(survey, arguments.surface)});

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "document/figure.h"
 #include "part_alignment/survey/survey.h"
 
 namespace trammel::report {
@@ -22,12 +20,7 @@ namespace trammel::report {
 [[nodiscard]] std::string SurveyPoints(const part_alignment::Survey& survey,
                                        const std::string& surface);
 
-/// "network": coded and plain targets and the stations, from above and from the side. REQUIRES
-/// verdict good.
-[[nodiscard]] Figure SurveyNetworkFigure(const part_alignment::Survey& survey);
-
 /// @param date  as people write it.
-[[nodiscard]] std::string SurveyPage(const std::string& date, const part_alignment::Survey& survey,
-                                     const std::vector<Figure>& figures);
+[[nodiscard]] std::string SurveyPage(const std::string& date, const part_alignment::Survey& survey);
 
 }  // namespace trammel::report
