@@ -89,17 +89,5 @@ TEST(CorrectDiscs, WidensTheSigmaWhereTooFewImagesTellTheNormal) {
   }
 }
 
-TEST(CorrectDiscs, LeavesObservationsWithoutShapes) {
-  Discs seen = SeeDisc(12);
-  const Network before = seen.network;
-  for (auto& disc : seen.discs) disc.reset();
-  std::vector<bool> corrected;
-  CorrectDiscs(seen.discs, corrected, seen.network);
-  for (std::size_t i = 0; i < 12; ++i) {
-    EXPECT_EQ(seen.network.observations[i].pixel, before.observations[i].pixel);
-    EXPECT_EQ(seen.network.observations[i].sigma_px, before.observations[i].sigma_px);
-  }
-}
-
 }  // namespace
 }  // namespace trammel::part_alignment

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "base/random.h"
 #include "base/statistics.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_test_support.h"
@@ -113,53 +112,30 @@ TEST(SurveyPlain, TellsWhatPlainPointsScatterBy) {
   }
 }
 
-TEST(SurveyPlain, ChangesNoCodedTargetByMoreThanItsUncertainty) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 4);
-  SurveyInput input = test::Photograph(world, 4);
-  const Survey with = Solved(input);
-  for (auto& picture : input.pictures) picture.plain.clear();
-  const Survey without = Solved(input);
-  ASSERT_GE(without.targets.size(), 30U);
-  EXPECT_EQ(without.plain.points, 0);
-  for (std::size_t i = 0; i < without.targets.size(); ++i) {
-    ASSERT_EQ(with.targets[i].id, without.targets[i].id);
-    EXPECT_FALSE(with.targets[i].plain);
+/// Makes one disc of two neighbours.
+/// @param alone  one pair in so many is one of the two in place of the middle; 0: none
+/// @return pairs
+int Merge(SurveyInput& input, double apart_px, int alone) {
+  int pairs = 0;
+  for (SurveyPicture& picture : input.pictures) {
+    std::vector<PlainPoint> seen;
+    for (const PlainPoint& point : picture.plain) {
+      const auto near = std::find_if(seen.begin(), seen.end(), [&](const PlainPoint& other) {
+        return std::hypot(other.column_px - point.column_px, other.row_px - point.row_px) <
+               apart_px;
+      });
+      if (near == seen.end()) {
+        seen.push_back(point);
+      } else if (++pairs; alone == 0 || pairs % alone != 0) {
+        near->column_px = (near->column_px + point.column_px) / 2;
+        near->row_px = (near->row_px + point.row_px) / 2;
+      } else if (pairs % (2 * alone) == 0) {
+        *near = point;
+      }
+    }
+    picture.plain = seen;
   }
-  EXPECT_EQ(with.targets.size() - without.targets.size(),
-            static_cast<std::size_t>(with.plain.targets));
-}
-
-TEST(SurveyPlain, FindsTargetsThatThreePicturesShow) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 5);
-  SurveyInput input = test::Photograph(world, 5);
-  // Pictures that look down, where most targets are seen.
-  std::vector<std::pair<double, std::size_t>> by_height;
-  for (std::size_t s = 0; s < world.shots.size(); ++s)
-    by_height.emplace_back(-world.shots[s].place_mm.z(), s);
-  std::sort(by_height.begin(), by_height.end());
-  for (std::size_t i = 3; i < by_height.size(); ++i)
-    input.pictures[by_height[i].second].plain.clear();
-  const Survey survey = Solved(input);
-  const Found found = FoundIn(world, survey);
-  EXPECT_EQ(found.none, 0);
-  EXPECT_GE(found.targets.size(), 15U);
-  ExpectConsistent(world, survey);
-}
-
-TEST(SurveyPlain, TellsTwoTargetsThreePixelsApart) {
-  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 6);
-  for (std::size_t i = 0; i < 12; ++i) {
-    test::WorldTarget twin = world.plain[i];
-    const Eigen::Vector3d along =
-        std::abs(twin.normal.z()) > 0.5 ? Eigen::Vector3d(2, 1.8, 0) : Eigen::Vector3d(0, 0, 2.7);
-    twin.at_mm += along;
-    world.plain.push_back(twin);
-  }
-  const Survey survey = Solved(test::Photograph(world, 6));
-  const Found found = FoundIn(world, survey);
-  EXPECT_EQ(found.none, 0);
-  EXPECT_GE(static_cast<int>(found.targets.size()), ShownIn(world, 6));
-  ExpectConsistent(world, survey);
+  return pairs;
 }
 
 // Oblique views make one disc of two neighbours.
@@ -173,26 +149,7 @@ TEST(SurveyPlain, TellsNeighboursThatManyPicturesShowAsOne) {
     pairs.insert({i, world.plain.size() - 1});
   }
   SurveyInput input = test::Photograph(world, 8);
-  int merged = 0;
-  for (SurveyPicture& picture : input.pictures) {
-    constexpr double kApart_px = 5;
-    std::vector<PlainPoint> seen;
-    for (const PlainPoint& point : picture.plain) {
-      const auto near = std::find_if(seen.begin(), seen.end(), [&](const PlainPoint& other) {
-        return std::hypot(other.column_px - point.column_px, other.row_px - point.row_px) <
-               kApart_px;
-      });
-      if (near == seen.end()) {
-        seen.push_back(point);
-        continue;
-      }
-      near->column_px = (near->column_px + point.column_px) / 2;
-      near->row_px = (near->row_px + point.row_px) / 2;
-      ++merged;
-    }
-    picture.plain = seen;
-  }
-  ASSERT_GE(merged, 40);
+  ASSERT_GE(Merge(input, 5, 0), 40);
   const Survey survey = Solved(input);
   const Found found = FoundIn(world, survey);
   EXPECT_EQ(found.none, 0);
@@ -216,46 +173,10 @@ TEST(SurveyPlain, GivesNoneBetweenTwoThatNoPictureTellsApart) {
   world.scene.hidden = 0;
   world.scene.stray = 0;
   SurveyInput input = test::Photograph(world, 12);
-  int turn = 0;
-  for (SurveyPicture& picture : input.pictures) {
-    std::vector<PlainPoint> seen;
-    for (const PlainPoint& point : picture.plain) {
-      constexpr double kApart_px = 6;
-      const auto near = std::find_if(seen.begin(), seen.end(), [&](const PlainPoint& other) {
-        return std::hypot(other.column_px - point.column_px, other.row_px - point.row_px) <
-               kApart_px;
-      });
-      if (near == seen.end()) {
-        seen.push_back(point);
-      } else if (++turn % kAlone != 0) {
-        near->column_px = (near->column_px + point.column_px) / 2;
-        near->row_px = (near->row_px + point.row_px) / 2;
-      } else if (turn % (2 * kAlone) == 0) {
-        *near = point;
-      }
-    }
-    picture.plain = seen;
-  }
+  (void)Merge(input, 6, kAlone);
   const Survey survey = Solved(input);
   EXPECT_EQ(FoundIn(world, survey).none, 0) << "amid two";
   EXPECT_GE(LeftOver(survey, "does not tell them apart"), 60);
-}
-
-TEST(SurveyPlain, GivesTheMiddleOneOfThreeNeighbours) {
-  test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 13);
-  std::set<std::size_t> middles;
-  for (std::size_t i = 0, count = world.plain.size(); i < count && middles.size() < 6; ++i) {
-    if (world.plain[i].normal.z() < 0.5) continue;
-    middles.insert(i);
-    for (const double side : {-1, 1}) {
-      world.plain.push_back(world.plain[i]);
-      world.plain.back().at_mm += side * Eigen::Vector3d(3.4, 3, 0);
-    }
-  }
-  const Survey survey = Solved(test::Photograph(world, 13));
-  const Found found = FoundIn(world, survey);
-  EXPECT_EQ(found.none, 0);
-  for (const std::size_t middle : middles) EXPECT_TRUE(found.targets.contains(middle)) << middle;
 }
 
 // Their codes are covered but for two or three.
@@ -286,44 +207,6 @@ TEST(SurveyPlain, JoinsNoPictureOfAnotherPart) {
   const Survey survey = Solved(input);
   EXPECT_FALSE(survey.stations[5].used);
   EXPECT_EQ(FoundIn(world, survey).none, 0);
-}
-
-TEST(SurveyPlain, GivesNothingOfASideThatTwoPicturesShow) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 17);
-  SurveyInput input = test::Photograph(world, 17);
-  int kept = 0;
-  for (std::size_t s = 0; s < world.shots.size(); ++s) {
-    if (world.shots[s].place_mm.y() < 800 || ++kept <= 2) continue;
-    input.pictures[s].plain.clear();
-  }
-  ASSERT_GT(kept, 4);
-  const Survey survey = Solved(input);
-  const Found found = FoundIn(world, survey);
-  EXPECT_EQ(found.none, 0);
-  for (const std::size_t target : found.targets)
-    EXPECT_LT(world.plain[target].normal.y(), 0.5) << target;
-}
-
-TEST(SurveyPlain, FindsTargetsThatAllLieOnOneLine) {
-  test::SurveyScene scene = PlainScene();
-  scene.plain = 0;
-  scene.rows = 1;
-  scene.row_length = 25;
-  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 18);
-  const Survey survey = Solved(test::Photograph(world, 18));
-  const Found found = FoundIn(world, survey);
-  EXPECT_EQ(found.none, 0);
-  EXPECT_GE(static_cast<int>(found.targets.size()), ShownIn(world, 6) - 1);
-  ExpectConsistent(world, survey);
-}
-
-TEST(SurveyPlain, CannotTellFromPlainTargetsAlone) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 19);
-  SurveyInput input = test::Photograph(world, 19);
-  for (SurveyPicture& picture : input.pictures) picture.observations.clear();
-  const Survey survey = Solved(input);
-  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
-  EXPECT_TRUE(survey.targets.empty());
 }
 
 TEST(SurveyPlain, TakesNothingForATargetWhoseOutlinesAreNoDiscs) {
@@ -477,15 +360,6 @@ TEST(SurveyPlain, RefusesMorePointsThanCanBeToldApart) {
   EXPECT_TRUE(survey.plain.refused);
   EXPECT_THAT(survey.plain.reason, HasSubstr("up to 2000"));
   EXPECT_EQ(survey.plain.targets, 0);
-}
-
-TEST(SurveyPlain, RefusesNumbersThatCannotBe) {
-  const test::SurveyWorld world = test::MakeSurveyWorld(PlainScene(), 11);
-  SurveyInput input = test::Photograph(world, 11);
-  input.pictures[3].plain[0].sigma_px = NAN;
-  const auto survey = SolveSurvey(input, {});
-  ASSERT_FALSE(survey);
-  EXPECT_THAT(survey.error().message, HasSubstr("p4: a plain point"));
 }
 
 }  // namespace
