@@ -145,26 +145,6 @@ TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
   EXPECT_LT((fit.gain * residuals - fit.step).cwiseQuotient(sigma).norm(), 1e-9);
 }
 
-TEST(JointFit, OfExactInputsIsPlainLeastSquares) {
-  SolveOptions options;
-  options.inputs = ExactInputs();
-  const Bench bench(options);
-  const MatrixXd jacobian = WeightedJacobian(bench.problem, bench.theta);
-  const MatrixXd plain = geometry::Inverse(jacobian.transpose() * jacobian);
-  const JointFit fit = FitJointly(bench.problem, bench.theta);
-  for (Index i = 0; i < plain.rows(); ++i) {
-    EXPECT_NEAR(fit.covariance(i, i) / plain(i, i), 1, 1e-6);
-  }
-}
-
-TEST(JointFit, BelowFullRankThereIsNoEstimate) {
-  Bench bench(EverythingUncertain());
-  bench.problem.observations.resize(3);
-  const JointFit fit = FitJointly(bench.problem, bench.theta);
-  EXPECT_EQ(fit.covariance.size(), 0);
-  EXPECT_EQ(fit.step.size(), 0);
-}
-
 // Where nothing checks it the usual size counts for more than itself: it is known from few runs.
 TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   SolveOptions options;
@@ -214,18 +194,6 @@ struct TargetBench {
   Theta theta;
 };
 
-TEST(TargetErrors, TheirDirectionsHoldWhatTheyAddToChiSquare) {
-  const TargetBench bench(WithTargetsOff(0.05, 3));
-  const TargetDirections directions = DirectionsOfTargets(bench.problem, bench.theta);
-  const auto reach2 = directions.reach.array().square();
-  const auto residual2 = directions.residual.array().square();
-  PoseProblem exact = bench.problem;
-  exact.errors.targets.resize(0, 0);
-  EXPECT_NEAR(JointChiSquare(exact, bench.theta) - JointChiSquare(bench.problem, bench.theta),
-              (residual2 * reach2 / (1 + reach2)).sum(), 1e-6);
-  EXPECT_EQ(DirectionsOfTargets(exact, bench.theta).reach.size(), 0);
-}
-
 TEST(TargetErrors, OfManySamplesTheirMiddleIsTheTruth) {
   constexpr double kOff_mm = 0.1;
   std::vector<double> found_mm;
@@ -236,14 +204,6 @@ TEST(TargetErrors, OfManySamplesTheirMiddleIsTheTruth) {
   std::nth_element(found_mm.begin(), found_mm.begin() + 100, found_mm.end());
   // Half of 200 samples of some six degrees of freedom: the median is known to 4 % (1 sigma).
   EXPECT_NEAR(found_mm[100], kOff_mm, 0.12 * kOff_mm);
-}
-
-TEST(TargetErrors, AreNeverBelowTheUsual) {
-  const TargetBench exact(WithTargetsOff(0, 3));
-  EXPECT_EQ(TargetErrorByResiduals(exact.problem, exact.theta, kUsual_mm, kMiddle), kUsual_mm);
-  TargetBench few(WithTargetsOff(0.5, 3));
-  few.problem.observations.resize(3);  // fewer numbers than unknowns: no residual shows anything
-  EXPECT_EQ(TargetErrorByResiduals(few.problem, few.theta, kUsual_mm, kMiddle), kUsual_mm);
 }
 
 TEST(TargetErrors, OfWhichNothingIsStatedWidenTheAnswer) {

@@ -89,43 +89,6 @@ TEST(PoseProblem, AllDerivativesAreThoseOfFiniteDifferencesTo1e7) {
   }
 }
 
-// The slips of the printed equations 26 (X_i for X_M) and 27 (a 1 at (3, 3)) by their figures.
-TEST(PoseProblem, TheClampAngleTurnsTheMachinePointAndNothingAlongTheAxis) {
-  AlignmentWorld world = BenchWorld();
-  Random random(3);
-  TakePictures(world, 0, random);
-  const auto problem = MakeProblem(MeasurementOf(world, 1), Unknowns{});
-  ASSERT_TRUE(problem);
-  const Theta theta =
-      ThetaOf(*problem, world.machine_from_part, {world.clamping.angle_rad, {}, {}});
-  const Eigen::MatrixXd jacobian = WeightedJacobian(*problem, theta);
-  // A lever of 38 mm about the axis at 300 mm: 38 mm f / pitch / 300 mm px per rad, less and more
-  // by the distortion and by how far the camera looks beside the axis (some 5 mm).
-  const double expected_px = 38 * 6.189 / 0.0022 / 300;
-  for (Eigen::Index i = 0; i < 8; ++i) {
-    const double moved_px = jacobian.col(6).segment<2>(2 * i).norm();
-    EXPECT_NEAR(moved_px, expected_px, 0.2 * expected_px);
-  }
-}
-
-TEST(PoseProblem, TheMiddleFrameIsTheSameProblem) {
-  AlignmentWorld world = BenchWorld();
-  world.machine_from_part.angles_rad = {0.4, 1.2, -2.5};
-  LookFrom(world, [](std::size_t) { return Eigen::Vector2d(20, 10); });
-  Random random(3);
-  TakePictures(world, 0, random);
-  const auto problem = MakeProblem(MeasurementOf(world, 0.05), kAll);
-  ASSERT_TRUE(problem);
-  const Theta theta = SomewhereNear(*problem, world);
-  const MiddleFrame frame =
-      MiddleFrameOf(*problem, geometry::RotationFromAngles(world.machine_from_part.angles_rad));
-  const Theta middle = ToMiddleFrame(frame, theta);
-  EXPECT_LT(middle.segment<3>(3).norm(), 0.02);
-  EXPECT_NEAR(ChiSquare(InMiddleFrame(*problem, frame), middle) / ChiSquare(*problem, theta), 1,
-              1e-9);
-  EXPECT_LT((FromMiddleFrame(frame, middle) - theta).norm(), 1e-10);
-}
-
 }  // namespace
 
 }  // namespace trammel::part_alignment

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "part_alignment/pose/alignment_test_support.h"
-#include "part_alignment/pose/pose_fit.h"
 #include "part_alignment/pose/solve.h"
 
 namespace trammel::part_alignment {
@@ -65,20 +64,6 @@ SolveOptions Exact() {
   SolveOptions options;
   options.inputs = ExactInputs();
   return options;
-}
-
-TEST(PoseUncertainty, TheSolversCovarianceIsThatOf10000Measurements) {
-  SCOPED_TRACE(kSeed);
-  const Bench bench = PaperBench();
-  Random random(kSeed);
-  const auto simulated =
-      SimulateMeasurements(bench.measurement, Exact(), bench.state, kTrials, random);
-  ASSERT_TRUE(simulated) << simulated.error().message;
-  EXPECT_EQ(simulated->trials, kTrials);
-  const auto alignment = Solve(bench.measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  ExpectAgreement(alignment->covariance, *simulated);
 }
 
 TEST(PoseUncertainty, LinearPropagationHoldsForMachineTargetsAndClampingToo) {
@@ -143,86 +128,6 @@ TEST(PoseUncertainty, AnUncertainCalibrationMovesTheAnswerAsStated) {
   }
 }
 
-TEST(PoseUncertainty, AnAnswerIsSimulatedWithoutWhatItLeftOut) {
-  SCOPED_TRACE(kSeed);
-  Bench bench = PaperBench();
-  bench.measurement.views.push_back(bench.measurement.views[0]);
-  bench.measurement.views.push_back(bench.measurement.views[1]);
-  bench.measurement.views[0].observations[0].column_px += 20;
-  const auto alignment = Solve(bench.measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  ASSERT_EQ(alignment->residuals[0].weight, 0);
-  Random random(kSeed);
-  const auto simulated = SimulateAnswer(bench.measurement, Exact(), *alignment, kTrials, random);
-  ASSERT_TRUE(simulated) << simulated.error().message;
-  ExpectAgreement(alignment->covariance, *simulated);
-}
-
-TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
-  const Bench bench = PaperBench();
-  SolveOptions options = Exact();
-  options.inputs.machine_mm = 0.003;
-  options.inputs.target_mm = 0.02;
-  options.inputs.clamp_eccentricity_mm = 0.015;
-  const auto alignment = Solve(bench.measurement, options);
-  const auto linear = PropagateLinearly(bench.measurement, options, bench.state);
-  ASSERT_TRUE(alignment && linear);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  const Eigen::VectorXd ratio =
-      alignment->covariance.diagonal().cwiseQuotient(linear->covariance.diagonal()).cwiseSqrt();
-  EXPECT_NEAR(ratio.minCoeff(), 1, 1e-6);
-  EXPECT_NEAR(ratio.maxCoeff(), 1, 1e-6);
-  options.inputs.machine_mm = -1;
-  EXPECT_FALSE(Solve(bench.measurement, options));
-}
-
-// At 150 mm a machine's 5 um are 0.09 px: without them stated the residuals contradict their
-// sigmas, with them the errors are those of the covariance.
-TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
-  constexpr double kMachine_mm = 0.005;
-  constexpr double kFine_px = 0.02;
-  constexpr int kWorlds = 100;
-  SCOPED_TRACE(kSeed);
-  Random random(kSeed);
-  AlignmentWorld world = BenchWorld(150);
-  const auto across_mm = [](std::size_t i) {
-    return Eigen::Vector2d(i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0);
-  };
-  LookFrom(world, across_mm, 150);
-  SolveOptions told = Exact();
-  told.inputs.machine_mm = kMachine_mm;
-  told.robust = false;
-  SolveOptions untold = Exact();
-  untold.robust = false;
-  int good = 0;
-  int good_untold = 0;
-  double squares = 0;
-  for (int i = 0; i < kWorlds; ++i) {
-    AlignmentWorld taken = world;
-    TakePictures(taken, kFine_px, random);
-    for (auto& view : taken.views) {
-      for (int axis = 0; axis < 3; ++axis) {
-        view.spindle_mm[axis] += random.Normal(0, kMachine_mm);
-      }
-    }
-    const Measurement measurement = MeasurementOf(taken, kFine_px);
-    const auto alignment = Solve(measurement, told);
-    ASSERT_TRUE(alignment);
-    good_untold += Solve(measurement, untold)->verdict == Verdict::kGood ? 1 : 0;
-    if (alignment->verdict == Verdict::kGood) {
-      good += 1;
-      const double off_mm = alignment->machine_from_part.translation_mm.x() -
-                            world.machine_from_part.translation_mm.x();
-      squares += off_mm * off_mm / alignment->covariance(0, 0);
-    }
-  }
-  EXPECT_GE(good, kWorlds - 2);
-  EXPECT_LT(good_untold, kWorlds / 4);
-  // 100 squares of unit variance: their mean scatters by 0.14.
-  EXPECT_NEAR(squares / good, 1, 0.45);
-}
-
 // At a constant orientation of the spindle an eccentric clamping is a shift of the part, one to one
 // and with zero residual.
 TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {
@@ -237,27 +142,6 @@ TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {
   EXPECT_NEAR(added[0], 0.015, 1e-5);
   EXPECT_NEAR(added[1], 0.015, 1e-5);
   EXPECT_LT(added.segment<4>(3).maxCoeff(), 1e-7);
-}
-
-// What the views show of it they take out: with C at 0 and 180 degrees nothing of it is left.
-TEST(PoseUncertainty, ViewsWithTheSpindleTurnedTakeTheUsualEccentricityOut) {
-  Bench bench = PaperBench();
-  SolveOptions options;
-  options.inputs.target_mm = 0;
-  const auto constant = PropagateLinearly(bench.measurement, options, bench.state);
-  const std::vector<View> views = bench.measurement.views;
-  for (View view : views) {
-    view.spindle_rotation = geometry::RotationFromAngles({0, 0, std::numbers::pi});
-    bench.measurement.views.push_back(view);
-  }
-  const auto turned = PropagateLinearly(bench.measurement, options, bench.state);
-  ASSERT_TRUE(constant && turned);
-  for (const int axis : {0, 1}) {
-    EXPECT_GT(std::sqrt(constant->covariance(axis, axis)), kUsualEccentricity_mm);
-    EXPECT_LT(std::sqrt(turned->covariance(axis, axis)), kUsualEccentricity_mm / 4);
-  }
-  // The camera's place along the taper is not seen from anywhere.
-  EXPECT_GT(std::sqrt(turned->covariance(2, 2)), kUsualCameraOffset_mm);
 }
 
 // The paper's targets stand at the corners of 1.5 x 1 m: 1.803 m may be wrong by 0.0861 mm, so each
@@ -292,44 +176,6 @@ TEST(PoseUncertainty, TooManyTargetsOfWhichNothingIsStatedAreRefusedWithWhatToSt
   ASSERT_FALSE(many);
   EXPECT_THAT(many.error().message, HasSubstr("state target_mm: 0 if they are exact"));
   EXPECT_TRUE(PropagateLinearly(bench.measurement, Exact(), bench.state));
-}
-
-// A clamp angle that is only stated to be uncertain is taken out by the views that show it, as one
-// that is solved for: 22 mm of lever by 1.9 mm/m would be 0.04 mm of Y.
-TEST(PoseUncertainty, AStatedClampAngleIsTakenOutAsASolvedOneIs) {
-  AlignmentWorld world = BenchWorld();
-  world.clamping.angle_rad = 0;
-  LookFrom(world, [](std::size_t i) { return Eigen::Vector2d(i % 2 == 0 ? 60.0 : -16.0, 0); });
-  Random random(kSeed);
-  TakePictures(world, 0, random);
-  const Measurement measurement = MeasurementOf(world, kPixelSigma_px);
-  const AlignmentState state{world.machine_from_part, {}};
-  SolveOptions seven = Exact();
-  seven.inputs.clamp_angle_rad = 0.0019;  // uniform over +-3.3 mm/m
-  SolveOptions six = seven;
-  six.unknowns.clamp_angle = false;
-  const auto without = PropagateLinearly(measurement, six, state);
-  const auto with = PropagateLinearly(measurement, seven, state);
-  ASSERT_TRUE(without && with);
-  EXPECT_LT(std::sqrt(with->covariance(1, 1)), 0.01);
-  EXPECT_LE(without->covariance(1, 1), with->covariance(1, 1));
-  EXPECT_GT(without->covariance(1, 1), 0.9 * with->covariance(1, 1));
-}
-
-TEST(PoseUncertainty, ThePreparedSolverReturnsTheTruthFromItsPixels) {
-  const Bench bench = PaperBench();
-  auto solver =
-      PoseSolver::Make(bench.measurement, Exact(), {{815, 428, -650}, {0.01, 0.002, 0.02}}, {});
-  ASSERT_TRUE(solver);
-  std::vector<Eigen::Vector2d> pixels;
-  for (const View& view : bench.measurement.views) {
-    pixels.emplace_back(view.observations[0].column_px, view.observations[0].row_px);
-  }
-  const Descent descent = solver->SolvePixels(pixels);
-  EXPECT_TRUE(descent.converged);
-  const geometry::Pose& truth = bench.state.machine_from_part;
-  EXPECT_LT((descent.theta.head<3>() - truth.translation_mm).norm(), 1e-9);
-  EXPECT_LT((descent.theta.segment<3>(3) - truth.angles_rad).norm(), 1e-12);
 }
 
 TEST(PoseUncertainty, ErrorsNameTheInput) {
@@ -371,12 +217,6 @@ struct AnsweredBench {
   Alignment alignment;
 };
 
-TEST(Caveats, AnEccentricityIsInTheFigureAndNeedsNoSentence) {
-  const AnsweredBench one(0);
-  EXPECT_THAT(one.Said({}), IsEmpty());
-  EXPECT_GT(one.alignment.covariance(0, 0), kUsualEccentricity_mm * kUsualEccentricity_mm);
-}
-
 TEST(Caveats, InputsThatLeaveThePlaceOpenAreSpokenOf) {
   AnsweredBench bench(0);
   SolveOptions slip;
@@ -394,12 +234,6 @@ TEST(Caveats, ACameraFromOtherDistancesOrYearsIsSpokenOf) {
               ElementsAre(HasSubstr("calibrated (2026-11-01) from 395 to 1430 mm")));
   EXPECT_THAT(bench.Said(options, CalibrationRecord{"2024-11-01", 200, 400}),
               ElementsAre(HasSubstr("calibrated 751 days ago")));
-}
-
-TEST(Caveats, NothingIsSaidOfNoAnswer) {
-  AnsweredBench bench(0);
-  bench.alignment.verdict = Verdict::kCannotTell;
-  EXPECT_THAT(bench.Said({}, CalibrationRecord{"2024-11-01", 1, 2}), IsEmpty());
 }
 
 struct ContributionBench {
@@ -439,26 +273,6 @@ TEST(Contributions, AreTheStatedFigureFirstThenWhatWouldHelpMostThenThePicturesA
   EXPECT_TRUE(bench.parts[1].usual);
   EXPECT_EQ(bench.parts[1].size, kUsualEccentricity_mm);
   EXPECT_TRUE(bench.parts[2].usual);
-}
-
-TEST(Contributions, OfOneInputAreItsOwnSquareLessThePictures) {
-  SolveOptions options;
-  options.inputs = ExactInputs();
-  options.inputs.clamp_eccentricity_mm = 0.015;
-  const ContributionBench bench(options);
-  EXPECT_THAT(bench.Names(), ElementsAre("all", "clamp_eccentricity_mm", "pixels"));
-  EXPECT_FALSE(bench.parts[1].usual);
-  // Views of one C cannot see it: X and Y move by all of it.
-  for (const int axis : {0, 1}) {
-    EXPECT_NEAR(std::hypot(bench.parts[2].sigma_mm(axis), 0.015), bench.parts[0].sigma_mm(axis),
-                2e-5);
-  }
-}
-
-TEST(Contributions, AreNoneWithoutAnAnswer) {
-  ContributionBench bench({});
-  bench.alignment.verdict = Verdict::kCannotTell;
-  EXPECT_THAT(ContributionsOf(bench.measurement, bench.options, bench.alignment), IsEmpty());
 }
 
 }  // namespace

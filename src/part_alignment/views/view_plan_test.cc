@@ -73,20 +73,6 @@ TEST(ViewPlan, EightViewsOfFourTargetsReachTheGoalAndSolve) {
   EXPECT_LT(std::sqrt(alignment.covariance(0, 0)), 0.02);
 }
 
-TEST(ViewPlan, EveryViewSaysWhyAndStaysWithinTravelFieldAndClearance) {
-  const Scene scene;
-  const auto plan = scene.Plan();
-  ASSERT_TRUE(plan && plan->verdict == Verdict::kGood);
-  const double tool_mm = ToolLength(scene.camera, scene.options.tool_length_mm);
-  for (const PlannedView& view : plan->views) {
-    EXPECT_THAT(view.why, HasSubstr("weakest direction (mostly"));
-    EXPECT_THAT(view.why, HasSubstr("), 95 %: "));
-    EXPECT_TRUE(WithinTravel(scene.options, view.spindle_mm));
-    EXPECT_TRUE(ClearOfObstacles(scene.options, tool_mm, view.spindle_mm, view.spindle_rotation));
-  }
-  EXPECT_THAT(plan->views[0].why, HasSubstr("of target T"));
-}
-
 // Straight lines between the way's places, sampled: the tool's end cylinder is never nearer to a
 // box than the clearance.
 TEST(ViewPlan, TheWholeWayKeepsClear) {
