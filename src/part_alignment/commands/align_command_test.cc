@@ -8,7 +8,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/alignment_test_support.h"
@@ -78,12 +77,6 @@ TEST_F(AlignCommand, SolvePrintsWhereThePartIs) {
   EXPECT_EQ(result["residuals"].size(), 8U);
   EXPECT_TRUE(result["clamp_tilt_rad"].is_null());
   EXPECT_THAT(solved.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("gamma")));
-}
-
-TEST_F(AlignCommand, JsonLeavesTheWordsOut) {
-  const CommandResult solved = Align("solve seen.json --json");
-  EXPECT_EQ(solved.standard_error, "");
-  EXPECT_EQ(json::parse(solved.standard_output)["verdict"], "good");
 }
 
 TEST_F(AlignCommand, ATerminalGetsTheTextAndWhereTheJsonIsInPlaceOfTheJson) {
@@ -176,22 +169,6 @@ TEST_F(AlignCommand, WhatIsThereAlreadyIsOverwrittenByForceOnly) {
   }
 }
 
-TEST_F(AlignCommand, TargetsKeepTheKindOfTheirIds) {
-  const CommandResult solved = SolveChanged([](json& seen) {
-    for (json& target : seen["targets"]) {
-      if (target["id"] == "T1") target["id"] = 1;
-    }
-    for (json& view : seen["views"]) {
-      for (json& observation : view["observations"]) {
-        if (observation["target"] == "T1") observation["target"] = 1;
-      }
-    }
-  });
-  const json result = json::parse(solved.standard_output);
-  EXPECT_EQ(result["residuals"][0]["target"], 1);
-  EXPECT_EQ(result["residuals"][2]["target"], "T2");
-}
-
 TEST_F(AlignCommand, WhatTheViewsCannotTellIsAVerdictAndNoNumbers) {
   const CommandResult one = SolveChanged(
       [](json& seen) { seen["views"].erase(seen["views"].begin() + 1, seen["views"].end()); });
@@ -214,67 +191,6 @@ TEST_F(AlignCommand, BadObservationsAreNamedAndExitWithOne) {
       SolveChanged([](json& seen) { seen["camera"]["model"] = "opencv_fisheye"; });
   EXPECT_THAT(model.standard_error, HasSubstr("camera.model is \"opencv_fisheye\""));
   EXPECT_EQ(Align("solve nowhere.json").exit_code, 1);
-}
-
-TEST_F(AlignCommand, TargetsKnownToFortyMicronsAreRefusedOnlyIfTheyAreSaidToBeExact) {
-  constexpr double kScatter_mm = 0.04;
-  const auto scatter = [](json& seen) {
-    Random random(7);
-    for (json& target : seen["targets"]) {
-      for (json& mm : target["ideal_mm"]) mm = double(mm) + kScatter_mm * random.Normal();
-    }
-  };
-  const auto stated = [&](double target_mm) {
-    return SolveChanged([&](json& seen) {
-      scatter(seen);
-      seen["input_uncertainty"]["target_mm"] = target_mm;
-    });
-  };
-  const CommandResult exact = stated(0);
-  EXPECT_EQ(exact.exit_code, 2) << exact.output;
-  EXPECT_THAT(exact.standard_error, HasSubstr("the residuals contradict their sigmas"));
-  const CommandResult unsaid = SolveChanged(scatter);
-  EXPECT_THAT(unsaid.standard_error, HasSubstr("targets' places 0.05"));
-  for (const CommandResult& answered : {unsaid, stated(kScatter_mm)}) {
-    ASSERT_EQ(answered.exit_code, 0) << answered.output;
-    const json result = json::parse(answered.standard_output);
-    for (const auto& [i, name] :
-         {std::pair{0, "x_mm"}, std::pair{1, "y_mm"}, std::pair{2, "z_mm"}}) {
-      const double sigma_mm = result["standard_uncertainty"][name];
-      EXPECT_GT(sigma_mm, kScatter_mm / 10);
-      EXPECT_NEAR(result["part_mm"][i], world_.machine_from_part.translation_mm[i], 4 * sigma_mm);
-    }
-  }
-}
-
-TEST_F(AlignCommand, ACameraFileFromOtherDistancesIsANotice) {
-  json seen = json::parse(files::AlignmentFileText(input_));
-  Write("camera.json", json{{"format", 1},
-                            {"camera", seen["camera"]},
-                            {"calibration", {{"date", "2026-11-01"}, {"distance_mm", {395, 1430}}}}}
-                           .dump());
-  seen["camera"] = "camera.json";
-  Write("seen.json", seen.dump());
-  const CommandResult solved = Align("solve seen.json");
-  EXPECT_EQ(solved.exit_code, 0) << solved.output;
-  EXPECT_THAT(solved.standard_error, HasSubstr("calibrated (2026-11-01) from 395 to 1430 mm"));
-}
-
-TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
-  ASSERT_EQ(Align("solve seen.json --out result.json").exit_code, 0);
-  for (const auto& [arguments, words] :
-       {std::pair{"--control linuxcnc", "G10 L2 P1 X812.000000 Y430.000000 Z-655.000000 R0.630253"},
-        std::pair{"--control siemens", "$P_UIFR[1]=CTRANS(X,812.000000"},
-        std::pair{"--control siemens --tilts", "CROT(X,0.229183"},
-        std::pair{"--control heidenhain --work-offset 4", "Q339=+4"},
-        std::pair{"--control fanuc --work-offset \"G54.1 P9\"", "G90 G10 L20 P9 X812.000000"}}) {
-    const CommandResult corrected = Align(std::string("correct result.json ") + arguments);
-    EXPECT_EQ(corrected.exit_code, 0) << corrected.output;
-    EXPECT_THAT(corrected.standard_output,
-                AllOf(HasSubstr(words), HasSubstr("where the offset puts it less where it is:"),
-                      HasSubstr("remainder  tilts of +4.0000 (about x) and "
-                                "-3.0000 mm/m (about y)")));
-  }
 }
 
 TEST_F(AlignCommand, KeepsItsAnswerAsEveryInstrumentDoesAndCorrectsByIt) {
@@ -331,27 +247,6 @@ TEST_F(AlignCommand, CorrectsByNoKeptAnswerThatIsNotGoodOrNotItsOwn) {
   EXPECT_THAT(refused.standard_error, HasSubstr("a result of taps, not of part alignment"));
 }
 
-TEST_F(AlignCommand, WhatNobodyStatedIsInOneFigureFromSolveToCorrect) {
-  const CommandResult solved = Align("solve seen.json --out result.json");
-  const json result = json::parse(solved.standard_output);
-  EXPECT_EQ(result["input_uncertainty"]["clamp_eccentricity_mm"],
-            part_alignment::kUsualEccentricity_mm);
-  EXPECT_EQ(result["input_uncertainty"]["not_stated"],
-            json({"machine_mm", "target_mm", "clamp_eccentricity_mm", "camera_offset_mm"}));
-  const double sigma_mm = result["standard_uncertainty"]["x_mm"];
-  EXPECT_GT(sigma_mm, part_alignment::kUsualEccentricity_mm);
-  EXPECT_EQ(result["notices"], json::array());
-  EXPECT_THAT(solved.standard_error, HasSubstr("not stated machine's repeatability"));
-  EXPECT_EQ(json::parse(Align("correct result.json --json").standard_output)["notices"],
-            result["notices"]);
-  const CommandResult stated = SolveChanged([](json& seen) {
-    seen["input_uncertainty"] = {
-        {"machine_mm", 0}, {"target_mm", 0}, {"clamp_eccentricity_mm", 0}, {"camera_offset_mm", 0}};
-  });
-  const double exact_mm = json::parse(stated.standard_output)["standard_uncertainty"]["x_mm"];
-  EXPECT_LT(exact_mm, sigma_mm / 4);
-}
-
 TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {
   const std::string plan =
       "plan seen.json --rough 812,430,-655 --travel -3000,-3000,-3000,3000,3000,3000 --out "
@@ -366,23 +261,6 @@ TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {
               MatchesRegex("trammel: no plan is written: .* do not reach the goal: .*\n"));
   EXPECT_EQ(Align(plan).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "plan.json"));
-}
-
-TEST_F(AlignCommand, CorrectLevelsThePartAtItsSupports) {
-  ASSERT_EQ(Align("solve seen.json --out result.json").exit_code, 0);
-  Write("supports.json", R"({"format": 1, "supports": [
-    {"id": "a", "part_mm": [-700, -450, 0], "direction": [0, 0, 2]},
-    {"id": "b", "part_mm": [700, -450, 0], "direction": [0, 0, 1]},
-    {"id": "c", "part_mm": [0, 450, 0], "direction": [0, 0, 1]}]})");
-  const CommandResult corrected =
-      Align("correct result.json --supports supports.json --after-shims --json");
-  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
-  const json result = json::parse(corrected.standard_output);
-  EXPECT_LT(result["remainder"]["largest_mm"], 1e-6);
-  // b lies 1400 mm from a along x; beta = -3 mm/m lifts it by 4.2 mm.
-  const double a_mm = result["fixture"]["supports"][0]["shim_mm"];
-  const double b_mm = result["fixture"]["supports"][1]["shim_mm"];
-  EXPECT_NEAR(b_mm - a_mm, -4.2, 0.01);
 }
 
 TEST_F(AlignCommand, CorrectRefusesWhatItCannotDo) {

@@ -123,49 +123,6 @@ TEST_F(AlignExamples, EveryCommandOfTheirPageRunsInItsOrder) {
   }
 }
 
-TEST_F(AlignExamples, TheGridGivesTheCameraThatItWasDrawnWith) {
-  const auto run = Align("calibrate grid.json --out camera.json --report calibration --json");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  constexpr double kDrawn_mm = 6.189;
-  const json found = json::parse(run.standard_output)["parameters"]["focal_length_mm"];
-  constexpr double kFiveSigmas = 5;
-  EXPECT_NEAR(found["value"], kDrawn_mm, kFiveSigmas * double(found["standard_uncertainty"]));
-  EXPECT_EQ(Read("camera.json")["camera"]["focal_length_mm"], found["value"]);
-}
-
-// 180 facets of the bore are off by 0.02 mm, which moves nothing by more.
-TEST_F(AlignExamples, TheCadPartGivesTheTargetsOfItsPlanes) {
-  ASSERT_EQ(Align("fit points.csv --part part.json --out planes.json").exit_code, 0);
-  const auto run = Align("fit points.csv --part part-cad.json --out cad.json --report cad");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("part.stl: 736 triangles, 1600 × 1100 × 236 mm, read in mm"));
-  const json planes = Read("planes.json")["targets"];
-  const json cad = Read("cad.json")["targets"];
-  ASSERT_EQ(planes.size(), cad.size());
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(planes[i]["ideal_mm"][axis], cad[i]["ideal_mm"][axis], 0.01);
-    }
-  }
-  EXPECT_TRUE(Exists("cad/stock-allowance.png"));
-}
-
-TEST_F(AlignExamples, TheStepPartGivesTheTargetsOfItsPlanesThoughItIsInInches) {
-  ASSERT_EQ(Align("fit points.csv --part part.json --out planes.json").exit_code, 0);
-  const auto run = Align("fit points.csv --part part-step.json --out step.json");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, AllOf(HasSubstr("1600 × 1100 × 236 mm, of 7 faces; its unit is inch")));
-  const json planes = Read("planes.json")["targets"];
-  const json step = Read("step.json")["targets"];
-  ASSERT_EQ(planes.size(), 8U);
-  ASSERT_EQ(step.size(), 8U);
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(planes[i]["ideal_mm"][axis], step[i]["ideal_mm"][axis], 1e-4);
-    }
-  }
-}
-
 // All of the casting against the STL alone: it lies in more ways than one, whatever its unit.
 TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
   const auto bare = Align("fit points.csv --part part.stl");
@@ -205,24 +162,6 @@ TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
   }
   const auto corrected = Align("correct result.json --supports supports.json --control linuxcnc");
   EXPECT_THAT(corrected.output, AllOf(HasSubstr("shim"), HasSubstr("G10 L2 P1")));
-}
-
-TEST_F(AlignExamples, ThePlanTakesTheSameFiles) {
-  ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
-  ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);
-  const auto planned = Align(
-      "plan observations.json --rough 1400,1000,250 --travel "
-      "-3000,-3000,-3000,3000,3000,3000 --out views.json");
-  ASSERT_EQ(planned.exit_code, 0) << planned.output;
-  const json views = Read("views.json");
-  EXPECT_EQ(views["targets"].size(), 4U) << "the scale bars' ends are no targets to look at";
-  EXPECT_EQ(views["targets_covariance_mm2"].size(), 12U);
-}
-
-TEST_F(AlignExamples, TheSceneIsCapable) {
-  const auto run = Align("budget scene.json");
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, AllOf(HasSubstr("lengths   largest error"), HasSubstr("capable   yes")));
 }
 
 }  // namespace

@@ -117,17 +117,6 @@ TEST_F(AlignInit, WritesNothingOverWhatIsThere) {
   EXPECT_EQ(ReadWhole(At("job/setup.json")) + ReadWhole(At("job/views.json")), before);
 }
 
-TEST_F(AlignInit, WithoutATerminalNamesEveryOptionThatIsMissing) {
-  const CommandResult run = Run("align init job --machine none --rough 1,2,3");
-  EXPECT_EQ(run.exit_code, 1);
-  for (const char* option :
-       {"--camera", "--targets", "--source", "--travel", "--safe-z", "--obstacle"}) {
-    EXPECT_THAT(run.standard_error, HasSubstr(option));
-  }
-  EXPECT_THAT(run.standard_error, Not(HasSubstr("--rough:")));
-  ExpectNothingWritten();
-}
-
 TEST_F(AlignInit, RefusesAnswersThatAreNone) {
   for (const auto& [option, words] :
        std::vector<std::pair<std::string, std::string>>{{"--rough 1,2", "3 numbers"},
@@ -150,17 +139,6 @@ TEST_F(AlignInit, RefusesAnswersThatAreNone) {
   }
 }
 
-TEST_F(AlignInit, TakesEachAnswerOnceAndSeveralBoxes) {
-  for (const std::string option : {"--source elsewhere", "--safe-z 100"}) {
-    const CommandResult run = Init("none", option);
-    EXPECT_EQ(run.exit_code, 1) << run.output;
-    EXPECT_THAT(run.standard_error, HasSubstr(option.substr(0, option.find(' '))));
-    ExpectNothingWritten();
-  }
-  const CommandResult run = Init("none", "--obstacle 0,0,0,10,10,10");
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-}
-
 TEST_F(AlignInit, SaysThatNoViewFitsAndWhatToChange) {
   std::string answers = Answers("none");
   const std::string travel = kTravel;
@@ -172,22 +150,6 @@ TEST_F(AlignInit, SaysThatNoViewFitsAndWhatToChange) {
   ExpectNothingWritten();
 }
 
-TEST_F(AlignInit, NamesWhatTheMachineIsNotReadyForAndWritesAllTheSame) {
-  for (const auto& [name, value, words] :
-       {std::tuple{"spindle_stopped", json(false), "the spindle turns"},
-        std::tuple{"estop", json(true), "emergency stop"},
-        std::tuple{"homed", json({1, 0, 1, 1}), "joint 1 of 0 … 3 is not homed"},
-        std::tuple{"idle", json(false), "runs a program"}}) {
-    fs::remove_all(At("job"));
-    ScriptedLinuxCnc server;
-    server.Answer(name, value);
-    const CommandResult run = Init("session:" + server.helper(), "--spindle locked");
-    EXPECT_EQ(run.exit_code, 0) << run.output;
-    EXPECT_THAT(run.standard_error, AllOf(HasSubstr("before measuring: "), HasSubstr(words)));
-    EXPECT_TRUE(fs::exists(At("job/views.json")));
-  }
-}
-
 TEST_F(AlignInit, WritesNothingForAMachineInInches) {
   ScriptedLinuxCnc server;
   server.Answer("metric", false);
@@ -195,15 +157,6 @@ TEST_F(AlignInit, WritesNothingForAMachineInInches) {
   EXPECT_EQ(run.exit_code, 4) << run.output;
   EXPECT_THAT(run.standard_error,
               AllOf(HasSubstr("contradiction: "), HasSubstr("LINEAR_UNITS = mm")));
-  ExpectNothingWritten();
-}
-
-TEST_F(AlignInit, RefusesTargetsThatAreNoCodes) {
-  WriteTargets({{{"id", "T1"}, {"ideal_mm", {-750, -500, 0}}},
-                {{"id", "T45"}, {"ideal_mm", {750, -500, 0}}}});
-  const CommandResult run = Init("none");
-  EXPECT_EQ(run.exit_code, 4) << run.output;
-  EXPECT_THAT(run.standard_error, HasSubstr("target T45 is no code T1 … T44 of the 14 bits"));
   ExpectNothingWritten();
 }
 

@@ -13,7 +13,6 @@
 #include <string>
 #include <thread>
 #include <tuple>
-#include <utility>
 
 #include "support/run_trammel.h"
 #include "support/scripted_linuxcnc.h"
@@ -275,66 +274,6 @@ TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
   EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
 
-TEST_F(AlignMeasure, AMoveThatTheControllerRefusesIsNamed) {
-  ScriptedLinuxCnc server;
-  server.SetTravel(1);
-  const CommandResult measured = Measure(Machine(server));
-  EXPECT_EQ(measured.exit_code, 3) << measured.output;
-  EXPECT_THAT(measured.standard_error, HasSubstr("LinuxCNC refuses it; its own screen says why"));
-  EXPECT_FALSE(server.moving());
-}
-
-TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
-  // The observations that are kept, first target of the first view.
-  const json plan = FirstViews(6);
-  const auto column_px = [&](const std::string& more) {
-    const CommandResult measured = MeasureBy(plan, Some(), more);
-    EXPECT_EQ(measured.exit_code, 0) << measured.output;
-    const json kept = json::parse(ReadWhole(PrintError() / "observations.json"));
-    fs::remove_all(PrintError());
-    return double(kept["views"][0]["observations"][0]["column_px"]);
-  };
-  const double found_px = column_px("--no-correction");
-  const double corrected_px = column_px("");
-  EXPECT_GT(std::abs(corrected_px - found_px), 1e-4);
-  EXPECT_LT(std::abs(corrected_px - found_px), 0.1);
-  // The correction goes with the square of the radius: 2 % of it are 4 % of the correction.
-  constexpr double kShare = 0.06;
-  EXPECT_NEAR(column_px("--disc-radius 2"), corrected_px,
-              kShare * std::abs(corrected_px - found_px));
-}
-
-TEST_F(AlignMeasure, DiscsThatLookOtherwiseThanStatedAreRefused) {
-  for (const auto& [stated, words] :
-       {std::pair{"--disc-radius 5", "look as if their radius were 2."},
-        std::pair{"--normal 0,1,0", "state the targets' normal"}}) {
-    const CommandResult measured = Measure(stated);
-    EXPECT_EQ(measured.exit_code, 2) << measured.output;
-    EXPECT_THAT(measured.standard_error, HasSubstr(words));
-  }
-}
-
-TEST_F(AlignMeasure, APlanIsWhatMeasureReads) {
-  const json part = Truth()["part_mm"];
-  const std::string box = fmt::format(
-      "{},{},{},{},{},{}", double(part[0]) - 3000, double(part[1]) - 3000, double(part[2]) - 3000,
-      double(part[0]) + 3000, double(part[1]) + 3000, double(part[2]) + 3000);
-  const CommandResult planned =
-      test::RunTrammel(fmt::format("align plan {} --rough {},{},{} --travel {} --out plan.json",
-                                   At("shop/views.json").string(), double(part[0]), double(part[1]),
-                                   double(part[2]), box),
-                       folder_.path());
-  ASSERT_EQ(planned.exit_code, 0) << planned.output;
-  EXPECT_THAT(planned.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("view 1 ")));
-  const json plan = json::parse(ReadWhole(folder_.path() / "plan.json"));
-  EXPECT_GE(plan["views"].size(), 4U);
-  EXPECT_FALSE(plan["views"][0].contains("picture"));  // those of the file it was made from
-  EXPECT_EQ(plan["targets"].size(), 4U);
-  EXPECT_EQ(test::RunTrammel("align plan plan.json --rough 0,0,0 --travel 1,2,3", folder_.path())
-                .exit_code,
-            1);
-}
-
 TEST_F(AlignMeasure, PicturesThatDoNotFitThePlanAreNamed) {
   json plan = Plan();
   const CommandResult code = MeasureBy(plan, At("pictures"), "--bits 12");
@@ -367,41 +306,6 @@ TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
   const std::string text = MeasureBy(plan, Some()).standard_error;
   EXPECT_THAT(text, HasSubstr("is none of the part's and was left out"));
   EXPECT_THAT(text, HasSubstr("no target of the part was found"));
-}
-
-TEST_F(AlignMeasure, ExchangedTargetsAreRefusedOrNamed) {
-  json plan = FirstViews(6);
-  std::swap(plan["targets"][0]["id"], plan["targets"][1]["id"]);
-  const CommandResult swapped = MeasureBy(plan, Some());
-  EXPECT_EQ(swapped.exit_code, 2) << swapped.output;
-  EXPECT_THAT(swapped.standard_error, HasSubstr("refused"));
-}
-
-TEST_F(AlignMeasure, TooFewViewsTellTooLittle) {
-  for (const std::size_t count : {1U, 3U}) {
-    const json plan = FirstViews(count);
-    const CommandResult few = MeasureBy(plan, Some());
-    EXPECT_EQ(few.exit_code, 2) << few.output;
-    EXPECT_THAT(few.standard_error, AllOf(HasSubstr("cannot tell"), HasSubstr("need at least 4")));
-  }
-  // As if the machine had never moved.
-  json plan = FirstViews(6);
-  for (json& view : plan["views"]) view["spindle_mm"] = plan["views"][0]["spindle_mm"];
-  const CommandResult one_place = MeasureBy(plan, Some());
-  EXPECT_EQ(one_place.exit_code, 2) << one_place.output;
-  EXPECT_THAT(one_place.standard_error, HasSubstr("refused"));
-}
-
-TEST_F(AlignMeasure, AHalfCoveredTargetIsLeftOutAndSaid) {
-  const CommandResult measured = MeasureBy(Plan(), Photographed("--hide 2:0,175"));
-  EXPECT_EQ(measured.exit_code, 0) << measured.output;
-  const json result = json::parse(measured.standard_output);
-  for (const json& residual : result["residuals"]) EXPECT_NE(residual["target"], 2);
-  EXPECT_THAT(measured.standard_error, HasSubstr("no target of the part was found"));
-  EXPECT_THAT(measured.standard_error, HasSubstr("target 2 should be at column"));
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(result["part_mm"][i], double(Truth()["part_mm"][i]), 0.02) << i;
-  }
 }
 
 TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {

@@ -127,14 +127,6 @@ TEST_F(AlignMetrology, ACalibrationGoesWithItsModelOnly) {
   EXPECT_THAT(Run("camera camera.json --pixel-pitch-mm 0.01").output, HasSubstr("has its own"));
 }
 
-TEST_F(AlignMetrology, OnePlaneLeavesNoCameraFile) {
-  WriteGrid("grid.json", 1);
-  const auto run = Run("calibrate grid.json --out camera.json");
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.output, HasSubstr("cannot be told apart"));
-  EXPECT_FALSE(fs::exists(At("camera.json")));
-}
-
 TEST_F(AlignMetrology, ACameraOfOpenCvNeedsItsPitch) {
   Write(
       "cv.yaml",

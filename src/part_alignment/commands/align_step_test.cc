@@ -40,24 +40,22 @@ class Points {
     text_ += fmt::format("p{},{:.12f},{:.12f},{:.12f},0.01,{}\n", count_++, at.x(), at.y(), at.z(),
                          surface);
   }
-  // `proud(surface)` on each flat face and in the bore, as many on each.
-  template <class Proud>
-  void AddBlock(const test::StepBlock& block, int each, Random& random, bool top,
-                const Proud& proud) {
+  // As far proud of each flat face and in the bore, as many on each.
+  void AddBlock(const test::StepBlock& block, int each, Random& random, bool top, double proud_mm) {
     const Vector3d half = block.size_mm / 2;
     for (int i = 0; i < each; ++i) {
       // Past the bore's mouth and the rim of the freeform top.
       const double x = random.Uniform(2, 0.9 * half.x());
       const double y = random.Uniform(-0.9, 0.9) * half.y();
       const double z = random.Uniform(2, 0.8 * block.size_mm.z());
-      Add({2 * x - 0.9 * half.x(), y, -proud()}, "bottom");
-      if (top) Add({2 * x - 0.9 * half.x(), y, block.size_mm.z() + proud()}, "top");
-      Add({-half.x() - proud(), y, z}, "left");
-      Add({half.x() + proud(), y, z}, "right");
-      Add({x, -half.y() - proud(), z}, "front");
-      Add({x, half.y() + proud(), z}, "back");
+      Add({2 * x - 0.9 * half.x(), y, -proud_mm}, "bottom");
+      if (top) Add({2 * x - 0.9 * half.x(), y, block.size_mm.z() + proud_mm}, "top");
+      Add({-half.x() - proud_mm, y, z}, "left");
+      Add({half.x() + proud_mm, y, z}, "right");
+      Add({x, -half.y() - proud_mm, z}, "front");
+      Add({x, half.y() + proud_mm, z}, "back");
       const double turn = random.Uniform(0, 2 * std::numbers::pi);
-      const double radius = block.bore_radius_mm - proud();
+      const double radius = block.bore_radius_mm - proud_mm;
       Add({block.bore_x_mm + radius * std::cos(turn), y, block.bore_z_mm + radius * std::sin(turn)},
           "bore");
     }
@@ -76,28 +74,6 @@ class Points {
   int count_ = 0;
 };
 
-std::string AnalyticText(const test::StepBlock& block, double wanted_mm) {
-  const Vector3d half = block.size_mm / 2;
-  const double z = block.size_mm.z() / 2;
-  std::string surfaces;
-  const auto add = [&](const char* id, const char* kind, const Vector3d& at, const Vector3d& along,
-                       double radius_mm) {
-    surfaces += fmt::format(
-        "{}{{\"id\": \"{}\", \"kind\": \"{}\", \"middle_mm\": [{}, {}, {}], \"direction\": [{}, "
-        "{}, {}],{} \"overstock_mm\": {}}}",
-        surfaces.empty() ? "" : ",\n", id, kind, at.x(), at.y(), at.z(), along.x(), along.y(),
-        along.z(), radius_mm > 0 ? fmt::format(" \"radius_mm\": {},", radius_mm) : "", wanted_mm);
-  };
-  add("bottom", "plane", {0, 0, 0}, {0, 0, -1}, 0);
-  add("top", "plane", {0, 0, 2 * z}, {0, 0, 1}, 0);
-  add("left", "plane", {-half.x(), 0, z}, {-1, 0, 0}, 0);
-  add("right", "plane", {half.x(), 0, z}, {1, 0, 0}, 0);
-  add("front", "plane", {0, -half.y(), z}, {0, -1, 0}, 0);
-  add("back", "plane", {0, half.y(), z}, {0, 1, 0}, 0);
-  add("bore", "bore", {block.bore_x_mm, 0, block.bore_z_mm}, {0, 1, 0}, block.bore_radius_mm);
-  return surfaces;
-}
-
 class AlignStep : public testing::Test {
  protected:
   [[nodiscard]] test::CommandResult Run(const std::string& arguments) const {
@@ -105,15 +81,6 @@ class AlignStep : public testing::Test {
   }
   void Write(const std::string& name, const std::string& text) const {
     test::WriteWhole(folder_.path() / name, text);
-  }
-  void WritePart(const std::string& name, const std::string& surfaces) const {
-    const geometry::Pose& pose = kIdealFromMeasured;
-    Write(name,
-          fmt::format("{{\"format\": 1, \"least_overstock_mm\": 1.2, \"start\": "
-                      "{{\"translation_mm\": [{}, {}, {}], \"angles_rad\": [{}, {}, {}]}}, "
-                      "\"surfaces\": [{}]}}",
-                      pose.translation_mm.x(), pose.translation_mm.y(), pose.translation_mm.z(),
-                      pose.angles_rad.x(), pose.angles_rad.y(), pose.angles_rad.z(), surfaces));
   }
   // Of a fit whose verdict is good.
   [[nodiscard]] std::vector<Vector3d> Targets(const std::string& arguments) {
@@ -135,50 +102,13 @@ class AlignStep : public testing::Test {
   std::string notices_;  // of the last answer
 };
 
-TEST_F(AlignStep, StepInEachUnitAndAnalyticSurfacesGiveOnePlacement) {
-  const test::StepBlock block;
-  Random random(88'001);
-  Points points;
-  points.AddBlock(block, 25, random, true, [&] { return random.Uniform(1.5, 3.5); });
-  const std::string text = points.Text();
-  Write("points.csv", text);
-  constexpr double kWanted_mm = 2.4;
-  WritePart("analytic.json", AnalyticText(block, kWanted_mm));
-  const auto analytic = Targets("analytic.json");
-  std::string on_mesh = text;
-  for (const char* surface : {"bottom", "top", "left", "right", "front", "back", "bore"}) {
-    for (std::size_t at = 0;
-         (at = on_mesh.find(std::string(",") + surface, at)) != std::string::npos;) {
-      on_mesh.replace(at, 1 + std::string(surface).size(), ",cad");
-    }
-  }
-  Write("points.csv", on_mesh);
-  for (const char* unit : {"mm", "inch", "m"}) {
-    Write(fmt::format("block-{}.step", unit), test::StepText({block}, unit));
-  }
-  for (const char* file : {"block-mm.step", "block-inch.step", "block-m.step"}) {
-    WritePart("cad.json", fmt::format("{{\"id\": \"cad\", \"kind\": \"mesh\", \"file\": \"{}\", "
-                                      "\"overstock_mm\": {}}}",
-                                      file, kWanted_mm));
-    const auto targets = Targets("cad.json");
-    // What facets leave joins the guard of the points that the placement rests on.
-    constexpr double kAgree_mm = 0.001;
-    double off_mm = 0;
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-      off_mm = std::max(off_mm, (targets[i] - analytic[i]).norm());
-    }
-    EXPECT_LT(off_mm, kAgree_mm) << file;
-    std::printf("%s: %.5f um from the analytic placement\n", file, 1e3 * off_mm);
-  }
-}
-
 TEST_F(AlignStep, PointsEvenlyProudOfAFreeformPartComeBackWithin2MicronsAnd5Microradians) {
   test::StepBlock block;
   block.freeform = true;
   Random random(88'002);
   Points points;
   constexpr double kProud_mm = 2;
-  points.AddBlock(block, 20, random, false, [&] { return kProud_mm; });
+  points.AddBlock(block, 20, random, false, kProud_mm);
   for (int i = 0; i < 150; ++i) {
     const auto top = test::TopAt(block, random.Uniform(0.1, 0.9), random.Uniform(0.1, 0.9));
     points.Add(top.at_mm + kProud_mm * top.outward, "top");
@@ -215,7 +145,7 @@ TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
   second.at_mm = {150, 0, 0};
   Points points;
   Random random(88'003);
-  points.AddBlock({}, 5, random, true, [] { return 2.0; });
+  points.AddBlock({}, 5, random, true, 2);
   Write("points.csv", points.Text());
   Write("two.step", test::StepText({{}, second}, "mm"));
   Write("open.step", test::StepText({{}}, "mm", test::StepFault::kNoTop));
@@ -235,8 +165,8 @@ TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
   EXPECT_THAT(said("cut.step"), HasSubstr("cut short"));
   EXPECT_THAT(said("whole.step --unit mm"), HasSubstr("states its unit itself"));
   EXPECT_THAT(said("nothing.step"), HasSubstr("nothing.step"));
-  WritePart("part.json", R"({"id": "cad", "kind": "mesh", "file": "whole.step", "open": true,
-                             "overstock_mm": 2})");
+  Write("part.json", R"({"format": 1, "surfaces": [{"id": "cad", "kind": "mesh",
+    "file": "whole.step", "open": true, "overstock_mm": 2}]})");
   const auto open = Run("fit points.csv --part part.json");
   EXPECT_EQ(open.exit_code, 1);
   EXPECT_THAT(open.output, HasSubstr("from an STL alone"));
@@ -248,7 +178,7 @@ TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
 TEST_F(AlignStep, WithoutItsModuleTheMessageNamesThePackage) {
   Points points;
   Random random(88'004);
-  points.AddBlock({}, 5, random, true, [] { return 2.0; });
+  points.AddBlock({}, 5, random, true, 2);
   Write("points.csv", points.Text());
   Write("block.step", test::StepText({{}}, "mm"));
   // A copy of the program has no modules beside it.
