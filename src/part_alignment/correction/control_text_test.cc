@@ -158,18 +158,5 @@ TEST(ControlText, KnowsEachControlsWorkOffsetsAndNoOthers) {
   }
 }
 
-TEST(ControlText, RefusesNumbersThatAreNotFinite) {
-  const Pose broken{{std::nan(""), 0, 0}, {0, 0, 0}};
-  EXPECT_FALSE(TextFor(Control::kLinuxCnc, {"G54", 1, false}, broken, false));
-}
-
-TEST(ControlText, ControlsGoByTheirNames) {
-  for (const char* name : {"linuxcnc", "siemens", "heidenhain", "fanuc"}) {
-    ASSERT_TRUE(ParseControl(name));
-    EXPECT_EQ(ToString(*ParseControl(name)), name);
-  }
-  EXPECT_FALSE(ParseControl("mach3"));
-}
-
 }  // namespace
 }  // namespace trammel::part_alignment

@@ -100,15 +100,6 @@ TEST(CorrectFixture, RefusesSupportsThatAreGivenTwiceOrAreNone) {
   EXPECT_FALSE(CorrectFixture(broken, SixPoints(), Vector3d::Zero(), {}));
 }
 
-TEST(CorrectWorkOffset, LeavesNothingOverOfAPartThatIsNotTilted) {
-  const Pose measured{{-812.25, 77.5, -431.125}, {0, 0, -2.1}};
-  const std::vector<PartTarget> points = {{"a", {0, 0, 0}}, {"b", {1500, -300, 200}}};
-  const OffsetCorrection correction = CorrectWorkOffset(measured, points);
-  EXPECT_LT(correction.largest_remainder_mm, kRounding_mm);
-  EXPECT_EQ(correction.offset.origin_mm, measured.translation_mm);
-  EXPECT_EQ(correction.offset.rotation_z_rad, -2.1);
-}
-
 TEST(CorrectWorkOffset, StatesWhatATiltLeavesOver) {
   const Pose measured{{1, 2, 3}, {0, 1e-3, 0.5}};
   const OffsetCorrection correction =

@@ -90,12 +90,6 @@ TEST_F(AlignmentFileTest, ReadsEveryNumberWhereItBelongs) {
   EXPECT_THAT(NamesOf(input->unknowns), ElementsAre("pose", "clamp_tilt"));
 }
 
-TEST_F(AlignmentFileTest, UnknownsArePoseAndClampAngleWhereNoneAreNamed) {
-  const auto input = Read(Text(R"("unknowns": ["pose", "clamp_tilt"],)", ""));
-  ASSERT_TRUE(input) << input.error().message;
-  EXPECT_THAT(NamesOf(input->unknowns), ElementsAre("pose", "clamp_angle"));
-}
-
 TEST_F(AlignmentFileTest, WhatIsUncertainBesideThePixelsAndThePicturesAreKept) {
   const auto exact = Read(Text());
   ASSERT_TRUE(exact);

@@ -107,24 +107,5 @@ TEST_F(BoardFileTest, NamesThePlaceOfAFault) {
   EXPECT_THAT(Message(head + R"("speed": 3,)" + kViews), HasSubstr("speed"));
 }
 
-TEST_F(BoardFileTest, LeavesACameraFileWithItsCovariance) {
-  part_alignment::BoardCalibration calibration;
-  calibration.verdict = Verdict::kGood;
-  calibration.camera.width_px = 2592;
-  calibration.camera.height_px = 1944;
-  calibration.camera.pixel_pitch_mm = 0.0022;
-  calibration.camera.focal_length_mm = 6;
-  calibration.covariance.setIdentity();
-  calibration.nearest_mm = 150;
-  calibration.farthest_mm = 400;
-  const auto path = folder_.path() / "camera.json";
-  test::WriteWhole(path, CalibratedCameraText(calibration, "2026-11-22"));
-  const auto camera = ReadCameraFile(path);
-  ASSERT_TRUE(camera) << camera.error().message;
-  ASSERT_TRUE(camera->calibration && camera->calibration->covariance);
-  EXPECT_EQ(*camera->calibration->covariance, calibration.covariance);
-  EXPECT_EQ(camera->calibration->farthest_mm, 400);
-}
-
 }  // namespace
 }  // namespace trammel::files

@@ -187,13 +187,6 @@ TEST_F(MeshFiles, AnUnstatedUnitIsSaidToBeMm) {
               AllOf(HasSubstr("2032 × 1270 × 762 mm, read in inch"), Not(HasSubstr("no unit"))));
 }
 
-TEST_F(MeshFiles, BytesThatWereNotReadAreSaid) {
-  Write("box.stl", Binary(kBox) + "\r\n");
-  const auto read = ReadMeshFile(At("box.stl"), std::nullopt, false);
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_THAT(read->notices[0], HasSubstr("2 bytes behind the last triangle"));
-}
-
 TEST_F(MeshFiles, TenMillionTrianglesAreRefusedUnread) {
   Write("huge.stl", Binary(kBox));
   fs::resize_file(At("huge.stl"), 84 + 50 * 10'000'000ULL);  // no byte of it is on the disk

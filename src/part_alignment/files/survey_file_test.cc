@@ -52,14 +52,6 @@ TEST_F(SurveyFile, GivesEveryNumberBack) {
   EXPECT_TRUE((*read)[1].discs.empty());
 }
 
-TEST_F(SurveyFile, TakesNumbersForTargets) {
-  const auto read = ReadSurveyFile(
-      File(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "observations":
-           [{"target": 7, "column_px": 3, "row_px": 4, "sigma_px": 0.1}]}]})"));
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ((*read)[0].observations[0].target, "7");
-}
-
 TEST_F(SurveyFile, NamesThePlaceOfAFault) {
   const auto message = [this](const std::string& text) {
     const auto read = ReadSurveyFile(File(text));

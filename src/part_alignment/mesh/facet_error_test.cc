@@ -54,21 +54,6 @@ TEST(FacetError, OfASphereIsItsSagitta) {
   }
 }
 
-TEST(FacetError, OfAHollowIsNoneOutwards) {
-  TriangleMesh mesh = test::BoxMesh({200, 200, 200});
-  TriangleMesh hollow = test::SphereMesh(100, 30);
-  for (Triangle& t : hollow.triangles) std::swap(t[1], t[2]);
-  const double truth = TrueSagitta(hollow, 100);
-  test::Append(mesh, hollow);
-  const FacetError worst = WorstOf(DistanceOf(mesh));
-  EXPECT_LT(worst.outward_mm, 1e-9);
-  EXPECT_GT(worst.either_mm(), truth / 1.5);
-}
-
-TEST(FacetError, OfAPlaneIsNoneAndSharpEdgesAreThePartsOwn) {
-  EXPECT_EQ(WorstOf(DistanceOf(test::BoxMesh({40, 25, 15}))).either_mm(), 0);
-}
-
 // A plate with rounded ends, as CAD programs tessellate it: faces of 400 mm beside strips of 2.6.
 TEST(FacetError, AFlatFaceBesideNarrowStripsHasTheErrorOfTheStrips) {
   constexpr int kStrips = 12;

@@ -163,14 +163,5 @@ TEST(SolidMesh, NumbersThatCannotBeAreNamed) {
   EXPECT_THAT(Complaint({}), HasSubstr("no triangles"));
 }
 
-TEST(VertexWeld, NumbersEqualPlacesOnceAndZerosOfBothSigns) {
-  VertexWeld weld;
-  EXPECT_EQ(weld.Number({1, 2, 0.0}), 0U);
-  EXPECT_EQ(weld.Number({1, 2, -0.0}), 0U);
-  EXPECT_EQ(weld.Number({1, 2, 1e-30}), 1U);
-  for (int i = 0; i < 5000; ++i) (void)weld.Number({0.5 * (i % 2500), 7, 7});
-  EXPECT_EQ(weld.size(), 2502U);
-}
-
 }  // namespace
 }  // namespace trammel::part_alignment

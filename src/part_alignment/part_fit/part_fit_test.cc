@@ -109,16 +109,6 @@ TEST(PartFit, SubtractsTheTargetsThicknessAlongTheNormals) {
   EXPECT_THAT(refused.error().message, HasSubstr("targets -0.1 mm thick"));
 }
 
-TEST(PartFit, UnequalSidesAreEvenedOut) {
-  const auto fit = FitPart(Block({1, 5, 2, 2, 6, 4}), {});
-  ASSERT_TRUE(fit);
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  for (const PointStockAllowance& at : fit->stock_allowances) {
-    const double sum_of_sides[] = {6, 4, 10};
-    EXPECT_NEAR(at.stock_allowance_mm, sum_of_sides[at.point / 18] / 2, 1e-9);
-  }
-}
-
 TEST(PartFit, ADentIsCoveredAndThePlacementRestsOnIt) {
   PartFitInput input = EvenBlock();
   PointOf(input, "+x4").at_mm = InMeasurement({400 - 1.5, -25, 15});

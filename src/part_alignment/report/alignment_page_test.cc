@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "document/parsers_test_support.h"
@@ -70,23 +69,6 @@ TEST(AlignmentPage, NamesNoPlaceUnlessTheVerdictIsGood) {
                           Not(HasSubstr("1400.0")), Not(HasSubstr("G10"))));
 }
 
-TEST(AlignmentPage, SaysACaptionOnceForAllViews) {
-  std::vector<Figure> views;
-  for (int i = 0; i < 3; ++i) {
-    views.push_back(Figure{"view", "caption of a view", Canvas(20, 20), 1, "a view"});
-  }
-  const std::string page = AlignmentPage(Made(), views);
-  const std::size_t first = page.find("caption of a view");
-  ASSERT_NE(first, std::string::npos);
-  EXPECT_EQ(page.find("caption of a view", first + 1), std::string::npos);
-}
-
-TEST(AlignmentPicture, PeopleReadViewsFromOne) {
-  const Figure figure = AlignmentPicture(0, {}, 2592, 1944, {}, 500);
-  EXPECT_EQ(figure.name, "view-01");
-  EXPECT_EQ(AlignmentPicture(99, {}, 16, 16, {}, 500).name, "view-100");
-}
-
 TEST(AlignmentPicture, AnyTargetsAreDrawn) {
   const double infinite = std::numeric_limits<double>::infinity();
   const std::vector<DrawnTarget> targets = {
@@ -122,14 +104,6 @@ TEST(AlignmentPicture, ResidualsOfTheRootMeanSquareAreDrawnAFewMillimetresLong) 
   EXPECT_EQ(ResidualEnlargement(0, kWidth, kHeight), 1e6);
   EXPECT_EQ(ResidualEnlargement(1e9, kWidth, kHeight), 1);
   EXPECT_EQ(ResidualEnlargement(std::numeric_limits<double>::quiet_NaN(), kWidth, kHeight), 1);
-}
-
-TEST(ScaleKey, RoundsDownToOneTwoOrFive) {
-  for (const auto& [most, rounded] :
-       {std::pair{0.02, 0.02}, std::pair{0.0199, 0.01}, std::pair{7.3, 5.0}, std::pair{10.0, 10.0},
-        std::pair{9.99e-13, 5e-13}, std::pair{1e300, 1e300}}) {
-    EXPECT_DOUBLE_EQ(RoundedDown(most), rounded);
-  }
 }
 
 }  // namespace

@@ -60,14 +60,6 @@ TEST(PartMetrology, WhatIsNotGoodHasNoNumbers) {
   EXPECT_TRUE(fit["least_overstock_mm"].is_null());
 }
 
-TEST(PartMetrology, AStockAllowanceMapOfOnePointIsDrawn) {
-  part_alignment::PartFitInput input;
-  input.points = {{"p<1>", {10, 20, 30}, 0.05, "top"}};
-  part_alignment::PartFit fit;
-  fit.stock_allowances = {{0, -0.2, 3, 0.1, false}};
-  EXPECT_EQ(test::XmlProblem(StockAllowanceFigure(input, fit).canvas.ToSvg()), "");
-}
-
 TEST(PartMetrology, AStockAllowanceMapHasAPlotForEachSideThatSurfacesFace) {
   const auto height_px = [](const std::vector<part_alignment::IdealSurface>& surfaces) {
     part_alignment::PartFitInput input;
@@ -115,15 +107,6 @@ TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
   EXPECT_THAT(page, HasSubstr("head refused"));
 }
 
-TEST(PartMetrology, ThePageOfACalibrationHasItsParametersInWords) {
-  part_alignment::GridMeasurement grid;
-  const auto calibration = SomeCalibration(grid);
-  const std::string page = CalibrationPage("2026-01-02", calibration, {});
-  EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, HasSubstr("-320.3 (95 %: -320.3"));
-  EXPECT_THAT(page, HasSubstr("from 395 to 1430 mm"));
-}
-
 TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
   part_alignment::PartFitInput input;
   input.points = {{"p1", {0, 0, 0}, 0.05, "top"}};
@@ -138,29 +121,6 @@ TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
   EXPECT_THAT(page, HasSubstr("0.580 mm <small>stock allowance at least"));
   EXPECT_THAT(page, HasSubstr("rests on  p1 (top)"));
   EXPECT_THAT(page, HasSubstr("target    T&lt;1&gt;"));
-}
-
-TEST(PartMetrology, AFitNamesWhatNothingChecksInItsHead) {
-  const part_alignment::PartFitInput input;
-  part_alignment::PartFit fit;
-  fit.verdict = Verdict::kGood;
-  fit.unchecked = {"the scale rests on one bar alone"};
-  EXPECT_THAT(PartFitText(input, fit),
-              testing::StartsWith("verdict   good\nunchecked the scale rests on one bar alone\n"));
-  EXPECT_EQ(nlohmann::json::parse(ToJson(input, fit)).at("unchecked")[0], fit.unchecked[0]);
-  const std::string page = PartFitPage(input, fit, {});
-  EXPECT_LT(page.find("Unchecked: the scale rests"), page.find("</section>"));
-}
-
-TEST(PartMetrology, TablesNameTheirUnitsAndFactors) {
-  part_alignment::Budget budget;
-  budget.axes[0].combined_mm = 0.02;
-  budget.axes[0].coverage_factor = 2.23;
-  const std::string text = BudgetText(budget);
-  EXPECT_THAT(text, HasSubstr(" 44.6 "));
-  EXPECT_THAT(text, HasSubstr("µm"));
-  EXPECT_THAT(text, HasSubstr("95 % within"));
-  EXPECT_TRUE(nlohmann::json::parse(ToJson(budget))["axes"]["x"]["simulated_mm"].is_null());
 }
 
 }  // namespace
