@@ -192,24 +192,6 @@ TEST_F(BoardMachine, WithoutTouchesItKeepsThePicturesAndSaysWhatIsMissing) {
   EXPECT_EQ(later.exit_code, 0) << later.output;
 }
 
-TEST_F(BoardMachine, ASoftLimitInTheWayIsPlannedAround) {
-  Start("--travel 0,0,0,640,800,1000");
-  const auto run = Board(std::string(kLocked) + kPlaced);
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_error, HasSubstr("the upper limit of X, 640.0 mm,"));
-  for (const json& view : ReadJson("run/board.json")["views"]) {
-    EXPECT_LE(double(view["spindle_mm"][0]), 640);
-  }
-  EXPECT_EQ(Stands(), kStart_mm);
-}
-
-TEST_F(BoardMachine, ABoardInTheDarkFromSomePlacesIsCalibratedByTheOthers) {
-  Start("--fault dark-beyond-x=660");
-  const auto run = Board(std::string(kLocked) + kPlaced);
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_error, HasSubstr("0 marks; fewer than 4, it is left out"));
-}
-
 TEST_F(BoardMachine, CtrlCInTheMiddleLeavesTheMachineStandingAndThePicturesKept) {
   Start();
   test::TrammelProcess run(Arguments(std::string(kLocked) + kPlaced), folder_.path());

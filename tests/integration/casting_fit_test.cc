@@ -1,16 +1,12 @@
 // The virtual casting before the part fit: the best placement is known, the surface exactly.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
-#include "base/random.h"
 #include "casting_world.h"
 #include "geometry/euler.h"
-#include "geometry/linear_systems.h"
 
 namespace trammel {
 namespace {
@@ -18,7 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using part_alignment::FitPart;
 using part_alignment::PartFit;
-using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
@@ -87,42 +82,6 @@ TEST(CastingFit, AToleranceThatTheTrianglesDoNotKeepLeavesTheAnswerOpen) {
   EXPECT_TRUE(fit.targets.empty());
 }
 
-TEST(CastingFit, MillimetresInchesAndMetresGiveTheSamePlacement) {
-  CastingWorld world = MakeCastingWorld(kHalf_mm, FewPoints(), kSeed + 2);
-  const auto facets = sim::FreeformFacets(world.part, 80);
-  std::vector<PartFit> fits;
-  for (const char* unit : {"mm", "inch", "m", "cm"}) {
-    world.input.surfaces = {MeshSurface(facets, kWanted_mm, unit)};
-    fits.push_back(Fit(world));
-    ASSERT_EQ(fits.back().verdict, Verdict::kGood) << unit << fits.back().reason;
-  }
-  constexpr double kRounding_mm = 5e-4;  // 32-bit numbers of 400 mm: 3e-5, on some points alone
-  for (const PartFit& fit : fits) {
-    EXPECT_LT((fit.ideal_from_measured.translation_mm - fits[0].ideal_from_measured.translation_mm)
-                  .norm(),
-              kRounding_mm);
-  }
-}
-
-TEST(CastingFit, AnInchForAMillimetreIsNamed) {
-  CastingWorld world = MakeCastingWorld(kHalf_mm, FewPoints(), kSeed + 2);
-  auto facets = sim::FreeformFacets(world.part, 30);
-  for (auto& facet : facets) {
-    for (Vector3d& corner : facet) corner *= 25.4;
-  }
-  world.input.surfaces = {MeshSurface(facets, kWanted_mm)};
-  const PartFit large = Fit(world);
-  EXPECT_EQ(large.verdict, Verdict::kRefused);
-  EXPECT_THAT(large.reason, HasSubstr("times too large, near 25.4, an inch in mm"));
-  for (auto& facet : facets) {
-    for (Vector3d& corner : facet) corner /= 25.4 * 25.4;
-  }
-  world.input.surfaces = {MeshSurface(facets, kWanted_mm)};
-  const PartFit small = Fit(world);
-  EXPECT_EQ(small.verdict, Verdict::kRefused);
-  EXPECT_THAT(small.reason, HasSubstr("times too small, near 25.4, an inch in mm"));
-}
-
 TEST(CastingFit, WhereNoPlacementExistsItSaysHowMuchIsMissingAtBest) {
   sim::CastingTraits traits = FewPoints();
   traits.missing_mm = 1.25;
@@ -146,19 +105,6 @@ TEST(CastingFit, WhereCoarseTrianglesAskForWhatIsMissingItIsLeftOpen) {
   EXPECT_THAT(fit.reason, HasSubstr("finer deflection"));
 }
 
-TEST(CastingFit, AnotherPartsMeshIsNotTakenForThisOnes) {
-  for (std::uint64_t seed = kSeed + 10; seed < kSeed + 14; ++seed) {
-    CastingWorld world = MakeCastingWorld(kHalf_mm, FewPoints(), seed);
-    const sim::Freeform other = sim::DrawFreeform(kHalf_mm, seed + 100);
-    world.input.surfaces = {MeshSurface(sim::FreeformFacets(other, 40), kWanted_mm)};
-    const PartFit fit = Fit(world);
-    EXPECT_NE(fit.verdict, Verdict::kGood) << seed;
-    EXPECT_THAT(fit.reason, AnyOf(HasSubstr("do not lie on the mesh"), HasSubstr("are missing"),
-                                  HasSubstr("fit alike")))
-        << seed;
-  }
-}
-
 TEST(CastingFit, OneSideOfAPartIsFoundWhereItLies) {
   sim::CastingTraits traits = FewPoints();
   traits.seen_from_z = -0.2;
@@ -180,37 +126,6 @@ TEST(CastingFit, AStartThatEndsElsewhereIsNotBelieved) {
   world.input.start = geometry::Pose{world.casting.translation_mm + Vector3d(30, -20, 25),
                                      geometry::AnglesFromRotation(world.casting.rotation)};
   EXPECT_EQ(Fit(world).verdict, Verdict::kGood) << "30 mm off is near enough";
-}
-
-// Noise on every point, targets too: their covariance is their scatter about the best placement.
-TEST(CastingFit, CovarianceOfTheTargetsIsTheirScatter) {
-  sim::CastingTraits traits;
-  traits.points = 400;
-  const CastingWorld clean = WorldWithMesh(traits, kSeed + 6, 40);
-  const PartFit truth = Fit(clean);
-  ASSERT_EQ(truth.verdict, Verdict::kGood) << truth.reason;
-  Random random(kSeed + 6);
-  constexpr int kRepeats = 20;
-  double distance = 0;
-  for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    CastingWorld world = clean;
-    world.input.start = truth.ideal_from_measured;
-    for (auto& point : world.input.points) {
-      for (double& mm : point.at_mm) mm += random.Normal(0, point.sigma_mm);
-    }
-    const PartFit fit = Fit(world);
-    ASSERT_EQ(fit.verdict, Verdict::kGood) << fit.reason;
-    Eigen::VectorXd error(12);
-    for (std::size_t i = 0; i < 4; ++i) {
-      error.segment<3>(3 * static_cast<Eigen::Index>(i)) =
-          fit.targets[i].ideal_mm - truth.targets[i].ideal_mm;
-    }
-    distance += geometry::SquaredMahalanobisDistance(truth.covariance, error) / kRepeats;
-  }
-  // Chi-square of 12 degrees, mean of 20: four standard deviations are 4 sqrt(24 / 20) = 4.4; below
-  // by as much as the triangles' error adds to sigma.
-  EXPECT_LT(distance, 12 + 4.4);
-  EXPECT_GT(distance, 12 - 6);
 }
 
 }  // namespace
