@@ -63,6 +63,20 @@ constexpr std::array<NamedUsualInput, 4> kUsualInputs = {{
 }};
 constexpr const char* kInputsKey = "input_uncertainty";
 
+/// The file that a key names, from the folder of the one that names it.
+Result<std::filesystem::path> NamedFile(JsonObject& root, const char* key,
+                                        const nlohmann::json& value,
+                                        const std::filesystem::path& path) {
+  auto named = path.parent_path() / value.get<std::string>();
+  std::error_code missing;  // said by the reader
+  const auto status = std::filesystem::status(named, missing);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    root.Fault(key, fmt::format("names {}, which is not a regular file", Show(value)));
+    TRY(root.Faults());
+  }
+  return named;
+}
+
 // Of the file itself, or of the one that it names, without ends of scale bars that no view shows.
 Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, TargetList& list) {
   const nlohmann::json* value = root.Find("targets");
@@ -70,14 +84,7 @@ Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, Ta
     list = TRY(ReadTargetList(root));
     return {};
   }
-  const auto named = path.parent_path() / value->get<std::string>();
-  std::error_code missing;  // said by the reader
-  const auto status = std::filesystem::status(named, missing);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    root.Fault("targets", fmt::format("names {}, which is not a regular file", Show(*value)));
-    return root.Faults();
-  }
-  list = TRY(ReadTargetFile(named));
+  list = TRY(ReadTargetFile(TRY(NamedFile(root, "targets", *value, path))));
   return {};
 }
 
@@ -156,14 +163,7 @@ Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
     return root.Faults();
   }
   if (value->is_string()) {
-    const auto named = path.parent_path() / value->get<std::string>();
-    std::error_code missing;  // said by the reader
-    const auto status = std::filesystem::status(named, missing);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-      root.Fault("camera", fmt::format("names {}, which is not a regular file", Show(*value)));
-      return root.Faults();
-    }
-    const auto file = TRY(ReadCameraFile(named));
+    const auto file = TRY(ReadCameraFile(TRY(NamedFile(root, "camera", *value, path))));
     input.measurement.camera = file.camera;
     input.calibration = file.calibration;
     return {};

@@ -63,14 +63,13 @@ std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Rad
 }
 
 /// @param least_step  grey levels of difference from the mean around.
-void AddBlobs(const cv::Mat& picture, const Radii& radii, double least_step, const BlobRules& rules,
+void AddBlobs(const cv::Mat& picture, const Radii& radii, double least_step,
               std::vector<Blob>& blobs) {
   cv::Mat around;
   cv::boxFilter(picture, around, CV_8U, {kWindow_px, kWindow_px}, {-1, -1}, true,
                 cv::BORDER_REPLICATE);
   cv::Mat differs;
   for (const bool dark : {true, false}) {
-    if (!(dark ? rules.dark : rules.bright)) continue;
     cv::subtract(dark ? around : picture, dark ? picture : around, differs);
     cv::threshold(differs, differs, least_step, 255, cv::THRESH_BINARY);
     std::vector<std::vector<cv::Point>> outlines;
@@ -249,7 +248,7 @@ std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
   std::vector<Blob> blobs;
   for (double scale = 1; radii.least * scale < most; scale *= 2) {
     const std::size_t before = blobs.size();
-    AddBlobs(soft, {radii.least, std::min(radii.most, most / scale)}, step, rules, blobs);
+    AddBlobs(soft, {radii.least, std::min(radii.most, most / scale)}, step, blobs);
     for (std::size_t i = before; i < blobs.size(); ++i) {
       Middle& of = blobs[i].middle;
       of.column_px = scale * (of.column_px + 0.5) - 0.5;

@@ -28,8 +28,6 @@ struct BlobRules {
   double noise = 0;  ///< of the picture's pixels, grey levels
   double min_radius_px = 3;
   double max_radius_px = 150;
-  bool dark = true;  ///< which kinds are wanted
-  bool bright = true;
 };
 
 /// Finds outlines of what is darker or brighter than the mean of the pixels around it, and that are

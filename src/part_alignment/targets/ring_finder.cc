@@ -143,8 +143,7 @@ class Search {
         shown_(noise_ > kNoisy ? quiet_ : picture) {}
 
   FoundTargets Run() {
-    const BlobRules blobs{noise_, kSmallestSeen_px, options_.max_radius_px, IsWanted(true),
-                          IsWanted(false)};
+    const BlobRules blobs{noise_, kSmallestSeen_px, options_.max_radius_px};
     for (const Blob& blob : FindBlobs(quiet_, blobs)) Examine(blob);
     // What was read is known by now, and is no part of what is not.
     RejectWrong();
@@ -161,10 +160,6 @@ class Search {
   }
 
  private:
-  [[nodiscard]] bool IsWanted(bool dark) const {
-    return options_.polarity != (dark ? Polarity::kBrightOnDark : Polarity::kDarkOnBright);
-  }
-
   void Examine(const Blob& blob) {
     const Middle& middle = blob.middle;
     if (seen_.IsDone(middle.column_px, middle.row_px)) return;

@@ -16,15 +16,12 @@ namespace trammel::part_alignment {
 /// REQUIRES 3 · width · height bytes: BGR, row-major.
 [[nodiscard]] Page GreyPicture(int width, int height, std::span<const std::uint8_t> bgr);
 
-enum class Polarity { kBoth, kDarkOnBright, kBrightOnDark };
-
 struct FinderOptions {
-  Polarity polarity = Polarity::kBoth;  ///< of disc and ring against what surrounds them
-  double min_radius_px = 4;             ///< of the disc; >= 3. Smaller ones are rejected
-  double max_radius_px = 150;           ///< of the disc; larger ones are not seen
-  double min_contrast = 20;  ///< between disc and surroundings, grey levels, 8 … 255; what
-                             ///< is fainter is rejected
-  bool plain_discs = false;  ///< also reports discs without a ring
+  double min_radius_px = 4;    ///< of the disc; >= 3. Smaller ones are rejected
+  double max_radius_px = 150;  ///< of the disc; larger ones are not seen
+  double min_contrast = 20;    ///< between disc and surroundings, grey levels, 8 … 255; what
+                               ///< is fainter is rejected
+  bool plain_discs = false;    ///< also reports discs without a ring
   /// Rings run counter-clockwise in the picture: of a camera that looks along -z with rows that run
   /// down (camera.h), or that was mirrored.
   bool mirrored = false;
