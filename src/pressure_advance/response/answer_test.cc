@@ -18,12 +18,6 @@ RangedAnswer Judge(double value_s, double half_s, const Interval& tested = kTest
   return JudgeInRange(value_s, half_s / 2, half_s, tested, 0.1, "too wide");
 }
 
-TEST(TestedRange, AnswersInsideUpToWhereTheIntervalFits) {
-  EXPECT_TRUE(Judge(0.0779, 0.002).pressure_advance.good());
-  EXPECT_TRUE(Judge(0.0221, 0.002).pressure_advance.good());
-  EXPECT_FALSE(Judge(0.05, 0.002).print_next_s);
-}
-
 TEST(TestedRange, GivesNoNumberWhoseIntervalReachesPastAnEdge) {
   for (const double value_s : {0.0781, 0.0799, 0.0801, 0.083, 0.14}) {
     const RangedAnswer judged = Judge(value_s, 0.002);
@@ -63,14 +57,6 @@ TEST(TestedRange, ZeroIsNoEdgeBecauseNothingLiesBelow) {
 TEST(TestedRange, BlamesTheWidthOfAnIntervalOnlyInside) {
   EXPECT_EQ(Judge(0.05, 0.01).pressure_advance.reason(), "too wide");
   EXPECT_NE(Judge(0.1, 0.01).pressure_advance.reason(), "too wide");
-}
-
-TEST(TestedRange, AsksForMoreOfTheScaleTheFartherItExtrapolated) {
-  const Interval near = PrintNext(0.08, kTested);
-  EXPECT_NEAR(near.hi - near.lo, 0.06, 1e-12);
-  const Interval far = PrintNext(0.11, kTested);
-  EXPECT_NEAR(far.lo, 0.05, 1e-12);
-  EXPECT_NEAR(far.hi, 0.17, 1e-12);
 }
 
 constexpr Interval kTested_s{0, 0.06};
@@ -145,13 +131,6 @@ TEST(Repeats, AreNeverNarrowerThanTheJointFit) {
   }
 }
 
-TEST(Repeats, WithoutAPriorAndScatterAreTheJointFit) {
-  RepeatOptions none;
-  none.prior_median = 1e-9;
-  const auto repeated = Combined(About(0.036, 0.0005), {0.0358, 0.0362}, 0.0007, none);
-  EXPECT_NEAR(Half_s(repeated.first.pressure_advance), kNormal95 * 0.0005, 1e-6);
-}
-
 TEST(Repeats, WidenByWhatTheirIntervalsDoNotExplain) {
   const auto repeated = Combined(About(0.036, 0.0003), {0.033, 0.036, 0.039, 0.036}, 0.0005);
   EXPECT_TRUE(repeated.second.disagree);
@@ -160,14 +139,6 @@ TEST(Repeats, WidenByWhatTheirIntervalsDoNotExplain) {
   EXPECT_LT(Half_s(repeated.first.pressure_advance), 0.0045);
   EXPECT_THAT(NoticeOfRepeats(repeated.second), ::testing::HasSubstr("0.0024 s"));
   EXPECT_GT(repeated.second.between_s, 0.0015);
-}
-
-TEST(Repeats, TrustALargeScatterOfTwoLessThanTheSameOfMany) {
-  const Quantity joint = About(0.036, 0.0003);
-  const auto two = Combined(joint, {0.035, 0.037}, 0.0005);
-  const auto nine = Combined(
-      joint, {0.0346, 0.0374, 0.0346, 0.0374, 0.0346, 0.0374, 0.0346, 0.0374, 0.036}, 0.0005);
-  EXPECT_GT(Half_s(two.first.pressure_advance), 1.5 * Half_s(nine.first.pressure_advance));
 }
 
 TEST(Repeats, ThatDifferByMoreThanTheRangeAllowsAreNoAnswer) {
@@ -183,15 +154,6 @@ TEST(Repeats, KeepTheJointValueWhereAPatternHasNoneOfItsOwn) {
   EXPECT_EQ(repeated.first.pressure_advance.quantity().value, 0.036);
   EXPECT_EQ(repeated.second.pattern_s.size(), 3U);
   EXPECT_NEAR(repeated.second.scatter_s, 0.00014, 1e-5);
-}
-
-TEST(Repeats, OfNoneThatIsGoodKnowNoScatter) {
-  const std::vector<Measured> patterns(2, Measured::Refused("too few lines"));
-  const auto repeated = CombineRepeats(About(0.036, 0.0005), patterns, kTested_s, kWidest);
-  ASSERT_TRUE(repeated.first.pressure_advance.good());
-  EXPECT_EQ(repeated.second.scatter_s, 0);
-  EXPECT_FALSE(repeated.second.disagree);
-  EXPECT_GT(Half_s(repeated.first.pressure_advance), kNormal95 * 0.0005);
 }
 
 TEST(Repeats, HoldTheTruthAsOftenAsTheySay) {

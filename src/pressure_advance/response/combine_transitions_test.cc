@@ -101,50 +101,6 @@ TEST(CombineTransitions, ACrossingBeyondTheLinesThatShowItCountsForNothing) {
   EXPECT_EQ(both.quantity().value, combined.acceleration.quantity().value);
 }
 
-// Half a step beyond the lines that show it the straight line still holds, less surely.
-TEST(CombineTransitions, ACrossingHalfAStepBeyondItsLinesCountsLessSurely) {
-  Both world(0.0275, 0.0275);
-  world.options.widest_interval = 0.3;
-  const double whole = Uncertainty(world.Combine().deceleration);
-  TransitionSeries& d = world.transitions.deceleration;
-  const double step_s = d.pa_s[1] - d.pa_s[0];
-  double nearest_s = 1;
-  for (std::size_t i = 0; i < d.pa_s.size(); ++i) {
-    if (d.pa_s[i] < 0.0275) d.sigma_s[i] = std::numeric_limits<double>::infinity();
-    if (d.pa_s[i] >= 0.0275) nearest_s = std::min(nearest_s, d.pa_s[i]);
-  }
-  ASSERT_LT(nearest_s - 0.0275, step_s);
-  const Measured answer = world.Combine().deceleration;
-  ASSERT_TRUE(answer.good()) << answer.reason();
-  EXPECT_NEAR(answer.quantity().value, 0.0275, 3 * Uncertainty(answer));
-  EXPECT_GT(Uncertainty(answer), whole);
-}
-
-// The lag drifts over all lines of the print, though a photo may show half of them.
-TEST(CombineTransitions, DriftCountsFromTheMiddleOfThePrintWhereThatIsKnown) {
-  Both world(0.03, 0.03);
-  const double of_seen = Uncertainty(world.Combine().both.pressure_advance);
-  world.options.printed_middle_s = 0.08;
-  const double drift_s = world.options.drift.unseen_sigma * (0.08 - 0.03);
-  EXPECT_GT(Uncertainty(world.Combine().both.pressure_advance), std::hypot(of_seen, 0.9 * drift_s));
-}
-
-TEST(CombineTransitions, ATransitionTheWrongWayRoundLeavesNothing) {
-  Both world(0.03, 0.03);
-  world.transitions.deceleration = Series(0.03, 12, -1);
-  EXPECT_EQ(world.Combine().both.pressure_advance.verdict(), Verdict::kCannotTell);
-}
-
-TEST(CombineTransitions, AnAnswerBeyondTheTestedRangeIsNoNumber) {
-  const CombinedTransitions combined = Both(0.07, 0.07).Combine();
-  const Measured& both = combined.both.pressure_advance;
-  EXPECT_EQ(both.verdict(), Verdict::kCannotTell);
-  EXPECT_NE(both.reason().find("above the tested range"), std::string::npos) << both.reason();
-  ASSERT_TRUE(combined.both.print_next_s);
-  EXPECT_LT(combined.both.print_next_s->lo, 0.07);
-  EXPECT_GT(combined.both.print_next_s->hi, 0.07);
-}
-
 TEST(CombineTransitions, LinesOnOneSideAreNamedWhereTheyDoNotAnswerClearly) {
   Both world(0.2, 0.2);
   for (TransitionSeries* series :

@@ -23,15 +23,6 @@ TransitionSeries Line(double zero_s, double slope) {
   return series;
 }
 
-TEST(FitTransitions, FitsEachByItself) {
-  const auto crossings =
-      FitTransitions({Line(0.03, 1), Line(0.02, 0.8), Line(0.031, 0.9), 0, 0}, {});
-  ASSERT_TRUE(crossings);
-  EXPECT_NEAR(crossings->acceleration.zero, 0.03, 0.001);
-  EXPECT_NEAR(crossings->deceleration.zero, 0.02, 0.001);
-  EXPECT_NEAR(crossings->tail_s(), 0.001, 0.0001);
-}
-
 // Of the lines that leave the picture beside a speed change the other one counts, as if they had
 // not been asked for more.
 TEST(FitTransitions, LinesCountWhereTheyShowATransition) {
@@ -51,12 +42,6 @@ TEST(FitTransitions, LinesCountWhereTheyShowATransition) {
     EXPECT_EQ(crossings->acceleration.weight[i], 0);
   }
   EXPECT_NE(crossings->acceleration.weight[5], 0);
-}
-
-TEST(FitTransitions, NeedsThreeDifferentPressureAdvances) {
-  TransitionSeries two = Line(0.03, 1);
-  for (double& pa_s : two.pa_s) pa_s = pa_s > 0.03 ? 0.06 : 0;
-  EXPECT_FALSE(FitTransitions({two, two, std::nullopt, 0, 0}, {}));
 }
 
 constexpr double kTail_s = 0.002;
@@ -102,14 +87,6 @@ TEST(CrossingPair, ANoisyTailMovesAndWidensLittle) {
   EXPECT_LT(std::abs(seen.acceleration.zero_s - unseen.acceleration.zero_s), prior_s);
   EXPECT_LT(std::hypot(std::sqrt(seen.acceleration.variance), seen.acceleration.common.form),
             std::hypot(std::sqrt(unseen.acceleration.variance), 1.2 * prior_s));
-}
-
-TEST(CrossingPair, NoEarlyWindowLeavesTheCrossings) {
-  Transitions none = WithTail(1e-4);
-  none.early.reset();
-  const CrossingPair pair = Correct(none);
-  EXPECT_EQ(pair.tail_s, 0);
-  EXPECT_NEAR(pair.acceleration.zero_s, 0.03, 0.0001);
 }
 
 TEST(CrossingPair, ScatterAboutTheLaidLinesIsThatOfTheCrossings) {
@@ -211,7 +188,7 @@ PairedDifference Fit(const Lines& lines, double slip_s) {
 // 0.3 ms a line over six lines, and what the form of the slip leaves open: a tenth of the lags.
 constexpr double kNear_s = 0.0005;
 
-TEST(PairedDifference, ALinesOwnLagCancels) {
+TEST(PairedDifference, ALinesOwnLagCancelsAndGapsAndABlobMoveItLittle) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const PairedDifference difference = Fit(TenLines(seed, kSlip_s), kSlip_s);
     EXPECT_NEAR(difference.value_s, kSlip_s, kNear_s) << seed;
@@ -219,15 +196,7 @@ TEST(PairedDifference, ALinesOwnLagCancels) {
     EXPECT_LT(std::sqrt(difference.variance()), kNear_s);
     EXPECT_FALSE(difference.cut_off);
   }
-}
-
-TEST(PairedDifference, WhatGapsLoseBeyondTheAnswerMovesItLittle) {
-  for (const double lost : {0.0, 0.3, 0.6}) {
-    EXPECT_NEAR(Fit(TenLines(1, kSlip_s, lost), kSlip_s).value_s, kSlip_s, kNear_s) << lost;
-  }
-}
-
-TEST(PairedDifference, OneLineWithABlobCountsLittle) {
+  EXPECT_NEAR(Fit(TenLines(1, kSlip_s, 0.6), kSlip_s).value_s, kSlip_s, kNear_s);
   Lines lines = TenLines(1, kSlip_s);
   lines.deceleration.excess_s[3] += 0.02;
   EXPECT_NEAR(Fit(lines, kSlip_s).value_s, kSlip_s, kNear_s);
@@ -256,21 +225,9 @@ TEST(LagDrift, GainIsWhatAFirstOrderLagHasLaidDown) {
   }
 }
 
-TEST(LagDrift, ASlopeOfTheExpectedGainShowsNone) {
-  const LagDrift drift = EstimateLagDrift(0.86, 0.01, 0.86, 0, kOptions);
-  EXPECT_NEAR(drift.mean, 0, 1e-12);
-  EXPECT_LT(drift.sigma, 0.02);
-}
-
 TEST(LagDrift, ASteeperOrFlatterSlopeShowsItsSign) {
   EXPECT_NEAR(EstimateLagDrift(0.86 * 0.9, 0.005, 0.86, 0, kOptions).mean, 0.1, 0.005);
   EXPECT_NEAR(EstimateLagDrift(0.86 * 1.1, 0.005, 0.86, 0, kOptions).mean, -0.1, 0.005);
-}
-
-TEST(LagDrift, AThinningTailLeavesTheGainOpen) {
-  const LagDrift drift = EstimateLagDrift(0.93, 0.005, 0.86, 0.05, kOptions);
-  EXPECT_NEAR(drift.mean, 0, 0.01);
-  EXPECT_GT(drift.sigma, 0.03);
 }
 
 }  // namespace

@@ -63,67 +63,6 @@ TEST(Excess, IsTheSurplusWithTheSignOfTooLittlePressureAdvance) {
   EXPECT_NEAR(excess[2].deceleration.value, 0, kExact_mm);
 }
 
-// Ten even lines of one flow, whose slow stretches a rough plate shows up to `rough` too high.
-std::vector<LineProfile> OnARoughPlate(double rough) {
-  Random random(5);
-  std::vector<LineProfile> profiles;
-  for (int k = 0; k < 10; ++k) {
-    profiles.push_back(Line(0, 0));
-    double bump = 0;
-    int left = 0;
-    for (ProfileSample& sample : profiles.back().samples) {
-      if (left-- == 0) {
-        bump = rough * random.Normal();
-        left = 9;  // a millimetre
-      }
-      if (sample.position < 7 || sample.position > 24) sample.area.value *= 1 + bump;
-    }
-  }
-  return profiles;
-}
-
-TEST(Excess, LevelsThatDifferByTheNoiseOfTheirReadingsAreDrawnTogether) {
-  const std::vector<LineProfile> profiles = OnARoughPlate(0.1);
-  double together = 0;
-  for (const LineExcess& line : Measure(profiles)) {
-    together += std::pow(line.acceleration.value, 2);
-  }
-  double alone = 0;
-  for (const LineProfile& profile : profiles) {
-    alone += std::pow(Measure({profile}).front().acceleration.value, 2);
-  }
-  // A plate that is rough by 10 % a millimetre leaves 3 % of each level; the flow is taken to
-  // differ by 1 %.
-  constexpr double kAtMost = 0.75;
-  EXPECT_LT(std::sqrt(together / alone), kAtMost);
-}
-
-TEST(Excess, ALevelThatIsSeenWellStandsByItself) {
-  std::vector<LineProfile> profiles;
-  for (int k = 0; k < 10; ++k) {
-    profiles.push_back(Line(0.5, 0.5));
-    for (ProfileSample& sample : profiles.back().samples) sample.area.value *= 1 + 0.02 * k;
-  }
-  for (const LineExcess& line : Measure(profiles)) {
-    EXPECT_NEAR(line.acceleration.value, 0.5, kExact_mm);
-  }
-}
-
-TEST(Excess, DoesNotChangeWithTheScaleOfTheReading) {
-  std::vector<LineProfile> scaled = {Line(0.8, 0.5), Line(0.1, 0.1)};
-  const auto before = Measure(scaled);
-  for (LineProfile& line : scaled) {
-    for (ProfileSample& sample : line.samples) {
-      sample.area.value *= 7;
-      sample.area.sigma *= 7;
-    }
-  }
-  const auto after = Measure(scaled);
-  constexpr double kRounding = 1e-12;
-  EXPECT_NEAR(after[0].acceleration.value, before[0].acceleration.value, kRounding);
-  EXPECT_NEAR(after[0].deceleration.sigma, before[0].deceleration.sigma, kRounding);
-}
-
 TEST(Excess, TakesADriftThatAllLinesShareForNoTransition) {
   constexpr double kDrift_per_mm = 0.002;  // 6 % over the line
   std::vector<LineProfile> lines;
@@ -202,26 +141,6 @@ TEST(Excess, StatesTheScatterThatNoiseMakes) {
   EXPECT_NEAR(Mean(pulls), 0, 4 / std::sqrt(static_cast<double>(kRepeats))) << "seed 3";
 }
 
-TEST(Excess, ReadsAreaBeforeWidthAndNothingFromNothing) {
-  EXPECT_EQ(ChooseReading({Line(0, 0)}), Reading::kArea);
-  LineProfile wide = Line(0, 0);
-  for (ProfileSample& sample : wide.samples) {
-    sample.width = {0.5, 0.01};
-    sample.area = {};
-  }
-  EXPECT_EQ(ChooseReading({wide}), Reading::kWidth);
-  EXPECT_FALSE(ChooseReading({}));
-  EXPECT_FALSE(ChooseReading({LineProfile{}}));
-}
-
-TEST(Excess, KeepsTheReasonOfALineThatIsUnusableAlready) {
-  LineProfile bad = Line(0, 0);
-  bad.unusable = "no laser line";
-  const auto excess = Measure({bad, Line(0, 0)});
-  EXPECT_EQ(excess[0].unusable, "no laser line");
-  EXPECT_EQ(excess[1].unusable, "");
-}
-
 TEST(Excess, ALineThatShowsOneTransitionIsReadThere) {
   std::vector<LineProfile> lines{Line(0.8, 0.5), Line(0.8, 0.5), Line(0.8, 0.5)};
   std::erase_if(lines[1].samples, [](const ProfileSample& sample) { return sample.position < 15; });
@@ -294,24 +213,6 @@ TEST(Excess, ALineThatClearlyFlowsOtherwiseKeepsItsOwnLevel) {
   const auto excess = Measure(profiles);
   EXPECT_NEAR(excess[3].acceleration.value, 0, kExact_mm);
   EXPECT_NEAR(excess[3].deceleration.value, 0, kExact_mm);
-}
-
-TEST(CutWindow, IsWhatLinesWithALikePartShow) {
-  const std::vector<double> parts{-4, -3, -2, -1, 0, 1, 2};
-  std::vector<double> wholes;
-  for (const double part : parts) wholes.push_back(0.5 + 1.5 * part);
-  const auto completed = CompleteWindow(parts, wholes, 0.4);
-  ASSERT_TRUE(completed.has_value());
-  constexpr double kRounding = 1e-9;
-  EXPECT_NEAR(completed->value, 0.5 + 1.5 * 0.4, kRounding);
-  EXPECT_NEAR(completed->per_part, 1.5, kRounding);
-  EXPECT_NEAR(completed->sigma, 0, kRounding);
-}
-
-TEST(CutWindow, NeedsFiveLinesThatDiffer) {
-  const std::vector<double> four{0, 1, 2, 3}, alike(6, 1.0);
-  EXPECT_FALSE(CompleteWindow(four, four, 1).has_value());
-  EXPECT_FALSE(CompleteWindow(alike, alike, 1).has_value());
 }
 
 // Gaps get no emptier than empty: beyond some part the whole grows no further.

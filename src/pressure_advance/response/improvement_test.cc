@@ -15,31 +15,18 @@ using ::testing::HasSubstr;
 
 constexpr double kCalibrated_s = 0.036;
 
-LineMotion PaperMotion() { return {{{0.25, 5}, {0.5, 150}, {0.25, 5}}, 30, 3000}; }
-
-// A line as a laser would see it, printed by an extruder with a lag of kCalibrated_s.
-LineProfile Printed(double pressure_advance_s, double noise, Random& random) {
-  constexpr double kArea_mm2 = 0.11;
-  const testing::LagLine line;
-  const std::vector<double> area =
-      testing::PrintLagLine(line, {.linear_s = kCalibrated_s}, pressure_advance_s);
-  LineProfile profile;
-  profile.pressure_advance_s = pressure_advance_s;
-  for (std::size_t i = 0; i < area.size(); ++i) {
-    const double position_mm = line.step_mm * static_cast<double>(i);
-    if (position_mm < 4 || position_mm > line.length_mm - 4) continue;
-    ProfileSample sample;
-    sample.position = position_mm;
-    sample.area = {kArea_mm2 * (area[i] + noise * random.Normal()), kArea_mm2 * (noise + 1e-6)};
-    profile.samples.push_back(sample);
-  }
-  return profile;
-}
-
 struct Recorded {
   std::vector<LineProfile> profiles;
   std::vector<std::optional<double>> score_px;
+
+  [[nodiscard]] Improvement Compare() const {
+    return CompareWithControl(profiles, score_px, MotionOf({}));
+  }
 };
+
+LineProfile Printed(double pressure_advance_s, double noise, Random& random) {
+  return ReadLagLine({}, {.linear_s = kCalibrated_s}, pressure_advance_s, noise, random);
+}
 
 // `lines` of either kind, in turn.
 Recorded Record(int lines, double calibrated_s, double noise, std::uint64_t seed) {
@@ -54,32 +41,19 @@ Recorded Record(int lines, double calibrated_s, double noise, std::uint64_t seed
   return recorded;
 }
 
-TEST(Improvement, IsThePartByWhichTheMeanDeviationFell) {
-  const Recorded recorded = Record(5, kCalibrated_s, 0, 1);
-  const Improvement improvement =
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
-  ASSERT_TRUE(improvement.deviation.good()) << improvement.deviation.reason();
-  EXPECT_DOUBLE_EQ(improvement.deviation.quantity().value, 0.8);
-  EXPECT_EQ(improvement.control.lines, 5);
-}
-
-TEST(Improvement, NothingIsLeftWhereTheAdvanceEqualsTheLag) {
-  const Recorded recorded = Record(5, kCalibrated_s, 0.01, 2);
-  const Improvement improvement =
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
-  ASSERT_TRUE(improvement.surplus_left.good()) << improvement.surplus_left.reason();
-  // The tail of the lag that the windows do not hold, some per cent of the control's.
-  constexpr double kTail = 0.05;
-  EXPECT_NEAR(improvement.surplus_left.quantity().value, 0, kTail);
-}
-
-TEST(Improvement, HalfTheAdvanceLeavesAboutHalfTheSurplus) {
-  const Recorded recorded = Record(5, kCalibrated_s / 2, 0.01, 3);
-  const Improvement improvement =
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
-  ASSERT_TRUE(improvement.surplus_left.good()) << improvement.surplus_left.reason();
-  constexpr double kTail = 0.05;
-  EXPECT_NEAR(improvement.surplus_left.quantity().value, 0.5, kTail);
+TEST(Improvement, IsWhatDeviationAndSurplusFellBy) {
+  constexpr double kTail = 0.05;  // of the lag, that the windows do not hold
+  for (const auto& [share, seed] : {std::pair{1.0, 2}, {0.5, 3}}) {
+    const Recorded recorded = Record(5, share * kCalibrated_s, 0.01, seed);
+    const Improvement improvement = recorded.Compare();
+    ASSERT_TRUE(improvement.surplus_left.good()) << improvement.surplus_left.reason();
+    EXPECT_NEAR(improvement.surplus_left.quantity().value, 1 - share, kTail);
+    ASSERT_TRUE(improvement.deviation.good()) << improvement.deviation.reason();
+    EXPECT_DOUBLE_EQ(improvement.deviation.quantity().value, 0.8);
+  }
+  Recorded worse = Record(4, kCalibrated_s, 0, 5);
+  for (std::size_t i = 1; i < worse.score_px.size(); i += 2) worse.score_px[i] = 150;
+  EXPECT_DOUBLE_EQ(worse.Compare().deviation.quantity().value, -0.5);
 }
 
 TEST(Improvement, ItsIntervalHoldsTheTruth) {
@@ -96,7 +70,7 @@ TEST(Improvement, ItsIntervalHoldsTheTruth) {
       score_px.emplace_back(*mean * (1 + 0.15 * random.Normal()));
     }
     const Measured measured =
-        CompareWithControl(recorded.profiles, score_px, PaperMotion()).deviation;
+        CompareWithControl(recorded.profiles, score_px, MotionOf({})).deviation;
     ASSERT_TRUE(measured.good()) << measured.reason();
     const Interval interval = measured.quantity().interval95;
     held += interval.lo <= kTruth && kTruth <= interval.hi;
@@ -105,20 +79,10 @@ TEST(Improvement, ItsIntervalHoldsTheTruth) {
   EXPECT_LE(held, 980) << "seed " << kSeed;
 }
 
-TEST(Improvement, IsNegativeWhereTheLinesBecameWorse) {
-  Recorded recorded = Record(4, kCalibrated_s, 0, 5);
-  for (std::size_t i = 1; i < recorded.score_px.size(); i += 2) recorded.score_px[i] = 150;
-  const Measured measured =
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion()).deviation;
-  ASSERT_TRUE(measured.good());
-  EXPECT_DOUBLE_EQ(measured.quantity().value, -0.5);
-}
-
 TEST(Improvement, RefusesTooFewLinesAndQuotesTheReasonOfOne) {
   Recorded recorded = Record(3, kCalibrated_s, 0, 6);
   recorded.profiles[2].unusable = "no laser in 40 of 80 frames";
-  const Improvement improvement =
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
+  const Improvement improvement = recorded.Compare();
   for (const Measured* measured : {&improvement.deviation, &improvement.surplus_left}) {
     EXPECT_EQ(measured->verdict(), Verdict::kRefused);
     EXPECT_THAT(measured->reason(), HasSubstr("2 control and 3 calibrated"));
@@ -132,7 +96,7 @@ TEST(Improvement, RefusesARecordingThatIsNoComparison) {
     std::vector<LineProfile> profiles;
     for (const double value_s : values_s) profiles.push_back(Printed(value_s, 0, random));
     const std::vector<std::optional<double>> score_px(values_s.size(), 10.0);
-    const Improvement improvement = CompareWithControl(profiles, score_px, PaperMotion());
+    const Improvement improvement = CompareWithControl(profiles, score_px, MotionOf({}));
     EXPECT_EQ(improvement.deviation.verdict(), Verdict::kRefused);
     EXPECT_THAT(improvement.deviation.reason(), HasSubstr("two"));
   }
@@ -141,9 +105,7 @@ TEST(Improvement, RefusesARecordingThatIsNoComparison) {
 TEST(Improvement, CannotTellWhereTheLinesScatterTooMuch) {
   Recorded recorded = Record(3, kCalibrated_s, 0, 8);
   recorded.score_px = {20, 10, 100, 80, 180, 170};
-  EXPECT_EQ(
-      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion()).deviation.verdict(),
-      Verdict::kCannotTell);
+  EXPECT_EQ(recorded.Compare().deviation.verdict(), Verdict::kCannotTell);
 }
 
 }  // namespace

@@ -63,20 +63,6 @@ TEST(HeadMotion, MovesAsTheHeadDoes) {
   }
 }
 
-TEST(HeadMotion, StepsShortlyAboutChangesOfSpeedAndRises) {
-  const HeadMotion head(QuickLine());
-  double longest_s = 0;
-  for (std::size_t i = 1; i < head.times_s().size(); ++i) {
-    const double step_s = head.times_s()[i] - head.times_s()[i - 1];
-    EXPECT_GT(step_s, 0);
-    longest_s = std::max(longest_s, step_s);
-    if (head.times_s()[i] > -0.05 && head.times_s()[i] < 0.2) {
-      EXPECT_LT(step_s, 0.003);
-    }
-  }
-  EXPECT_GT(longest_s, 0.01);
-}
-
 TEST(HeadMotion, TakesFewCellsHoweverSlowTheHeadIs) {
   const LineMotion creeping{{{0.25, 0.001}, {0.5, 0.1}, {0.25, 0.001}}, 100.0, 1.0};
   const HeadMotion head(creeping);
@@ -101,14 +87,6 @@ TEST(HeadMotion, AveragesByATriangle) {
   // Far from any change of speed nothing is to be averaged.
   EXPECT_NEAR(drive.speed_mm_s.front(), 10, 1e-6);
   EXPECT_NEAR(drive.position_mm.back(), head.positions_mm().back(), 1e-6);
-}
-
-TEST(HeadMotion, FollowsTheWayWhereNothingIsAveraged) {
-  const HeadMotion head(QuickLine());
-  const HeadMotion::Drive drive = head.Averaged(0);
-  for (std::size_t i = 0; i < head.times_s().size(); ++i) {
-    EXPECT_DOUBLE_EQ(drive.position_mm[i], head.positions_mm()[i]);
-  }
 }
 
 std::vector<double> LayOne(const LagModel& model, double lag_s, double pressure_advance_s,
@@ -153,23 +131,6 @@ TEST(StoredLaw, HasNoJumpWhereItsExponentChanges) {
     };
     EXPECT_NEAR(lag_s(at * 0.999, at) / lag_s(at, at * 1.001), 1, 0.01);
     EXPECT_NEAR(lag_s(at * 0.999, at * 1.001) / law.LagAt(at), 1, 0.01);
-  }
-}
-
-TEST(LagModel, LagsAtAFlowByWhatItStoresMoreForIt) {
-  const HeadMotion head(MotionOf({}));
-  Lag lag;
-  lag.lag_s = 0.03;
-  for (const double flow : {5.0, 60.0, 150.0}) {
-    EXPECT_NEAR(LagModel(head, lag).LagAt(flow), 0.03, 1e-12);
-  }
-  // 0.03 (150 - 5) / (sqrt 150 - sqrt 5) / (2 sqrt q), and its second stage stays linear.
-  lag.exponent.fill(0.5);
-  lag.second = 0.25;
-  const double thinning_s = 0.03 * 145 / (std::sqrt(150) - std::sqrt(5)) / 2;
-  for (const double flow : {5.0, 60.0, 150.0}) {
-    EXPECT_NEAR(LagModel(head, lag).LagAt(flow), 0.75 * thinning_s / std::sqrt(flow) + 0.25 * 0.03,
-                1e-9);
   }
 }
 
@@ -233,36 +194,6 @@ TEST(LagModel, LosesFilamentOnlyInAGapThatIsNotRefilled) {
   EXPECT_NEAR(laid(0), line.length_mm - 2, 0.2);
   EXPECT_GT(laid(1), laid(0.5) + 0.1);  // what is not claimed back is laid again
   EXPECT_GT(laid(0.5), laid(0) + 0.1);
-}
-
-TEST(LagModel, SharesOnlyWhatIsTheSame) {
-  const HeadMotion head(MotionOf({}));
-  const LagModel first(head, {});
-  Lag other;
-  other.exponent = {0.5, 0.6, 0.7, 0.8};
-  other.second = 0.2;
-  other.slip = 0.05;
-  other.smooth_s = 0.03;
-  other.smear_mm = 0.6;
-  const std::vector<double> places = Places(1, 50, 0.5);
-  const auto lay = [&](const LagModel& model) { return LayOne(model, 0.03, 0.02, places); };
-  EXPECT_EQ(lay(first.With(other)), lay(LagModel(head, other)));
-  EXPECT_EQ(lay(first.With(other).With({})), lay(first));
-}
-
-TEST(LagModel, LaysLinesSideBySideAsOneByOne) {
-  const HeadMotion head(MotionOf({}));
-  Lag lag;
-  lag.second = 0.2;
-  lag.exponent.fill(0.6);
-  const LagModel model(head, lag);
-  const std::vector<double> near = Places(1, 20, 0.5), far = Places(3, 30, 0.3);
-  const LagModel::Line lines[] = {{0.03, 0.02, near}, {0.01, 0, far}, {0.05, 0.06, far}};
-  const std::vector<std::vector<double>> together = model.Lay(lines);
-  ASSERT_EQ(together.size(), 3U);
-  EXPECT_EQ(together[0], LayOne(model, 0.03, 0.02, near));
-  EXPECT_EQ(together[1], LayOne(model, 0.01, 0, far));
-  EXPECT_EQ(together[2], LayOne(model, 0.05, 0.06, far));
 }
 
 }  // namespace

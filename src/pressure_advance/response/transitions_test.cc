@@ -22,20 +22,6 @@ TransitionPlan Plan(const LineMotion& motion, double longest_lag_s = 0.06) {
   return *PlanTransitions(motion, PositionUnit::kMillimetre, longest_lag_s);
 }
 
-TEST(Transitions, LieWhereTheSpeedChangesWithItsSignAndSize) {
-  const TransitionPlan plan = Plan(Motion());
-  EXPECT_NEAR(plan.acceleration.boundary, 7.5, kRounding);
-  EXPECT_NEAR(plan.deceleration.boundary, 22.5, kRounding);
-  EXPECT_EQ(plan.acceleration.speed_change_mm_s, 145);
-  EXPECT_EQ(plan.deceleration.speed_change_mm_s, -145);
-  for (const TransitionWindow& window : {plan.acceleration, plan.deceleration}) {
-    EXPECT_LT(window.span.lo, window.boundary);
-    EXPECT_GT(window.span.hi, window.boundary);
-  }
-  EXPECT_NEAR(plan.acceleration.fast_length, plan.acceleration.span.hi - 7.5, kRounding);
-  EXPECT_NEAR(plan.deceleration.fast_length, 22.5 - plan.deceleration.span.lo, kRounding);
-}
-
 TEST(Transitions, NeverShareAStretchWithEachOtherOrTheReference) {
   for (const double length_mm : {22.0, 30.0, 60.0, 200.0}) {
     const TransitionPlan plan = Plan(Motion(length_mm));
@@ -68,13 +54,6 @@ TEST(Transitions, TakeASteadyMiddleForReferenceOnlyWhereFourLagsPass) {
   ASSERT_TRUE(plan);
   EXPECT_TRUE(plan->steady_middle);
   EXPECT_NEAR(plan->acceleration.boundary, 0.25, kRounding);
-}
-
-TEST(Transitions, ScaleWithTheLine) {
-  const TransitionPlan one = Plan(Motion(30), 0);
-  const TransitionPlan two = Plan(Motion(60), 0);
-  EXPECT_NEAR(two.acceleration.span.lo, 2 * one.acceleration.span.lo, kRounding);
-  EXPECT_NEAR(two.deceleration.span.hi, 2 * one.deceleration.span.hi, kRounding);
 }
 
 TEST(Transitions, AreRefusedByNameWhereTheSegmentsHaveNone) {
@@ -142,73 +121,40 @@ std::vector<LineProfile> Lines(double at, double half_width, double gain, double
   return profiles;
 }
 
-TEST(RespondingStretch, HoldsTheStretchThatAnswersAndLittleMore) {
-  Random random(1);
-  const auto lines = Lines(0.3, 0.06, 4, 1, random);
-  const auto stretch = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, true);
-  ASSERT_TRUE(stretch);
-  EXPECT_LT(stretch->lo, 0.26);
-  EXPECT_GT(stretch->lo, 0.19);
-  EXPECT_GT(stretch->hi, 0.34);
-  EXPECT_LT(stretch->hi, 0.41);
-}
-
-TEST(RespondingStretch, KnowsTheSign) {
-  Random random(2);
-  const auto lines = Lines(0.3, 0.06, -4, 1, random);
-  const auto falling = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, false);
-  ASSERT_TRUE(falling);
-  EXPECT_NEAR((falling->lo + falling->hi) / 2, 0.3, 0.04);
-}
-
-TEST(RespondingStretch, FindsNothingWithoutEnoughLines) {
-  Random random(3);
-  const auto lines = Lines(0.3, 0.06, 0, 0, random);
-  EXPECT_FALSE(RespondingStretch({}, Reading::kWidth, {0.1, 0.6}, true));
-  EXPECT_FALSE(RespondingStretch({lines[0], lines[1]}, Reading::kWidth, {0.1, 0.6}, true));
+TEST(RespondingStretch, HoldsTheStretchThatAnswersWithItsSignAndLittleMore) {
+  for (const bool rising : {true, false}) {
+    Random random(1);
+    const auto lines = Lines(0.3, 0.06, rising ? 4 : -4, 1, random);
+    const auto stretch = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, rising);
+    ASSERT_TRUE(stretch);
+    EXPECT_LT(stretch->lo, 0.26);
+    EXPECT_GT(stretch->lo, 0.19);
+    EXPECT_GT(stretch->hi, 0.34);
+    EXPECT_LT(stretch->hi, 0.41);
+  }
 }
 
 // Windows of 8 mm: more than 2 mm of either in one piece cannot be bridged.
-TransitionPlan TwoWindows() {
+TEST(UnseenStretch, NamesAGapOfMoreThanAQuarterOfATransition) {
   TransitionPlan plan;
   plan.acceleration.span = {8, 16};
   plan.deceleration.span = {16, 24};
-  return plan;
-}
-
-std::vector<std::optional<double>> FramesBut(double lo, double hi, double step = 0.25) {
-  std::vector<std::optional<double>> frames = {std::nullopt};
-  for (double at = 0.1; at < 30; at += step) {
-    if (at <= lo || at >= hi) frames.emplace_back(at);
+  struct Row {
+    double lo_mm, hi_mm, step_mm;
+    const char* says;
+  };
+  for (const Row& row :
+       {Row{0, 0, 0.25, ""}, Row{17, 18.7, 0.25, ""}, Row{1, 7, 0.25, ""}, Row{24.5, 29, 0.25, ""},
+        Row{0, 0, 2.5, ""}, Row{17, 20, 0.25, "no frame shows the line from 16.9 to 20.1 mm"},
+        Row{9, 12, 0.25, "no frame shows the line from 8.85 to 12.1 mm"},
+        Row{21, 40, 0.25, "no frame shows the line from 20.9 to 24 mm"},
+        Row{-1, 11, 0.25, "no frame shows the line from 8 to 11.1 mm"}}) {
+    std::vector<std::optional<double>> frames = {std::nullopt};
+    for (double at = 0.1; at < 30; at += row.step_mm) {
+      if (at <= row.lo_mm || at >= row.hi_mm) frames.emplace_back(at);
+    }
+    EXPECT_EQ(NameUnseenStretch(frames, plan), row.says) << row.lo_mm;
   }
-  frames.emplace_back(std::nullopt);
-  return frames;
-}
-
-TEST(UnseenStretch, NamesAGapOfMoreThanAQuarterOfATransition) {
-  EXPECT_EQ(NameUnseenStretch(FramesBut(0, 0), TwoWindows()), "");
-  EXPECT_EQ(NameUnseenStretch(FramesBut(17, 18.7), TwoWindows()), "");
-  EXPECT_EQ(NameUnseenStretch(FramesBut(17, 20), TwoWindows()),
-            "no frame shows the line from 16.9 to 20.1 mm");
-  EXPECT_EQ(NameUnseenStretch(FramesBut(9, 12), TwoWindows()),
-            "no frame shows the line from 8.85 to 12.1 mm");
-}
-
-TEST(UnseenStretch, SeesWhereASweepBeganTooLateOrEndedTooEarly) {
-  EXPECT_EQ(NameUnseenStretch(FramesBut(21, 40), TwoWindows()),
-            "no frame shows the line from 20.9 to 24 mm");
-  EXPECT_EQ(NameUnseenStretch(FramesBut(-1, 11), TwoWindows()),
-            "no frame shows the line from 8 to 11.1 mm");
-}
-
-TEST(UnseenStretch, DoesNotMatterBesideTheTransitions) {
-  EXPECT_EQ(NameUnseenStretch(FramesBut(1, 7), TwoWindows()), "");
-  EXPECT_EQ(NameUnseenStretch(FramesBut(24.5, 29), TwoWindows()), "");
-}
-
-TEST(UnseenStretch, IsNoneWhereAllFramesAreThatFarApart) {
-  EXPECT_EQ(NameUnseenStretch(FramesBut(0, 0, 2.5), TwoWindows()), "");
-  EXPECT_EQ(NameUnseenStretch({std::nullopt, 3.0}, TwoWindows()), "");
 }
 
 }  // namespace

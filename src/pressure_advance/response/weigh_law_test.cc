@@ -57,17 +57,6 @@ TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
 }
 
-TEST(WeighLaw, LeavesAPartOfWhatTheLawMovesTheAnswerByOpen) {
-  constexpr double kSure_s = 1e-7;
-  const auto uncertainty = [](double moved_s) {
-    CombinedTransitions crossings = Crossings(0.033 + moved_s, kSure_s);
-    WeighWithLaw(Law(0.033, kSure_s), Crossings(0.033 + moved_s, kSure_s), {}, crossings);
-    return crossings.both.pressure_advance.quantity().standard_uncertainty;
-  };
-  EXPECT_GT(uncertainty(0.002), LawOptions{}.shift_sigma * 0.002);
-  EXPECT_LT(uncertainty(0), 0.0005);
-}
-
 TEST(WeighLaw, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
   const auto answer = [](double shared_misfit) {
     LawFit law = Law(0.033, 0.0005);
@@ -92,33 +81,6 @@ TEST(WeighLaw, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
   EXPECT_NE(refuted.notices[0].find("another law"), std::string::npos);
   EXPECT_GT(between.whole->value_s, 0.0335);
   EXPECT_LT(between.whole->value_s, 0.0355);
-}
-
-TEST(WeighLaw, SaysWhatEachOfTheTwoSaysAndHowItCounts) {
-  CombinedTransitions crossings = Crossings(0.0345, 0.0008);
-  const LearntLaw learnt =
-      WeighWithLaw(Law(0.033, 0.0004), Crossings(0.0335, 0.0008), {}, crossings);
-  const LawOptions options;
-  EXPECT_EQ(learnt.pressure_advance_s.value, 0.033);
-  EXPECT_NEAR(learnt.pressure_advance_s.standard_uncertainty,
-              std::hypot(0.0004, options.law_form_sigma * 0.033), 1e-9);
-  // Crossings and their mirror image stand 1 ms above the law.
-  EXPECT_NEAR(learnt.correction_s, 0.001, 1e-9);
-  EXPECT_NEAR(learnt.crossings_s.value, 0.0335, 1e-9);
-  EXPECT_GT(learnt.crossings_s.standard_uncertainty, 0.0008);
-  EXPECT_LT(learnt.crossings_s.interval95.lo, 0.0335 - 1.96 * 0.0008);
-  EXPECT_GT(learnt.weight, 0.5);
-  EXPECT_NEAR(crossings.both.pressure_advance.quantity().value,
-              learnt.weight * learnt.pressure_advance_s.value +
-                  (1 - learnt.weight) * learnt.crossings_s.value,
-              1e-12);
-  EXPECT_EQ(learnt.lag_scatter_s, 0.0005);
-  EXPECT_EQ(learnt.lines, 10);
-  EXPECT_EQ(learnt.slip.interval95.lo, 0);
-  EXPECT_NEAR(learnt.slip.standard_uncertainty, std::hypot(0.005, options.slip_form_sigma), 1e-9);
-  EXPECT_NEAR(learnt.slip.interval95.hi, 0.002 + 1.96 * learnt.slip.standard_uncertainty, 1e-6);
-  EXPECT_NEAR(learnt.fast_lag_s.standard_uncertainty,
-              std::hypot(0.0006, options.lag_form_sigma * 0.02), 1e-9);
 }
 
 TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
@@ -153,16 +115,6 @@ TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
   EXPECT_NE(apart.notices[0].find("the acceleration (0.0370 s)"), std::string::npos);
   EXPECT_GT(apart.both.pressure_advance.quantity().standard_uncertainty,
             2 * weighed(0, 0).both.pressure_advance.quantity().standard_uncertainty);
-}
-
-TEST(WeighLaw, WidensAndSaysSoWhereTheTwoDiffer) {
-  CombinedTransitions near = Crossings(0.033, 0.0005), far = Crossings(0.037, 0.0005);
-  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.033, 0.0005), {}, near);
-  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.029, 0.0005), {}, far);
-  ASSERT_EQ(far.notices.size(), 1U);
-  EXPECT_NE(far.notices[0].find("suggest values that differ"), std::string::npos);
-  EXPECT_GT(far.both.pressure_advance.quantity().standard_uncertainty,
-            1.5 * near.both.pressure_advance.quantity().standard_uncertainty);
 }
 
 }  // namespace
