@@ -182,7 +182,8 @@ Result<void> WriteReport(const std::string& path, const ResultFile& result, cons
   report::ReportOptions options;
   options.source = SourceOf(result);
   options.facts = FactsOf(result);
-  return WriteOutputs({{path, report::PressureAdvanceReport(run, figures, options)}}, force);
+  return WriteOutputs({{path, report::PressureAdvanceReport(run.analysis, figures, options)}},
+                      force);
 }
 
 Result<void> WriteFigures(const std::string& figures_folder, const std::string& answer_png,

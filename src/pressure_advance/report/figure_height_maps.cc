@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "base/statistics.h"
+#include "document/interval_text.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
@@ -15,15 +18,96 @@ constexpr std::size_t kMostMaps = 24;
 constexpr double kBarRoomPx = 78;
 constexpr double kAxisPx = 44;
 
+// The maps to show: of the response eye, or of the paper's method where there are none.
+const std::vector<pa::HeightMap>* ShownHeights(const AnalysisRun& input) {
+  if (!input.scan) {
+    return nullptr;
+  }
+  const auto& maps = input.scan->heights.empty() ? input.scan->paper_heights : input.scan->heights;
+  return maps.empty() ? nullptr : &maps;
+}
+
+// One image row per row and one column per frame; NaN where no laser line was found. Empty where
+// the map's sizes do not fit its values.
+Grid HeightGrid(const pa::HeightMap& map) {
+  if (map.frames == 0 || map.rows == 0 || map.height_px.size() != map.frames * map.rows ||
+      map.sigma_px.size() != map.height_px.size()) {
+    return {};
+  }
+  Grid grid{map.frames, map.rows, std::vector<double>(map.height_px.size())};
+  for (std::size_t row = 0; row < map.rows; ++row) {
+    for (std::size_t frame = 0; frame < map.frames; ++frame) {
+      const std::size_t at = map.index(frame, row);
+      grid.values[row * map.frames + frame] = map.sigma_px[at] > 0
+                                                  ? static_cast<double>(map.height_px[at])
+                                                  : std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return grid;
+}
+
+// How heights are written: in mm where the scan's scale is known.
+struct HeightUnit {
+  double per_px = 1;
+  const char* label = "height (px)";
+};
+
+HeightUnit HeightUnitOf(const AnalysisRun& input) {
+  const auto& scale = input.analysis.scale;
+  // What the paper's method shows instead does not begin at the plate.
+  if (!scale || !input.scan || input.scan->heights.empty()) return {};
+  return {scale->height_mm_per_px, "height (mm)"};
+}
+
+// How well heights and areas are known in mm, as a sentence with a blank before it; empty where
+// they are in pixels.
+std::string ScaleWords(const pa::Analysis& analysis) {
+  const auto& scale = analysis.scale;
+  if (!scale) return "";
+  if (!scale->height_share || !scale->area_share) {
+    return " How well scale and laser angle are known was not said: trammel pa setup measures "
+           "both.";
+  }
+  return fmt::format(
+      " Scale and laser angle leave {:.2g} % of all heights and {:.2g} % of all areas open alike "
+      "(half of the 95 % interval); beads may be higher and larger than they are read, by a "
+      "quarter "
+      "where light enters the filament. Neither moves a pressure advance.",
+      100 * kNormal95 * *scale->height_share, 100 * kNormal95 * *scale->area_share);
+}
+
+// From the 1st to the 99th percentile of all maps, so that single outliers do not take the scale.
+Range HeightRange(const std::vector<pa::HeightMap>& maps) {
+  std::vector<double> seen;
+  for (const pa::HeightMap& map : maps) {
+    for (const double height : HeightGrid(map).values) {
+      if (std::isfinite(height)) {
+        seen.push_back(height);
+      }
+    }
+  }
+  if (seen.empty()) {
+    return {0, 1};
+  }
+  const double ends[] = {Quantile(seen, 0.01), Quantile(seen, 0.99)};
+  return RangeOf(ends);
+}
+
+// The axis along a map: positions in mm where known, else frame numbers.
+Axis AxisAlong(const pa::HeightMap& map) {
+  if (map.position_mm.size() == map.frames && map.frames >= 2) {
+    return {"position along the line (mm)", RangeOf(map.position_mm)};
+  }
+  return {"frame", {0, static_cast<double>(std::max<std::size_t>(1, map.frames))}};
+}
+
 void DrawMap(Canvas& canvas, const RectPx& inner, const pa::HeightMap& map, const Range& heights,
              bool with_axis, const std::string& title) {
-  const MapExtent extent = ExtentOf(map);
-  (void)Plot::Around(canvas, inner,
-                     {.label = with_axis ? extent.label : "",
-                      .range = extent.range,
-                      .ticks = canvas.width_px() < kFigureWidthPx ? 4 : 6,
-                      .shown = with_axis},
-                     {.label = "", .range = {0, 1}, .shown = false}, title);
+  Axis along = AxisAlong(map);
+  if (!with_axis) along.label.clear();
+  along.ticks = canvas.width_px() < kFigureWidthPx ? 4 : 6;
+  along.shown = with_axis;
+  (void)Plot::Around(canvas, inner, along, {.label = "", .range = {0, 1}, .shown = false}, title);
   canvas.Image(ColorGrid(HeightGrid(map), heights).view(), inner);
   canvas.StrokeRect(inner, {.color = kMuted, .width_px = 1});
 }

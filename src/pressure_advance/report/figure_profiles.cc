@@ -13,7 +13,6 @@ namespace {
 namespace pa = pressure_advance;
 
 constexpr std::size_t kMostLanes = 30;
-constexpr double kSpeedLanePx = 46;
 constexpr double kLabelPx = 76;
 
 struct Sample {
@@ -30,18 +29,6 @@ struct Lane {
 
 const pa::Seen& Reading(const pa::ProfileSample& sample, bool area) {
   return area ? sample.area : sample.width;
-}
-
-bool ShowsArea(const std::vector<pa::LineProfile>& profiles) {
-  std::size_t areas = 0;
-  std::size_t widths = 0;
-  for (const pa::LineProfile& profile : profiles) {
-    for (const pa::ProfileSample& sample : profile.samples) {
-      areas += sample.area.seen() ? 1 : 0;
-      widths += sample.width.seen() ? 1 : 0;
-    }
-  }
-  return areas > 0 && areas * 2 >= widths;
 }
 
 Lane MakeLane(const pa::LineProfile& profile, const pa::LineResult& line, bool area) {
@@ -110,21 +97,6 @@ void ShadeGaps(Plot& plot, const Lane& lane) {
   }
 }
 
-void DrawSpeed(Canvas& canvas, const RectPx& outer, const Range& x,
-               const std::vector<DataPoint>& speed) {
-  double fastest = 0;
-  for (const DataPoint& point : speed) {
-    fastest = std::max(fastest, point.y);
-  }
-  Plot plot = Plot::Around(canvas, outer, {.label = "", .range = x, .shown = false},
-                           {.label = "", .range = {0, fastest * 1.15}, .shown = false});
-  plot.Line(speed, {.color = kInk, .width_px = 2});
-  const TextStyle label{.color = kMuted, .align = Align::kEnd};
-  canvas.Text({outer.x - 8, plot.inner().y + 14}, "speed", label);
-  canvas.Text({outer.x - 8, plot.inner().y + 30}, fmt::format("≤ {:.4g} mm/s", fastest),
-              {.size_px = 10.5, .color = kMuted, .align = Align::kEnd});
-}
-
 void DrawLane(Canvas& canvas, const RectPx& outer, const Range& x, double half_scale,
               const pa::Analysis& analysis, const Lane& lane) {
   Plot plot = Plot::Around(canvas, outer, {.label = "", .range = x, .shown = false},
@@ -179,15 +151,11 @@ struct Content {
 
 Canvas Draw(const Content& content, double width_px) {
   const std::vector<Lane>& lanes = content.lanes;
-  const std::vector<DataPoint> speed = SpeedAlongLine(content.analysis->motion, content.in_mm);
   const double lane_px = lanes.size() <= 12 ? 38 : lanes.size() <= 20 ? 28 : 22;
-  const double top = speed.empty() ? 4 : kSpeedLanePx + 4;
+  const double top = 4;
   const double axis_px = 44;
   Canvas canvas(width_px, top + lane_px * static_cast<double>(lanes.size()) + axis_px);
   const double width = width_px - kLabelPx - 12;
-  if (!speed.empty()) {
-    DrawSpeed(canvas, {kLabelPx, 6, width, kSpeedLanePx - 6}, content.x, speed);
-  }
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const double lane_top = top + lane_px * static_cast<double>(i);
     DrawLane(canvas, {kLabelPx, lane_top + 3, width, lane_px - 6}, content.x, content.half_scale,
@@ -205,7 +173,7 @@ Canvas Draw(const Content& content, double width_px) {
 
 std::optional<Figure> ProfilesFigure(const AnalysisRun& input) {
   const pa::Analysis& analysis = input.analysis;
-  const bool area = ShowsArea(analysis.profiles);
+  const bool area = pa::ChooseReading(analysis.profiles) == pa::Reading::kArea;
   Content content{&analysis, Lanes(analysis, area), {}, false, 1};
   if (content.lanes.empty()) return std::nullopt;
   std::vector<double> positions;

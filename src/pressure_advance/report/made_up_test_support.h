@@ -3,7 +3,6 @@
 
 #include <cstddef>
 
-#include "base/random.h"
 #include "pressure_advance/laser/plate.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
@@ -12,20 +11,17 @@ namespace trammel::report::test {
 
 struct MadeUp {
   std::size_t lines = 10;
-  double highest_pressure_advance_s = 0.06;
-  double truth_s = 0.0362;
   std::size_t frames = 100;  ///< samples along each line
-  std::size_t rows = 60;     ///< of each height map
   bool photo = false;        ///< positions in line lengths, widths in px, no scores, no heights
 };
 
 /// A good analysis with one unused line (where there are more than four) and one notice.
-[[nodiscard]] pressure_advance::Analysis MakeAnalysis(const MadeUp& made_up, Random random);
+[[nodiscard]] pressure_advance::Analysis MakeAnalysis(const MadeUp& made_up);
 
 /// The same lines as a laser scan would show them.
-[[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
+[[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up);
 
 /// A rectified picture of the lines with their edges traced.
-[[nodiscard]] pressure_advance::PhotoView MakePhotoView(const MadeUp& made_up, Random random);
+[[nodiscard]] pressure_advance::PhotoView MakePhotoView(const MadeUp& made_up);
 
 }  // namespace trammel::report::test

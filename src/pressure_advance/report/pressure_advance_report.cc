@@ -8,7 +8,6 @@
 #include <string_view>
 #include <utility>
 
-#include "base/check.h"
 #include "document/interval_text.h"
 #include "document/page.h"
 
@@ -101,8 +100,6 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
 }
 
 namespace {
-
-namespace pa = pressure_advance;
 
 std::string Facts(const ReportOptions& options) {
   std::string out = "<p class=\"facts\">";
@@ -246,15 +243,10 @@ std::string SecondsText(double seconds, double standard_uncertainty_s) {
   return fmt::format("{:.{}f}", seconds, decimals);
 }
 
-std::string PressureAdvanceReport(const AnalysisRun& input, const std::vector<Figure>& figures,
+std::string PressureAdvanceReport(const pa::Analysis& analysis, const std::vector<Figure>& figures,
                                   const ReportOptions& options) {
-  return FittingPage([&](std::size_t step) {
-    return PageOf(input.analysis, figures, options, kPhotoSteps[step]);
-  });
-}
-
-std::string PressureAdvanceReport(const AnalysisRun& input, const ReportOptions& options) {
-  return PressureAdvanceReport(input, PressureAdvanceFigures(input), options);
+  return FittingPage(
+      [&](std::size_t step) { return PageOf(analysis, figures, options, kPhotoSteps[step]); });
 }
 
 }  // namespace trammel::report

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "document/figure.h"
 #include "pressure_advance/profile/analysis.h"
-#include "pressure_advance/report/pressure_advance_figures.h"
 
 namespace trammel::report {
 
@@ -31,15 +31,11 @@ struct ReportOptions {
 /// A complete HTML page: nothing is loaded from anywhere, no scripts, pictures inside. Well-formed
 /// as XML, too. Text from outside is escaped. Equal input gives equal bytes.
 ///
-/// Unless analysis->pressure_advance is good, the page names no answer: neither in its head, nor
+/// Unless analysis.pressure_advance is good, the page names no answer: neither in its head, nor
 /// for a transition alone, nor from the paper's score. The tested values and each line's readings
-/// stay. Cost: most of it in PressureAdvanceFigures; below 2 s for ten lines of 100 x 60 heights
-/// (pressure_advance_report_test).
-[[nodiscard]] std::string PressureAdvanceReport(const AnalysisRun& input,
-                                                const ReportOptions& options = {});
-
-/// The same from figures that were already made, to write those to files of their own as well.
-[[nodiscard]] std::string PressureAdvanceReport(const AnalysisRun& input,
+/// stay.
+/// @param figures  of PressureAdvanceFigures().
+[[nodiscard]] std::string PressureAdvanceReport(const pressure_advance::Analysis& analysis,
                                                 const std::vector<Figure>& figures,
                                                 const ReportOptions& options);
 
