@@ -45,11 +45,6 @@ ThreadPriority RaiseThisThread(ThreadUrgency urgency) {
           std::generic_category().message(error), kNice)};
 }
 
-void LowerThisThread() {
-  constexpr int kBehind = 5;
-  (void)setpriority(PRIO_PROCESS, ThisThread(), kBehind);  // never refused
-}
-
 const ThreadPriority& PriorityWatch::Look(double now_s) {
   if (!priority_.raised) return priority_;
   const double worked_s = WorkedSoFar_s();

@@ -22,9 +22,6 @@ struct ThreadPriority {
 /// fetches, else, or where that is not allowed, to nice -10.
 ThreadPriority RaiseThisThread(ThreadUrgency urgency);
 
-/// Puts the calling thread, and it alone, behind others: nice 5. For work that can wait.
-void LowerThisThread();
-
 /// Takes a raised priority back from a thread that works instead of sleeping, so that it never
 /// keeps a computer that also prints from its work: a camera that floods it with pictures.
 class PriorityWatch {

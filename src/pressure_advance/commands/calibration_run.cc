@@ -40,8 +40,8 @@ procedure::CalibrationRequest RequestFor(const files::Config& config,
   request.pattern = config.pattern;
   request.settings = config.scan;
   request.folder = std::move(folder);
-  request.started = UtcNow();
-  request.run = NewRunName();
+  request.identity.started = UtcNow();
+  request.identity.run = NewRunName();
   return request;
 }
 

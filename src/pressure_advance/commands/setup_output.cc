@@ -254,8 +254,7 @@ procedure::SetupRequest SetupRequestOf(const SetupArguments& arguments,
   procedure::SetupRequest request;
   request.pattern = run.pattern;
   request.settings = run.settings;
-  request.started = run.started;
-  request.run = run.run;
+  request.identity = run.identity;
   request.clear = {arguments.clear_z.at(0), arguments.clear_z.at(1)};
   if (!arguments.mark_at.empty()) {
     request.mark = {arguments.mark_at.at(0), arguments.mark_at.at(1)};

@@ -25,6 +25,7 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAsk_s = 10;
+constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 constexpr double kStall_s = 5;
 constexpr std::size_t kLongestCameraName = 500;
 constexpr int kJpegQuality = 95;  // of pictures that a camera sends as raw pixels
@@ -55,13 +56,7 @@ GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
   Eye eye;  // open until the laser is off
   GuardedSteps guarded;
   guarded.settings = run.settings;
-  guarded.identity.run = run.run;
-  guarded.identity.started = run.started;
-  guarded.identity.state_folder = run.state_folder;
-  guarded.identity.prints = run.prints;
-  guarded.identity.without_laser = run.for_photo;
-  guarded.identity.may_unhome = run.for_photo;
-  guarded.identity.heaters_end_off = run.for_photo;
+  guarded.identity = run.identity;
   guarded.park = ParkPlaceOf(*run.pattern);
   guarded.check = run.check;
   guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {
@@ -243,7 +238,7 @@ Result<void> SweepLines(const Scanner& scanner, const PatternPlan& plan, const S
   scan.travel_speed_mm_s = scanner.config.travel_speed_mm_s;
   scan.z_speed_mm_s = scanner.config.z_speed_mm_s;
   scan.folder = folder;
-  scan.started = request.started;
+  scan.started = request.identity.started;
   scan.camera = scanner.camera;
   scan.laser_seen = laser_seen;
   scanner.guard.ExpectLaser();
@@ -357,21 +352,19 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   GuardedRun run;
   run.pattern = &request.pattern;
   run.settings = &request.settings;
-  run.run = request.run;
-  run.started = request.started;
-  run.state_folder = request.state_folder;
-  run.prints = request.print;
+  run.identity = request.identity;
+  run.identity.prints = request.print;
+  run.identity.without_laser = request.for_photo;
+  run.identity.may_unhome = request.for_photo;
+  run.identity.heaters_end_off = request.for_photo;
   run.looks = request.scan;
-  run.for_photo = request.for_photo;
   run.check = [&](const Session& taken) { return CheckAll(taken, request); };
   run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
     auto done = RunSteps(taken, request, guard, eye.recorder.get(), eye.Describe());
     if (done && !request.scan) outcome.bed_c = BedTarget_c(taken);
     return done;
   };
-  GuardedOutcome guarded = RunGuarded(session, run);
-  outcome.done = std::move(guarded.done);
-  outcome.unrestored = std::move(guarded.unrestored);
+  static_cast<GuardedOutcome&>(outcome) = RunGuarded(session, run);
   if (outcome.done && outcome.unrestored.empty() && !request.scan) {
     outcome.done = KeepBedWarm(session, outcome.bed_c);
   }

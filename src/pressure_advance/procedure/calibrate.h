@@ -38,12 +38,8 @@ struct Eye {
 struct GuardedRun {
   const pressure_advance::PatternConfig* pattern = nullptr;  ///< REQUIRED: where the head parks
   const settings::ScanSettings* settings = nullptr;          ///< REQUIRED
-  std::string run;                     ///< unique; as files::IsRunName wants it
-  std::string started;                 ///< date and time, for people
-  std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
-  bool prints = true;                  ///< a file of the run's own is uploaded
-  bool looks = true;                   ///< through the camera
-  bool for_photo = false;  ///< the printer may have no laser, and the print ends with all off
+  RunIdentity identity;                                      ///< as in GuardedSteps
+  bool looks = true;                                         ///< through the camera
   /// Moves nothing; an error ends the run before anything was changed.
   std::function<Result<void>(const Session&)> check;
   /// The procedure's own steps, on a homed printer.
@@ -70,8 +66,6 @@ struct GuardedRun {
 
 // A photo of the printed pattern, from where its owner left it.
 
-inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
-
 struct PatternPhoto {
   std::string name;  ///< of the file, without a folder
   std::string bytes;
@@ -86,7 +80,7 @@ struct PatternPhoto {
 /// Downloads a photo from the folder beside the printer's configuration.
 /// @param name  in it; empty: the picture (JPEG, PNG, WebP, HEIC) that was stored last
 /// @param is_result  whether a name is that of a result's picture, which is no photo
-/// Errors: kInput: there is none, or it is larger than kMostPhotoBytes; kMachine.
+/// Errors: kInput: there is none, or it is larger than 64 MiB; kMachine.
 [[nodiscard]] Result<PatternPhoto> DownloadPhoto(
     const Session& session, const std::string& name,
     const std::function<bool(const std::string&)>& is_result);
@@ -97,10 +91,8 @@ struct PatternPhoto {
 struct CalibrationRequest {
   pressure_advance::PatternConfig pattern;
   settings::ScanSettings settings;
-  std::filesystem::path folder;        ///< is there and empty; receives everything that is recorded
-  std::string started;                 ///< date and time, for the recording
-  std::string run;                     ///< unique; as files::IsRunName wants it
-  std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
+  std::filesystem::path folder;  ///< is there and empty; receives everything that is recorded
+  RunIdentity identity;          ///< its run, started and state_folder are asked for
   bool print = true;
   bool scan = true;
   /// The print is for a photo, not for a scan: no laser is asked for, and the end G-code switches
@@ -119,9 +111,8 @@ struct CalibrationRequest {
   std::vector<std::filesystem::path> folders = {};
 };
 
-struct CalibrationOutcome {
-  Result<void> done;                    ///< good: `folder` holds a whole recording
-  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+/// Good: the request's folder holds a whole recording.
+struct CalibrationOutcome : GuardedOutcome {
   double bed_c =
       0;  ///< at which the bed is kept, because the pattern lies on it and is not scanned
 };

@@ -33,13 +33,6 @@ TEST(CoolForScan, AnyOtherTemperatureIsWaitedFor) {
   EXPECT_TRUE(CoolForScan({printer, {}, {}}, printer.state, 150, kLimit_s));
 }
 
-TEST(CoolForScan, ANozzleThatIsColdStaysCold) {
-  testing::FakePrinter printer;
-  printer.state.heaters["extruder"] = {30, 0, false};
-  EXPECT_TRUE(CoolForScan({printer, {}, {}}, printer.state, 150, kLimit_s));
-  EXPECT_THAT(printer.scripts, IsEmpty());
-}
-
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -66,9 +59,9 @@ class StoppedCalibration : public ::testing::Test {
                           }};
     CalibrationRequest request;
     request.print = false;
-    request.run = "run-1";
+    request.identity.run = "run-1";
     request.folder = folder_.path();
-    request.state_folder = folder_.path();
+    request.identity.state_folder = folder_.path();
     return Calibrate(session, request);
   }
 
@@ -93,14 +86,6 @@ TEST_F(StoppedCalibration, IsToldBeforeACameraThatIsNotThere) {
   EXPECT_THAT(outcome.unrestored, IsEmpty());
 }
 
-TEST_F(StoppedCalibration, WithoutAStopACameraThatIsNotThereIsTheError) {
-  testing::FakePrinter printer;
-  const auto outcome = StopAt(printer, "");
-  ASSERT_FALSE(outcome.done);
-  EXPECT_EQ(outcome.done.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(outcome.done.error().message, HasSubstr("lists no camera"));
-}
-
 TEST(NameStop, ChecksThatAStopKeptFromBeingMadeAreNoRefusal) {
   StoppablePrinter printer;
   std::stop_source stop;
@@ -110,16 +95,6 @@ TEST(NameStop, ChecksThatAStopKeptFromBeingMadeAreNoRefusal) {
   const auto failed = FirstFailure({NotMade("printer.cfg", facts.error())}, ErrorKind::kSafety);
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().kind, ErrorKind::kInterrupted);
-}
-
-TEST(NameStop, LeavesWhatFailedBeforeAnyStopAsItIs) {
-  const Error gone{ErrorKind::kMachine, "gone"};
-  EXPECT_EQ(NameStop({}, gone).kind, ErrorKind::kMachine);
-  EXPECT_EQ(NameStop({}, gone).message, "gone");
-  std::stop_source stop;
-  EXPECT_EQ(NameStop(stop.get_token(), Result<int>(7)), 7);
-  stop.request_stop();
-  EXPECT_EQ(NameStop(stop.get_token(), Result<int>(7)), 7);
 }
 
 }  // namespace

@@ -73,13 +73,6 @@ TEST(KeepForFilament, KeepsTheValueBesideThoseOfOthers) {
           "'extruder/0.60':0.0212345},'petg':{'extruder/0.40':0.05}}\""));
 }
 
-TEST(KeepForFilament, ReplacesAnEarlierValue) {
-  KeepingPrinter printer;
-  ASSERT_TRUE(KeepForFilament(SessionOf(printer), "PLA", 0.02));
-  ASSERT_TRUE(KeepForFilament(SessionOf(printer), "pla", 0.03));
-  EXPECT_THAT(printer.scripts.back(), HasSubstr("{'pla':{'extruder/0.40':0.03}}"));
-}
-
 TEST(KeepForFilament, TheValueIsNoneOfTheNozzleBeforeAnyMore) {
   KeepingPrinter printer;
   Json& variables = printer.told["save_variables"]["variables"];

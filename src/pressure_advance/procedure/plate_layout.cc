@@ -9,11 +9,11 @@
 #include <optional>
 #include <utility>
 
-#include "base/check.h"
 #include "base/measured.h"
 #include "base/parallel.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
+#include "vision/frame_change.h"
 
 namespace trammel::procedure {
 namespace {
@@ -178,33 +178,31 @@ const PathLeg* LegOf(const machine::TrapezoidMove& move, double x_mm, double y_m
   return nullptr;
 }
 
-/// Observes frames `first` to `end`, and looks at the one before them.
+// Observes frames `first` to `end`, and looks at the one before them.
 Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t first, std::size_t end,
                           std::span<FrameObservation> observed) {
-  FrameObserver observer;
+  const vision::FrameChangeOptions options;
+  vision::FrameSketch sketch;
+  vision::FrameSketch before;
+  std::vector<float> scratch;
   for (std::size_t i = first == 0 ? 0 : first - 1; i < end; ++i) {
-    auto seen = TRY(observer.Next(frames[i]));
-    if (i >= first) observed[i] = seen;
+    const CapturedFrame& frame = frames[i];
+    const auto picture = TRY(machine::DecodeFrame(frame));
+    std::swap(sketch, before);
+    vision::SketchFrame(picture.view(), options, sketch);
+    if (i < first) continue;
+    FrameObservation& seen = observed[i];
+    seen.arrival_s = frame.arrival_s;
+    if (frame.captured) seen.captured_s = frame.captured->time_s;
+    seen.sequence = frame.sequence;
+    if (before.width == sketch.width && before.height == sketch.height) {
+      seen.change = vision::FrameChange(before, sketch, options, scratch);
+    }
   }
   return {};
 }
 
 }  // namespace
-
-Result<FrameObservation> FrameObserver::Next(const CapturedFrame& frame) {
-  const vision::FrameChangeOptions options;
-  const auto picture = TRY(machine::DecodeFrame(frame));
-  std::swap(sketch_, before_);
-  vision::SketchFrame(picture.view(), options, sketch_);
-  FrameObservation seen;
-  seen.arrival_s = frame.arrival_s;
-  if (frame.captured) seen.captured_s = frame.captured->time_s;
-  seen.sequence = frame.sequence;
-  if (before_.width == sketch_.width && before_.height == sketch_.height) {
-    seen.change = vision::FrameChange(before_, sketch_, options, scratch_);
-  }
-  return seen;
-}
 
 bool IsWhole(std::span<const LineMove> moves, std::span<const Sweep> run) {
   constexpr double kAway_mm = 0.02;  // of rounded coordinates
@@ -243,18 +241,14 @@ std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves,
 }
 
 Result<SweepObservation> Observe(std::span<const CapturedFrame> frames,
-                                 std::vector<LineMove> motion,
-                                 std::vector<FrameObservation> begun) {
+                                 std::vector<LineMove> motion) {
   constexpr std::size_t kChunk = 32;
-  TRAMMEL_CHECK(begun.size() <= frames.size(), "{} of {} frames", begun.size(), frames.size());
   SweepObservation sweep;
   sweep.motion = std::move(motion);
-  sweep.frames = std::move(begun);
-  const std::size_t done_before = sweep.frames.size();
   sweep.frames.resize(frames.size());
-  std::vector<Result<void>> done((frames.size() - done_before + kChunk - 1) / kChunk);
+  std::vector<Result<void>> done((frames.size() + kChunk - 1) / kChunk);
   ParallelFor(static_cast<int>(done.size()), [&](int chunk) {
-    const std::size_t first = done_before + kChunk * static_cast<std::size_t>(chunk);
+    const std::size_t first = kChunk * static_cast<std::size_t>(chunk);
     const std::size_t end = std::min(first + kChunk, frames.size());
     done[static_cast<std::size_t>(chunk)] = ObserveChunk(frames, first, end, sweep.frames);
   });

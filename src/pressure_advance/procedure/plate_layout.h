@@ -15,7 +15,6 @@
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/timing/sweep_timing.h"
 #include "settings/scan_settings.h"
-#include "vision/frame_change.h"
 
 namespace trammel::procedure {
 
@@ -49,25 +48,10 @@ inline constexpr int kMostPatterns = 9;
 [[nodiscard]] bool IsWhole(std::span<const pressure_advance::LineMove> moves,
                            std::span<const Sweep> run);
 
-/// Sees when frames came, and how much each differs from the one before.
-class FrameObserver {
- public:
-  /// Decodes the frame. Errors: a picture that cannot be decoded.
-  [[nodiscard]] Result<pressure_advance::FrameObservation> Next(
-      const machine::CapturedFrame& frame);
-
- private:
-  vision::FrameSketch sketch_;
-  vision::FrameSketch before_;
-  std::vector<float> scratch_;
-};
-
 /// How frames and motion are compared: when each frame came, and how much it differs from the one
-/// before. Decodes every frame but those that were observed before.
-/// @param begun  of the first frames; no more than there are frames.
+/// before. Decodes every frame. Errors: a picture that cannot be decoded.
 [[nodiscard]] Result<pressure_advance::SweepObservation> Observe(
-    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion,
-    std::vector<pressure_advance::FrameObservation> begun = {});
+    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion);
 
 /// Positions along one line of a run, for scan.json: those of frames that certainly moved at the
 /// sweep's speed, and along this line.

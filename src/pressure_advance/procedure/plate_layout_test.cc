@@ -9,8 +9,6 @@
 
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
-#include "pressure_advance/procedure/scan.h"
-#include "support/test_pictures.h"
 
 namespace trammel::procedure {
 namespace {
@@ -89,23 +87,6 @@ TEST(PlateLayout, SaysHowManyFit) {
   EXPECT_THAT(none.error().message, HasSubstr("nor does one"));
 }
 
-TEST(PlateLayout, LeavesAGridOfTheSettingsAlone) {
-  PatternConfig one = One();
-  one.columns = 2;
-  const auto laid = PatternsBeside(one, 3, {}, kReach);
-  ASSERT_FALSE(laid.has_value());
-  EXPECT_EQ(laid.error().kind, ErrorKind::kInput);
-  EXPECT_THAT(laid.error().message, HasSubstr("columns"));
-}
-
-TEST(PlateLayout, SaysWhatIsWrongWithTheScanItself) {
-  ScanSettings scan;
-  scan.skip_mm = 500;
-  const auto laid = PatternsBeside(One(), 2, scan, kReach);
-  ASSERT_FALSE(laid.has_value());
-  EXPECT_THAT(laid.error().message, HasSubstr("skip"));
-}
-
 constexpr double kExact = 1e-9;
 
 TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
@@ -153,66 +134,6 @@ TEST(PlacedSweep, IsWholeWhereTheMovesLeadFromItsBeginToAStandAtItsEnd) {
   EXPECT_FALSE(IsWhole({}, run));
   moves.erase(moves.begin() + 1);  // a batch got lost
   EXPECT_FALSE(IsWhole(moves, run));
-}
-
-TEST(PlacedSweep, OnlySteadyFramesAreScored) {
-  using pressure_advance::FrameMotion;
-  pressure_advance::SweepTiming timing;
-  for (const auto motion :
-       {FrameMotion::kStanding, FrameMotion::kRamp, FrameMotion::kSteady, FrameMotion::kUnplaced}) {
-    pressure_advance::FrameTiming frame;
-    frame.position_mm = 5;
-    frame.motion = motion;
-    timing.frames.push_back(frame);
-  }
-  const auto positions = ScoredPositions(timing, {0, 30, 0, 1});
-  ASSERT_EQ(positions.size(), 4u);
-  EXPECT_FALSE(positions[0].has_value());
-  EXPECT_FALSE(positions[1].has_value());
-  EXPECT_EQ(positions[2], 5.0);
-  EXPECT_FALSE(positions[3].has_value());
-}
-
-TEST(PlacedSweep, EachFrameIsComparedWithTheOneBeforeHoweverManyThereAre) {
-  std::vector<machine::CapturedFrame> frames;
-  for (int i = 0; i < 100; ++i) {
-    machine::CapturedFrame& frame = frames.emplace_back();
-    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, i * i));
-    frame.image.assign(jpeg.begin(), jpeg.end());
-    frame.arrival_s = i;
-  }
-  const auto all = Observe(frames, {});
-  ASSERT_TRUE(all);
-  ASSERT_EQ(all->frames.size(), frames.size());
-  EXPECT_FALSE(all->frames[0].change);
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    const auto pair = Observe(std::span(frames).subspan(i - 1, 2), {});
-    ASSERT_TRUE(pair);
-    EXPECT_EQ(all->frames[i].arrival_s, static_cast<double>(i));
-    EXPECT_EQ(all->frames[i].change, pair->frames[1].change) << i;
-  }
-}
-
-// However far the observer came while frames were added.
-TEST(SweepObserver, BeginsWhatObserveEnds) {
-  std::vector<machine::CapturedFrame> frames;
-  SweepObserver observer;
-  for (int i = 0; i < 60; ++i) {
-    machine::CapturedFrame& frame = frames.emplace_back();
-    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, i * i));
-    frame.image.assign(jpeg.begin(), jpeg.end());
-    frame.arrival_s = i;
-    observer.Add(frame);
-  }
-  auto begun = observer.Finish();
-  ASSERT_LE(begun.size(), frames.size());
-  const auto all = Observe(frames, {}, std::move(begun));
-  const auto alone = Observe(frames, {});
-  ASSERT_TRUE(all && alone);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    EXPECT_EQ(all->frames[i].arrival_s, alone->frames[i].arrival_s);
-    EXPECT_EQ(all->frames[i].change, alone->frames[i].change) << i;
-  }
 }
 
 TEST(PlacedSweep, APictureThatIsNoneIsAnErrorAndNotABlackFrame) {

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <span>
 #include <utility>
 
-#include "base/bug_note.h"
 #include "base/thread_priority.h"
 #include "machine/net/host_clock.h"
-#include "machine/video/video_writer.h"
 #include "pressure_advance/laser/stripe_sight.h"
 #include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/scan_recording.h"
@@ -74,42 +71,6 @@ Check CheckLaserLine(const machine::CapturedFrame& lit, const settings::ScanSett
                                  stripe.peak));
 }
 
-SweepObserver::SweepObserver()
-    : worker_([this](const std::stop_token& stop) { (void)NoteBug([&] { Work(stop); }); }) {}
-
-void SweepObserver::Add(const machine::CapturedFrame& frame) {
-  constexpr std::size_t kMostWaitingBytes = std::size_t{32} << 20;
-  const std::lock_guard lock(mutex_);
-  full_ = full_ || waiting_bytes_ + frame.image.size() > kMostWaitingBytes;
-  if (full_) return;
-  waiting_bytes_ += frame.image.size();
-  waiting_.push_back(frame);
-  changed_.notify_all();
-}
-
-std::vector<pressure_advance::FrameObservation> SweepObserver::Finish() {
-  worker_.request_stop();
-  if (worker_.joinable()) worker_.join();
-  return std::exchange(observed_, {});
-}
-
-void SweepObserver::Work(const std::stop_token& stop) {
-  LowerThisThread();
-  FrameObserver observer;
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) &&
-         !stop.stop_requested()) {
-    const machine::CapturedFrame frame = std::move(waiting_.front());
-    waiting_.pop_front();
-    waiting_bytes_ -= frame.image.size();
-    lock.unlock();
-    auto seen = observer.Next(frame);
-    lock.lock();
-    if (!seen) return;  // said by who observes it again
-    observed_.push_back(*seen);
-  }
-}
-
 namespace {
 
 using settings::ScanSettings;
@@ -146,37 +107,6 @@ struct Sweeping {
   std::array<double, 4> gcode_origin_mm{};  // of G-code's coordinates in the toolhead's
 };
 
-// Writes frames to a video, and has them observed meanwhile.
-class ObservedVideo final : public FrameSink {
- public:
-  ObservedVideo(machine::VideoWriter writer, std::shared_ptr<SweepObserver> observer)
-      : writer_(std::move(writer)), observer_(std::move(observer)) {}
-
-  Result<void> Add(const machine::CapturedFrame& frame) override {
-    auto added = writer_.Add(frame);
-    if (added && IsSound(frame)) observer_->Add(frame);
-    return added;
-  }
-  Result<void> Finish() override { return writer_.Finish(); }
-
- private:
-  machine::VideoWriter writer_;
-  std::shared_ptr<SweepObserver> observer_;  // may outlive the sweep where a disk hangs
-};
-
-// The observations that are of the recording's first frames.
-std::vector<pressure_advance::FrameObservation> OfTheFirst(
-    std::span<const machine::CapturedFrame> frames,
-    std::vector<pressure_advance::FrameObservation> observed) {
-  const auto same =
-      std::mismatch(observed.begin(), observed.end(), frames.begin(), frames.end(),
-                    [](const auto& seen, const machine::CapturedFrame& frame) {
-                      return seen.arrival_s == frame.arrival_s && seen.sequence == frame.sequence;
-                    });
-  observed.erase(same.first, observed.end());
-  return observed;
-}
-
 // The motion between two moments of the host's clock, along the run. What was told before the
 // frames ended is whole nearly always; what is missing comes a second later at most.
 Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, double from_s,
@@ -202,10 +132,7 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
                            RecordedSweep& recorded) {
   const Session& session = sweeping.session;
   const ScanSettings& settings = sweeping.request.settings;
-  auto video = TRY(machine::VideoWriter::Create(sweeping.request.folder / recorded.video,
-                                                settings.frames_per_s));
-  const auto observer = std::make_shared<SweepObserver>();
-  sweeping.recorder.Begin(std::make_unique<ObservedVideo>(std::move(video), observer));
+  TRY(sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s));
   const auto stand = [&]() -> Result<void> {  // now it does
     const double now_s = machine::HostNow();
     TRY(Stand(session, settings.settle_s));
@@ -226,7 +153,6 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
   if (!swept) return tl::unexpected(swept.error());
   if (!frames) return tl::unexpected(frames.error());
   recorded.frames = std::move(*frames);
-  recorded.observed = OfTheFirst(recorded.frames, observer->Finish());
   return stood_s;
 }
 

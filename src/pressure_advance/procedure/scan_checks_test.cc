@@ -35,8 +35,6 @@ class ScanChecks : public ::testing::Test {
   pressure_advance::PatternConfig pattern_;
 };
 
-TEST_F(ScanChecks, LetAUsualPrinterPrint) { EXPECT_EQ(Refusal(), ""); }
-
 // SET_GCODE_OFFSET moves the pattern with all its coordinates.
 TEST_F(ScanChecks, RefuseAPatternThatAnOffsetMovesOutOfReach) {
   printer_.state.gcode.homing_origin_mm = {0, 120, 0, 0};

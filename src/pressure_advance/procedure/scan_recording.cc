@@ -123,7 +123,7 @@ Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
 Result<void> ScanRecording::Add(RecordedSweep sweep) {
   our_clock_ = our_clock_ && std::all_of(sweep.frames.begin(), sweep.frames.end(), OnOurClock);
-  auto seen = TRY(Observe(sweep.frames, sweep.motion, std::move(sweep.observed)));
+  auto seen = TRY(Observe(sweep.frames, sweep.motion));
   sweep.frames = {};
   const ClockOffset clock{0, sweep.clock_sigma_s};
   seen.arrival_offset = clock;
@@ -215,14 +215,12 @@ Result<void> ScanRecording::WriteSweeps() const {
 }
 
 SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const {
-  pressure_advance::SweepTimingOptions options;
-  options.nominal_frames_per_s = request_.settings.frames_per_s;
   std::vector<pressure_advance::SweepObservation> chosen;
   for (const std::size_t i : sweeps) {
     chosen.push_back(seen_[i]);
     if (our_clock_) chosen.back().captured_offset = chosen.back().arrival_offset;
   }
-  return pressure_advance::MatchSweeps(chosen, options);
+  return pressure_advance::MatchSweeps(chosen, request_.settings.frames_per_s);
 }
 
 // One broken sweep need not spoil all: those that cannot be placed by themselves are left out.

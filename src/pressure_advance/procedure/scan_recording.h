@@ -30,9 +30,8 @@ struct RecordedSweep {
   std::vector<SweptLine> lines;  ///< at least one
   std::string video;             ///< in the recording's folder; its `.times` beside it
   std::vector<machine::CapturedFrame> frames;
-  std::vector<pressure_advance::FrameObservation> observed;  ///< the first frames, so far
-  std::vector<pressure_advance::LineMove> motion;            ///< ways, on this machine's clock
-  double clock_sigma_s = 0;                                  ///< of the motion's times
+  std::vector<pressure_advance::LineMove> motion;  ///< ways, on this machine's clock
+  double clock_sigma_s = 0;                        ///< of the motion's times
 };
 
 /// Keeps a recording readable at any moment (docs/reference/formats.md).
@@ -46,7 +45,7 @@ class ScanRecording {
   [[nodiscard]] Result<void> Begin();
 
   /// Places the frames of all sweeps so far anew and writes both files. Decodes every frame of this
-  /// sweep that was not observed before. Errors: the disk's; a picture that cannot be decoded.
+  /// sweep. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
   /// Why the sweep that was added last cannot be placed, or nothing can since it was, or why its

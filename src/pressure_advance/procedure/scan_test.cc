@@ -200,35 +200,6 @@ TEST_F(ScanRecordingTest, ASweepThatABusyComputerBrokeIsNamedAndCanBeSweptAgain)
   EXPECT_TRUE(sweeps["not_placed"].empty());
 }
 
-TEST_F(ScanRecordingTest, ALineWithAGapInATransitionIsNamedAndCanBeSweptAgain) {
-  ScanRecording recording(request_, request_.plan.lines.size());
-  ASSERT_TRUE(recording.Begin());
-  for (const std::size_t number : {0, 1}) ASSERT_TRUE(recording.Add(Sweep(number)));
-  // For 5 mm of the deceleration no frame came; all others did, and in time.
-  RecordedSweep broken = Sweep(2);
-  const test::WorldSweep& seen = session_.at(2);
-  std::vector<CapturedFrame> kept;
-  for (std::size_t i = 0; i < broken.frames.size(); ++i) {
-    const double at_mm = seen.frames[i].true_position_mm;
-    if (at_mm < 18 || at_mm > 23) kept.push_back(broken.frames[i]);
-  }
-  ASSERT_LT(kept.size(), broken.frames.size());
-  broken.frames = std::move(kept);
-  ASSERT_TRUE(recording.Add(std::move(broken)));
-  ASSERT_TRUE(recording.trouble());
-  EXPECT_THAT(*recording.trouble(), AllOf(HasSubstr("never came"), HasSubstr("too busy"),
-                                          HasSubstr("no frame shows the line from 1")));
-  EXPECT_EQ(recording.placed(), 3U);
-  EXPECT_EQ(recording.LeftOut().size(), 1U);
-
-  ASSERT_TRUE(recording.SetLastAside());
-  RecordedSweep again = Sweep(2);
-  again.video = "line2-2.avi";
-  ASSERT_TRUE(recording.Add(std::move(again)));
-  EXPECT_FALSE(recording.trouble()) << *recording.trouble();
-  EXPECT_TRUE(recording.LeftOut().empty());
-}
-
 TEST_F(ScanRecordingTest, AClockThatIsHardlyKnownIsNamedAndPlacesNothing) {
   ScanRecording recording(request_, request_.plan.lines.size());
   RecordedSweep sweep = Sweep(0);

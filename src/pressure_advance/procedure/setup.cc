@@ -106,7 +106,7 @@ Result<std::optional<double>> FindFocus(Run& run, HeadPlace at) {
                      places.front().z_mm, places[places.size() / 2].z_mm, places.size()),
          places.size());
     auto stripes = TRY(SweepStripe(run, places, fmt::format("plate-{}", sweep)));
-    const StripeSweep solved = SolveSweep(stripes, run.request.limits);
+    const StripeSweep solved = SolveSweep(stripes);
     run.record.first_sweep = std::move(stripes);
     if (solved.focus_mm.good()) return solved.focus_mm.quantity().value;
     focus = solved.focus_mm;
@@ -286,7 +286,7 @@ Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
   auto stripes = TRY(SweepStripe(run, places, "stripe"));
   auto& seen = run.record.seen;
   seen.stripes = std::move(stripes);
-  const Measured focus = SolveSweep(seen.stripes, run.request.limits).focus_mm;
+  const Measured focus = SolveSweep(seen.stripes).focus_mm;
   seen.height_mm = focus.good() ? rounded(focus.quantity().value) : at.z_mm;
   if (!focus.good()) {
     seen.mark_fault = "the mark was not looked at, because the laser was not: " + focus.reason();
@@ -329,7 +329,7 @@ Result<void> RunSetup(const Session& session, const SetupRequest& request, Print
   if (record.seen.mark_fault.empty()) {
     TRY(LookAtMarks(run));
   }
-  record.result = SolveSetup(record.seen, request.limits);
+  record.result = SolveSetup(record.seen);
   return TryOffset(run);
 }
 
@@ -338,8 +338,7 @@ Result<pressure_advance::MarkPlan> MarkOf(const SetupRequest& request) {
                   request.settings.camera_offset_y_mm);
 }
 
-}  // namespace
-
+// That the printer can do what the request asks for. Moves nothing.
 Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
   TRY(settings::ValidateTemperatures(request.pattern));
   const auto mark = TRY(MarkOf(request));
@@ -370,6 +369,8 @@ Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
                       ErrorKind::kInput);
 }
 
+}  // namespace
+
 SetupOutcome SetUpCamera(const Session& asked, const SetupRequest& request) {
   SetupOutcome outcome;
   Session session = asked;
@@ -384,16 +385,12 @@ SetupOutcome SetUpCamera(const Session& asked, const SetupRequest& request) {
   GuardedRun run;
   run.pattern = &request.pattern;
   run.settings = &request.settings;
-  run.run = request.run;
-  run.started = request.started;
-  run.state_folder = request.state_folder;
+  run.identity = request.identity;
   run.check = [&](const Session& taken) { return CheckSetup(taken, request); };
   run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
     return RunSetup(taken, request, guard, eye, record);
   };
-  GuardedOutcome guarded = RunGuarded(session, run);
-  outcome.done = std::move(guarded.done);
-  outcome.unrestored = std::move(guarded.unrestored);
+  static_cast<GuardedOutcome&>(outcome) = RunGuarded(session, run);
   return outcome;
 }
 

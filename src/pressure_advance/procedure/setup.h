@@ -11,6 +11,7 @@
 #include "pressure_advance/procedure/setup_route.h"
 #include "pressure_advance/setup/printed_mark.h"
 #include "pressure_advance/setup/solve_setup.h"
+#include "session/guarded_steps.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 
@@ -21,11 +22,8 @@ struct SetupRequest {
   settings::ScanSettings settings;  ///< where the camera is expected: offset and focus height
   pressure_advance::MarkPlace mark;
   ClearHeights clear;
-  pressure_advance::SetupLimits limits;
-  std::filesystem::path folder;        ///< is there and empty; receives pictures and G-code
-  std::string started;                 ///< date and time, for people
-  std::string run;                     ///< unique; as files::IsRunName wants it
-  std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
+  std::filesystem::path folder;  ///< is there and empty; receives pictures and G-code
+  RunIdentity identity;          ///< its run, started and state_folder are asked for
 };
 
 /// What was seen, and what came of it.
@@ -37,22 +35,17 @@ struct SetupRecord {
   std::string camera;  ///< as the camera describes itself
 };
 
-struct SetupOutcome {
-  /// Good: the record holds a verdict, which need not be good. Else the machine failed, or it was
-  /// stopped.
-  Result<void> done;
-  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+/// Good: the record holds a verdict, which need not be good. Else the machine failed, or it was
+/// stopped.
+struct SetupOutcome : GuardedOutcome {
   SetupRecord record;
 };
 
-/// That the printer can do what the request asks for: commands, heights, places, temperatures, room
-/// on the disk. Moves nothing. Errors: kInput, kSafety, kMachine; each with what to do.
-[[nodiscard]] Result<void> CheckSetup(const Session& session, const SetupRequest& request);
-
 /// Sweeps the laser over heights of the empty plate for the focus, prints the mark, sweeps again
 /// beside it, looks at the mark from sixteen places, solves, and brings the mark to the laser as a
-/// trial. Ends before it prints where the first sweep finds no focus. Laser, lights, settings and
-/// heaters come back whatever happens (RunGuarded).
+/// trial. Moves nothing before commands, heights, places, temperatures and the room on the disk
+/// were checked. Ends before it prints where the first sweep finds no focus. Laser, lights,
+/// settings and heaters come back whatever happens (RunGuarded).
 [[nodiscard]] SetupOutcome SetUpCamera(const Session& session, const SetupRequest& request);
 
 }  // namespace trammel::procedure

@@ -183,22 +183,6 @@ TEST(SetupRoute, NoPlaceOutsideOfReachOrClearHeightsPasses) {
   }
 }
 
-TEST(SetupRoute, HalfOfTheGridIsReachedFromEitherSideOfEachAxis) {
-  const auto places = GridPlaces({100, 80, 17}, 4.5);
-  ASSERT_EQ(places.size(), 16U);
-  int from_x = 0, from_y = 0;
-  double x = 0, y = 0;
-  for (const HeadPlace& place : places) {
-    from_x += place.from_x, from_y += place.from_y;
-    x += place.x_mm / 16, y += place.y_mm / 16;
-    EXPECT_LE(std::abs(place.x_mm - 100), 4.5 + kExact);
-  }
-  EXPECT_EQ(from_x, 0);
-  EXPECT_EQ(from_y, 0);
-  EXPECT_NEAR(x, 100, kExact);
-  EXPECT_NEAR(y, 80, kExact);
-}
-
 TEST(SetupRoute, TheMarkComesToThePixelWhicheverWayTheCameraIsTurnedOrMirrored) {
   for (const double turn_rad : {0.0, 0.05, 1.5, 3.14}) {
     for (const double mirror : {1.0, -1.0}) {
@@ -212,31 +196,6 @@ TEST(SetupRoute, TheMarkComesToThePixelWhicheverWayTheCameraIsTurnedOrMirrored) 
       EXPECT_NEAR(200 + dx * motion.row_per_x + dy * motion.row_per_y, 360, 1e-6);
     }
   }
-}
-
-TEST(SetupRoute, FromEveryPlaceOfTheGridTheWholeMarkIsInThePicture) {
-  const pressure_advance::MarkShape shape;
-  for (const double turn_rad : {0.0, 0.05, std::numbers::pi / 4}) {
-    MarkReading seen;
-    seen.side_px = 40 * shape.side_mm;
-    seen.turn_rad = turn_rad;
-    const double half_mm = GridHalf_mm(seen, shape, {1280, 720});
-    ASSERT_GT(half_mm, 1);
-    const double spread = std::cos(turn_rad) + std::sin(turn_rad);
-    EXPECT_LT(40 * spread * (half_mm + shape.side_mm / 2 + shape.bead_mm / 2), 360);
-  }
-  MarkReading seen;
-  seen.side_px = 40 * shape.side_mm;
-  EXPECT_LT(GridHalf_mm(seen, shape, {320, 240}), 1) << "too small a picture";
-}
-
-TEST(SetupRoute, TheSearchBeginsWhereTheSettingsExpectTheMark) {
-  const auto places = SearchPlaces({100, 80, 17}, 8, 5);
-  ASSERT_EQ(places.size(), 25U);
-  EXPECT_EQ(places[0].x_mm, 100);
-  EXPECT_EQ(places[0].y_mm, 80);
-  EXPECT_NEAR(std::hypot((places[1].x_mm - 100) / 8, (places[1].y_mm - 80) / 5), 1, kExact);
-  EXPECT_EQ(std::abs(places.back().x_mm - 100), 16);
 }
 
 TEST(SetupRoute, ThePlateIsLookedAtBesideTheMarkWhereTheHeadReachesIt) {
@@ -268,9 +227,9 @@ class SetUpCameraTest : public ::testing::Test {
   SetUpCameraTest() {
     request_.pattern.material = "pla";
     request_.clear = {12, 25};
-    request_.run = "run-1";
+    request_.identity.run = "run-1";
     request_.folder = folder_.path();
-    request_.state_folder = folder_.path();
+    request_.identity.state_folder = folder_.path();
   }
   // REQUIRES that it cannot begin.
   Error Refusal() {
@@ -294,22 +253,9 @@ TEST_F(SetUpCameraTest, NothingIsHeatedWithoutAMaterial) {
   EXPECT_THAT(Refusal().message, HasSubstr("material"));
 }
 
-TEST_F(SetUpCameraTest, APrinterThatPrintsSomethingIsLeftAlone) {
-  printer_.state.print_state = "printing";
-  printer_.state.print_file = "vase.gcode";
-  const Error error = Refusal();
-  EXPECT_EQ(error.kind, ErrorKind::kMachine);
-  EXPECT_THAT(error.message, AllOf(HasSubstr("busy"), HasSubstr("vase.gcode")));
-}
-
 TEST_F(SetUpCameraTest, ALaserThatCannotBeSwitchedOffIsNeverSwitchedOn) {
   request_.settings.laser_off_gcode.clear();
   EXPECT_THAT(Refusal().message, HasSubstr("laser_off_gcode"));
-}
-
-TEST_F(SetUpCameraTest, TooSmallAClearRangeIsNamed) {
-  request_.clear = {16, 20};
-  EXPECT_THAT(Refusal().message, HasSubstr("--clear-z 16,20: leaves 3.00 mm"));
 }
 
 TEST_F(SetUpCameraTest, AMarkOutsideOfTheBedOrTheHeadsReachIsASafetyMatter) {
@@ -319,10 +265,6 @@ TEST_F(SetUpCameraTest, AMarkOutsideOfTheBedOrTheHeadsReachIsASafetyMatter) {
   const Error error = Refusal();
   EXPECT_EQ(error.kind, ErrorKind::kSafety);
   EXPECT_THAT(error.message, HasSubstr("--mark-at"));
-}
-
-TEST_F(SetUpCameraTest, ACameraThatIsNotThereIsNamedBeforeAnythingMoves) {
-  EXPECT_THAT(Refusal().message, HasSubstr("lists no camera"));
 }
 
 }  // namespace

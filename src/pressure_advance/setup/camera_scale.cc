@@ -110,27 +110,27 @@ Shape ShapeOf(const Eigen::VectorXd& v) {
   return {(xx - yy) / 2, (xy + yx) / 2, (xx + yy) / 2, (yx - xy) / 2};
 }
 
-std::string Fault(const CameraScale& found, const Shape& shape, const SetupLimits& limits) {
+std::string Fault(const CameraScale& found, const Shape& shape) {
   const double unlike = std::hypot(shape.unlike, shape.skew);
   if (unlike > shape.scale()) {
     return "the picture is mirrored, or an axis of the printer counts backwards: a head that moves "
            "in x and in y moves the plate's picture round the wrong way; switch off the camera's "
            "mirror, or correct the axis' direction";
   }
-  if (found.repeat_mm > limits.repeat_mm) {
+  if (found.repeat_mm > kMostRepeat_mm) {
     return fmt::format(
         "the same place does not show the same picture: {:.3f} mm rms where {:.3f} mm are borne; "
         "tighten the camera's mount and the belts",
-        found.repeat_mm, limits.repeat_mm);
+        found.repeat_mm, kMostRepeat_mm);
   }
   for (const auto& [name, play] :
        {std::pair{"x", &found.play_x_mm}, std::pair{"y", &found.play_y_mm}}) {
     const double value = std::abs(play->quantity().value);
-    if (value <= limits.play_mm) continue;
+    if (value <= kMostPlay_mm) continue;
     return fmt::format(
         "coming from the two sides in {} shows places {:.3f} mm apart where {:.3f} mm are borne: "
         "the camera is loose on the head, or the axis has backlash",
-        name, value, limits.play_mm);
+        name, value, kMostPlay_mm);
   }
   constexpr double kGreatestUnlike = 0.01;  // the scale's own claim; 8 degrees of tilt
   if (unlike > kGreatestUnlike * shape.scale()) {
@@ -144,8 +144,7 @@ std::string Fault(const CameraScale& found, const Shape& shape, const SetupLimit
 
 }  // namespace
 
-CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& limits,
-                           double height_uncertainty) {
+CameraScale FitCameraScale(std::span<const SeenMark> marks, double height_uncertainty) {
   CameraScale found;
   for (const SeenMark& mark : marks) {
     found.middle_x_mm += mark.head.x_mm / static_cast<double>(marks.size());
@@ -174,12 +173,12 @@ CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& l
   found.repeat_mm = fit.residual / full;
   found.play_x_mm = Play(fit, 2, 6);
   found.play_y_mm = Play(fit, 4, 8);
-  const std::string fault = Fault(found, shape, limits);
+  const std::string fault = Fault(found, shape);
   if (!fault.empty()) return None(found, Measured::Refused(fault));
   const Eigen::VectorXd to_scale = (shape.cosine * to_cosine + shape.sine * to_sine) / scale;
   const Eigen::VectorXd to_turn = (shape.cosine * to_sine - shape.sine * to_cosine) / Square(scale);
   // Two axes, each with an error of its own: half of their sum. They do not turn the picture.
-  const double relative = Square(limits.axis_scale_uncertainty) / 2 + Square(height_uncertainty);
+  const double relative = Square(kAxisScaleUncertainty) / 2 + Square(height_uncertainty);
   found.px_per_mm = MeasuredFrom(scale, Variance(fit, to_scale), Square(scale) * relative,
                                  fit.degrees_of_freedom);
   found.rotation_rad = MeasuredFrom(std::atan2(shape.sine, shape.cosine), Variance(fit, to_turn), 0,

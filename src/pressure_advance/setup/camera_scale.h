@@ -47,15 +47,14 @@ struct Perspective {
   [[nodiscard]] double Shrinks(double z_mm) const { return 1 + (z_mm - height_mm) * inverse_mm; }
 };
 
-/// What the machine's motion is trusted with.
-struct SetupLimits {
-  /// Standard uncertainty of an axis' own scale: steps per mm and belts, unless calibrated.
-  double axis_scale_uncertainty = 0.001;
-  /// Rms by which a place may fail to come back; above it the mount or a belt is loose. mm.
-  double repeat_mm = 0.05;
-  /// Difference between the two directions of approach; above it nothing can be placed to 0.05 mm.
-  double play_mm = 0.15;
-};
+// What the machine's motion is trusted with.
+
+/// Standard uncertainty of an axis' own scale: steps per mm and belts.
+inline constexpr double kAxisScaleUncertainty = 0.001;
+/// Rms by which a place may fail to come back; above it the mount or a belt is loose. mm.
+inline constexpr double kMostRepeat_mm = 0.05;
+/// Difference between the two directions of approach; above it nothing can be placed to 0.05 mm.
+inline constexpr double kMostPlay_mm = 0.15;
 
 // Linear least squares with a covariance from the fit's own residuals.
 
@@ -104,7 +103,7 @@ struct CameraScale {
 ///               from both sides.
 /// @param height_uncertainty  relative standard uncertainty of the scale, of the height between the
 ///               plate and the bead's top at which the mark's edges are seen.
-[[nodiscard]] CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& limits,
+[[nodiscard]] CameraScale FitCameraScale(std::span<const SeenMark> marks,
                                          double height_uncertainty = 0);
 
 // From the nozzle to a place in the picture, by a mark that the nozzle itself printed.

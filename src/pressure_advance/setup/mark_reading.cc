@@ -140,43 +140,6 @@ MarkReading NothingThere(const cv::Mat& gray, double clear) {
   return reading;
 }
 
-}  // namespace
-
-MarkReading ReadMark(const BgrView& frame, const MarkShape& shape) {
-  if (frame.width < kSmallest_px || frame.height < kSmallest_px) {
-    return Fault(fmt::format("a picture of {} x {} px is too small: at least {} x {} are needed",
-                             frame.width, frame.height, kSmallest_px, kSmallest_px));
-  }
-  const cv::Mat bgr(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.data),
-                    static_cast<std::size_t>(frame.stride));
-  cv::Mat gray;
-  cv::transform(bgr, gray, cv::Matx13f(1.0F / 3, 1.0F / 3, 1.0F / 3));
-  gray.convertTo(gray, CV_32F);
-  const Found found = FindRing(gray, shape);
-  if (!found.ring) return NothingThere(gray, found.clear);
-  const Ring& ring = *found.ring;
-  if (!ring.inside) return Fault("the mark reaches out of the picture");
-  cv::Point2f points[4];
-  ring.box.points(points);
-  const double outer = 0.5 * (ring.box.size.width + ring.box.size.height) / found.scale;
-  const double bead_px = outer * shape.bead_mm / (shape.side_mm + shape.bead_mm);
-  SquareGuess guess{{}, bead_px, found.darker};
-  for (std::size_t i = 0; i < 4; ++i) {  // from the outer edge to the centre line
-    const double inward = 1 - bead_px / outer;
-    const double x = ring.box.center.x + inward * (points[i].x - ring.box.center.x);
-    const double y = ring.box.center.y + inward * (points[i].y - ring.box.center.y);
-    guess.corners[i] = {(x + 0.5) / found.scale - 0.5, (y + 0.5) / found.scale - 0.5};
-  }
-  const vision::GrayImage image = [&] {
-    vision::GrayImage copy(gray.cols, gray.rows);
-    for (int y = 0; y < gray.rows; ++y) std::copy_n(gray.ptr<float>(y), gray.cols, copy.row(y));
-    return copy;
-  }();
-  return PlaceSides(image, guess);
-}
-
-namespace {
-
 using vision::PointPx;
 
 constexpr int kSections = 40;
@@ -243,6 +206,13 @@ Section Cut(const vision::GrayImage& image, const Side& side, double place, doub
   if (section.mass > 0) section.middle = moment / section.mass;
   return section;
 }
+
+// About where the centre lines cross, in order along the outline.
+struct SquareGuess {
+  std::array<PointPx, 4> corners;
+  double bead_px = 0;
+  bool darker = false;
+};
 
 bool PlaceSide(const vision::GrayImage& image, const SquareGuess& guess, Side& side) {
   const double step = (1 - 2 * kEnds) * side.length / kSections;
@@ -331,8 +301,8 @@ std::string NoSquare(const std::array<PointPx, 4>& corners) {
       shortest, longest, std::asin(std::min(1.0, skew)) * 180 / std::numbers::pi);
 }
 
-}  // namespace
-
+// Sections across each side but for its ends give the bead's middle, a robust line through them the
+// side. A fault where a side is not seen or the four make no square.
 MarkReading PlaceSides(const vision::GrayImage& image, const SquareGuess& guess) {
   std::array<PointPx, 4> corners = guess.corners;
   std::array<Side, 4> sides;
@@ -374,6 +344,41 @@ MarkReading PlaceSides(const vision::GrayImage& image, const SquareGuess& guess)
   const double quarter = std::numbers::pi / 2;
   reading.turn_rad = turn - quarter * std::round(turn / quarter);
   return reading;
+}
+
+}  // namespace
+
+MarkReading ReadMark(const BgrView& frame, const MarkShape& shape) {
+  if (frame.width < kSmallest_px || frame.height < kSmallest_px) {
+    return Fault(fmt::format("a picture of {} x {} px is too small: at least {} x {} are needed",
+                             frame.width, frame.height, kSmallest_px, kSmallest_px));
+  }
+  const cv::Mat bgr(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.data),
+                    static_cast<std::size_t>(frame.stride));
+  cv::Mat gray;
+  cv::transform(bgr, gray, cv::Matx13f(1.0F / 3, 1.0F / 3, 1.0F / 3));
+  gray.convertTo(gray, CV_32F);
+  const Found found = FindRing(gray, shape);
+  if (!found.ring) return NothingThere(gray, found.clear);
+  const Ring& ring = *found.ring;
+  if (!ring.inside) return Fault("the mark reaches out of the picture");
+  cv::Point2f points[4];
+  ring.box.points(points);
+  const double outer = 0.5 * (ring.box.size.width + ring.box.size.height) / found.scale;
+  const double bead_px = outer * shape.bead_mm / (shape.side_mm + shape.bead_mm);
+  SquareGuess guess{{}, bead_px, found.darker};
+  for (std::size_t i = 0; i < 4; ++i) {  // from the outer edge to the centre line
+    const double inward = 1 - bead_px / outer;
+    const double x = ring.box.center.x + inward * (points[i].x - ring.box.center.x);
+    const double y = ring.box.center.y + inward * (points[i].y - ring.box.center.y);
+    guess.corners[i] = {(x + 0.5) / found.scale - 0.5, (y + 0.5) / found.scale - 0.5};
+  }
+  const vision::GrayImage image = [&] {
+    vision::GrayImage copy(gray.cols, gray.rows);
+    for (int y = 0; y < gray.rows; ++y) std::copy_n(gray.ptr<float>(y), gray.cols, copy.row(y));
+    return copy;
+  }();
+  return PlaceSides(image, guess);
 }
 
 }  // namespace trammel::pressure_advance

@@ -109,22 +109,6 @@ TEST(PrintedMark, NeverGoesBelowTheLayerNorTravelsOnIt) {
   }
 }
 
-TEST(PrintedMark, EndsWithTheNozzleHighAndTheFilamentDrawnBack) {
-  const PatternConfig config = Pla();
-  const auto motions = MotionsOf(WriteMarkGcode(Plan(config), config));
-  EXPECT_NEAR(motions.back().to.z, config.layer_height_mm + config.park_lift_mm, 1e-9);
-  double laid = 0;
-  for (const Motion& motion : motions) laid += motion.lays() ? motion.to.e - motion.from.e : 0;
-  EXPECT_NEAR(motions.back().to.e, laid - config.retract_length_mm, 1e-4);
-}
-
-TEST(PrintedMark, IsHeatedToTheNamedMaterial) {
-  const std::string gcode = WriteMarkGcode(Plan(Pla()), Pla());
-  EXPECT_THAT(gcode, HasSubstr("heated to pla: nozzle 215, bed 60"));
-  EXPECT_THAT(gcode, HasSubstr("M109 S215\n"));
-  EXPECT_THAT(gcode, HasSubstr("M104 S155\n"));  // the idle G-code: it must not ooze
-}
-
 TEST(PlanMark, KeepsAllWithinTheBedsMargin) {
   for (const double size_mm : {90.0, 120.0, 180.0, 250.0, 350.0}) {
     for (const bool round : {false, true}) {

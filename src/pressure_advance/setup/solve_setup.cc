@@ -40,19 +40,18 @@ std::string CommonestFault(std::span<const PlacedStripe> stripes) {
   return commonest;
 }
 
-Perspective PerspectiveOf(const std::vector<SeenStripe>& sound, const SetupLimits& limits) {
+Perspective PerspectiveOf(const std::vector<SeenStripe>& sound) {
   double middle_mm = 0;
   for (const SeenStripe& stripe : sound) {
     middle_mm += stripe.head.z_mm / static_cast<double>(sound.size());
   }
-  const StripeHeight way = FitStripeHeight(sound, middle_mm, Measured(), limits);
+  const StripeHeight way = FitStripeHeight(sound, middle_mm, Measured());
   return way.perspective.value_or(Perspective{});
 }
 
 // Of the mark's scale, relative: its edges are seen somewhere between the plate and the beads' top.
-double MarkHeightUncertainty(const std::vector<SeenStripe>& sound, double layer_height_mm,
-                             const SetupLimits& limits) {
-  const double inverse_mm = sound.empty() ? 0 : PerspectiveOf(sound, limits).inverse_mm;
+double MarkHeightUncertainty(const std::vector<SeenStripe>& sound, double layer_height_mm) {
+  const double inverse_mm = sound.empty() ? 0 : PerspectiveOf(sound).inverse_mm;
   return std::abs(inverse_mm) * layer_height_mm / std::sqrt(3.0);
 }
 
@@ -146,7 +145,7 @@ double PlaceSpot(const SetupObservations& seen, bool down, double slope, SetupRe
 
 }  // namespace
 
-StripeSweep SolveSweep(std::span<const PlacedStripe> stripes, const SetupLimits& limits) {
+StripeSweep SolveSweep(std::span<const PlacedStripe> stripes) {
   StripeSweep sweep;
   const std::vector<SeenStripe> sound = Sound(stripes);
   if (sound.size() < kFewestStripes) {
@@ -155,7 +154,7 @@ StripeSweep SolveSweep(std::span<const PlacedStripe> stripes, const SetupLimits&
                                       stripes.size(), CommonestFault(stripes)));
   }
   if (sound.empty()) return sweep;
-  const Perspective perspective = PerspectiveOf(sound, limits);
+  const Perspective perspective = PerspectiveOf(sound);
   const auto width = [&](const SeenStripe& stripe) {
     return stripe.width_px * perspective.Shrinks(stripe.head.z_mm);
   };
@@ -207,13 +206,12 @@ void CheckSpot(const MarkReading& mark, SetupResult& result) {
                   *result.check_mm, borne_mm));
 }
 
-SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits) {
+SetupResult SolveSetup(const SetupObservations& seen) {
   SetupResult result;
-  result.focus_mm = SolveSweep(seen.stripes, limits).focus_mm;
+  result.focus_mm = SolveSweep(seen.stripes).focus_mm;
   const std::vector<SeenStripe> sound = Sound(seen.stripes);
   if (seen.marks.size() >= kFewestMarks || seen.mark_fault.empty()) {
-    result.scale = FitCameraScale(seen.marks, limits,
-                                  MarkHeightUncertainty(sound, seen.layer_height_mm, limits));
+    result.scale = FitCameraScale(seen.marks, MarkHeightUncertainty(sound, seen.layer_height_mm));
   } else {
     const auto fault = Measured::Refused(seen.mark_fault);
     result.scale.px_per_mm = result.scale.rotation_rad = fault;
@@ -228,7 +226,7 @@ SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits)
   }
   const StripeReading& shown = example->reading;
   result.exposure = {shown.peak, shown.background, shown.saturated_px, 2.355 * shown.width_px};
-  result.height = FitStripeHeight(sound, seen.height_mm, result.scale.px_per_mm, limits);
+  result.height = FitStripeHeight(sound, seen.height_mm, result.scale.px_per_mm);
   result.scan_angle_rad = ScanAngle(result.height, result.scale.px_per_mm);
   result.laser_turn_rad = LaserTurn(seen.stripes, result.scale.rotation_rad);
   if (!result.height.px_per_height_mm.good()) {

@@ -35,8 +35,7 @@ struct StripeSweep {
 };
 
 /// Focus from readings without a fault. Where there are too few, the commonest fault is the reason.
-[[nodiscard]] StripeSweep SolveSweep(std::span<const PlacedStripe> stripes,
-                                     const SetupLimits& limits);
+[[nodiscard]] StripeSweep SolveSweep(std::span<const PlacedStripe> stripes);
 
 struct SetupObservations {
   std::vector<PlacedStripe> stripes;
@@ -85,7 +84,7 @@ struct SetupResult {
 /// offset is not good any more.
 void CheckSpot(const MarkReading& mark, SetupResult& result);
 
-[[nodiscard]] SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits);
+[[nodiscard]] SetupResult SolveSetup(const SetupObservations& seen);
 
 // Advice on crop, threshold and exposure, from how the stripe looks at the focus.
 

@@ -43,18 +43,18 @@ std::optional<LinearFit> Fit(std::span<const SeenStripe> stripes, double height_
   return FitLinear(design, observed);
 }
 
-std::string Fault(const StripeHeight& found, double play_mm, const SetupLimits& limits) {
-  if (found.repeat_mm > limits.repeat_mm) {
+std::string Fault(const StripeHeight& found, double play_mm) {
+  if (found.repeat_mm > kMostRepeat_mm) {
     return fmt::format(
         "the same height does not show the stripe at the same place: {:.3f} mm rms where {:.3f} mm "
         "are borne; tighten the mount of camera and laser",
-        found.repeat_mm, limits.repeat_mm);
+        found.repeat_mm, kMostRepeat_mm);
   }
-  if (std::abs(play_mm) > limits.play_mm) {
+  if (std::abs(play_mm) > kMostPlay_mm) {
     return fmt::format(
         "coming from above and from below shows heights {:.3f} mm apart where {:.3f} mm are borne: "
         "camera or laser is loose, or z has backlash",
-        std::abs(play_mm), limits.play_mm);
+        std::abs(play_mm), kMostPlay_mm);
   }
   return {};
 }
@@ -62,7 +62,7 @@ std::string Fault(const StripeHeight& found, double play_mm, const SetupLimits& 
 }  // namespace
 
 StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_mm,
-                             const Measured& px_per_mm, const SetupLimits& limits) {
+                             const Measured& px_per_mm) {
   StripeHeight found;
   const auto fit = Fit(stripes, height_mm);
   if (!fit) {
@@ -96,12 +96,12 @@ StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_
   Eigen::VectorXd to_play = Eigen::VectorXd::Zero(kValues);
   to_play[3] = 1 / slope;
   const double play_mm = fit->value[3] / slope;
-  const std::string fault = Fault(found, play_mm, limits);
+  const std::string fault = Fault(found, play_mm);
   if (!fault.empty()) return None(found, Measured::Refused(fault));
   const double dof = fit->degrees_of_freedom;
   found.play_z_mm = MeasuredFrom(play_mm, Variance(*fit, to_play), 0, dof);
-  found.px_per_height_mm = MeasuredFrom(slope, Variance(*fit, to_slope),
-                                        Square(slope * limits.axis_scale_uncertainty), dof);
+  found.px_per_height_mm =
+      MeasuredFrom(slope, Variance(*fit, to_slope), Square(slope * kAxisScaleUncertainty), dof);
   if (!px_per_mm.good()) {
     found.laser_angle_rad = px_per_mm;
     return found;
@@ -120,7 +120,7 @@ StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_
   to_angle[1] = gain / scale;
   const double systematic =
       Square(gain * tangent) * (Square(px_per_mm.quantity().standard_uncertainty / scale) +
-                                Square(limits.axis_scale_uncertainty)) +
+                                Square(kAxisScaleUncertainty)) +
       Square(gain * inverse_mm * kPrincipalPoint_px / scale);
   found.laser_angle_rad =
       MeasuredFrom(std::atan(tangent), Variance(*fit, to_angle), systematic, dof);
@@ -213,8 +213,15 @@ double SaturatedPx(const BgrView& frame, double offset, double slope, double rea
   return widths.empty() ? 0 : Median(widths);
 }
 
-}  // namespace
+struct StripeProfile {
+  double sigma_px = 0;      // of the Gaussian that fits the profile; 0: none does
+  double peak = 0;          // grey levels over the background, brightest channel
+  double background = 0;    // grey levels of that channel beside the stripe
+  double saturated_px = 0;  // columns at full scale, in the typical row
+};
 
+// Averages the rows of a stripe along the straight line column = offset + slope · row and fits a
+// Gaussian on a constant. The tails (a plate's halo) weigh less than the core.
 StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& model, double offset,
                              double slope, double about_px) {
   const int half_px = static_cast<int>(std::ceil(kReach * about_px)) + 4;
@@ -238,14 +245,10 @@ StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& mo
   const Gaussian fit = FitGaussian(whole, about_px);
   if (!fit.sound) return profile;
   profile.sigma_px = fit.sigma;
-  std::vector<double> widths;
-  for (const Bins& piece : pieces) {
-    const Gaussian part = FitGaussian(piece, fit.sigma);
-    if (part.sound) widths.push_back(part.sigma);
-  }
-  if (widths.size() < kPieces / 2) return StripeProfile{};
-  profile.sigma_uncertainty_px =
-      StandardDeviation(widths) / std::sqrt(static_cast<double>(widths.size()));
+  const auto sound = std::count_if(pieces.begin(), pieces.end(), [&](const Bins& piece) {
+    return FitGaussian(piece, fit.sigma).sound;
+  });
+  if (sound < kPieces / 2) return StripeProfile{};
   std::vector<double> levels;
   for (std::size_t i = 0; i < brightness.sum.size(); ++i) {
     if (brightness.count[i] > 0) levels.push_back(brightness.sum[i] / brightness.count[i]);
@@ -255,8 +258,6 @@ StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& mo
   profile.saturated_px = SaturatedPx(frame, offset, slope, 3 * fit.sigma + 2);
   return profile;
 }
-
-namespace {
 
 constexpr int kSmallest_px = 32;
 constexpr int kLearningRows = 120;    // from which the stripe's looks are learnt
@@ -295,11 +296,10 @@ struct Centres {
 struct Straight {
   double at_middle = 0;
   double slope = 0;
-  double sigma_px = 0;    // of at_middle
   double scatter_px = 0;  // median distance of all rows
 };
 
-// Least squares over the rows near a robust line; its error from what pieces of the stripe say.
+// Least squares over the rows near a robust line.
 Straight FitStraight(const Centres& centres) {
   std::vector<double> scratch;
   const auto robust = geometry::FitRobustLine(centres.row, centres.column, scratch);
@@ -315,19 +315,6 @@ Straight FitStraight(const Centres& centres) {
   const double spread = sxx - sx * sx / n;
   line.slope = spread > 0 ? (sxy - sx * sy / n) / spread : robust.slope;
   line.at_middle = (sy - line.slope * sx) / n;
-  constexpr int kPieces = 24;
-  std::vector<double> sum(kPieces), count(kPieces), mean;
-  const double first = centres.row.front(), length = centres.row.back() - first + 1;
-  for (std::size_t i = 0; i < centres.row.size(); ++i) {
-    const double off = centres.column[i] - line.at_middle - line.slope * centres.row[i];
-    if (std::abs(off) > reach) continue;
-    const auto piece = static_cast<std::size_t>(kPieces * (centres.row[i] - first) / length);
-    sum[piece] += off, count[piece] += 1;
-  }
-  for (std::size_t piece = 0; piece < kPieces; ++piece) {
-    if (count[piece] > 0) mean.push_back(sum[piece] / count[piece]);
-  }
-  line.sigma_px = StandardDeviation(mean) / std::sqrt(std::max<double>(1, double(mean.size())));
   return line;
 }
 
@@ -367,16 +354,13 @@ StripeReading ReadUpright(const BgrView& frame, vision::LaserLineWorkspace& work
         straight.scatter_px));
   }
   StripeReading reading;
-  reading.at_middle_px = straight.at_middle;
   reading.slope = straight.slope;
   const double cosine = 1 / std::hypot(1.0, straight.slope);
   reading.across_px = (straight.at_middle - middle_column) * cosine;
-  reading.across_sigma_px = straight.sigma_px * cosine;
   const StripeProfile profile =
       MeasureProfile(frame, model, straight.at_middle - straight.slope * middle_row, straight.slope,
                      model.sigma_px);
   reading.width_px = profile.sigma_px * cosine;
-  reading.width_sigma_px = profile.sigma_uncertainty_px * cosine;
   reading.peak = profile.peak;
   reading.background = profile.background;
   reading.saturated_px = profile.saturated_px * cosine;

@@ -38,24 +38,7 @@ struct StripeHeight {
 ///                   below
 /// @param px_per_mm  at that height
 [[nodiscard]] StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_mm,
-                                           const Measured& px_per_mm, const SetupLimits& limits);
-
-// The mean profile across a straight stripe.
-
-struct StripeProfile {
-  double sigma_px = 0;              ///< of the Gaussian that fits the profile; 0: none does
-  double sigma_uncertainty_px = 0;  ///< 1 sigma, from pieces of the stripe
-  double peak = 0;                  ///< grey levels over the background, brightest channel
-  double background = 0;            ///< grey levels of that channel beside the stripe
-  double saturated_px = 0;          ///< columns at full scale, in the typical row
-};
-
-/// Averages the rows of a stripe along the straight line column = offset + slope · row and fits a
-/// Gaussian on a constant. The tails (a plate's halo) weigh less than the core.
-/// @param model    by which the stripe's light is told from the rest
-/// @param about_px  a first guess of its sigma
-[[nodiscard]] StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& model,
-                                           double offset, double slope, double about_px);
+                                           const Measured& px_per_mm);
 
 /// Where a stripe stands and how it looks. Positions and sigmas exist only without a fault.
 struct StripeReading {
@@ -63,12 +46,8 @@ struct StripeReading {
   bool down = true;   ///< runs down the picture rather than across it
   /// Along the stripe's normal (towards larger columns, or rows), from the picture's middle.
   double across_px = 0;
-  double across_sigma_px = 0;  ///< 1 sigma, of speckle and noise
-  /// Column (row where it runs across) at the picture's middle row (column).
-  double at_middle_px = 0;
-  double slope = 0;     ///< columns per row (rows per column)
-  double width_px = 0;  ///< 1 sigma of the stripe's profile along its normal
-  double width_sigma_px = 0;
+  double slope = 0;         ///< columns per row (rows per column)
+  double width_px = 0;      ///< 1 sigma of the stripe's profile along its normal
   double peak = 0;          ///< grey levels over the background, of the mean profile
   double background = 0;    ///< grey levels beside the stripe
   double saturated_px = 0;  ///< along the normal, in the typical row: width at full scale
@@ -80,8 +59,7 @@ struct StripeReading {
 /// Reads the one laser stripe that goes through a picture from side to side.
 ///
 /// The line's centres in all rows give a straight line without those that stand off it (a bead, a
-/// glint); the mean profile along it gives the width, by a Gaussian on a constant. Sigmas come from
-/// pieces of the stripe, which do not share their speckle.
+/// glint); the mean profile along it gives the width, by a Gaussian on a constant.
 /// Faults: no laser, too little light, light beyond the sensor's scale, a line that is not
 /// straight.
 /// @param frame  8-bit BGR; smaller than 32 x 32 px is a fault.

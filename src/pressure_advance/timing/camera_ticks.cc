@@ -18,6 +18,7 @@ constexpr std::size_t kStates = 16;      ///< ticks considered per frame: delays
 constexpr double kEarly_s = 0.002;       ///< how early a frame may seem, 1 sigma
 constexpr double kLeastScale_s = 0.002;  ///< of delays
 constexpr double kLineQuantile = 0.1;
+constexpr double kDropCost = 5;  ///< nats: one frame in 150 is lost
 
 using Row = std::array<double, kStates>;
 
@@ -46,7 +47,7 @@ Trellis Unfold(std::span<const double> arrival_s, double origin_s, double period
 }
 
 /// Cheapest way to each state of each frame from the first one on, the state included.
-std::vector<Row> Forward(const Trellis& trellis, double drop_cost) {
+std::vector<Row> Forward(const Trellis& trellis) {
   std::vector<Row> total(trellis.cost.size());
   total[0] = trellis.cost[0];
   for (std::size_t i = 1; i < total.size(); ++i) {
@@ -57,7 +58,7 @@ std::vector<Row> Forward(const Trellis& trellis, double drop_cost) {
     long next = before_top - static_cast<long>(kStates) + 1;  // earliest tick not yet offered
     const long first = trellis.top[i] - static_cast<long>(kStates) + 1;
     for (long tick = std::min(next + 1, first); tick <= trellis.top[i]; ++tick) {
-      best += drop_cost;
+      best += kDropCost;
       if (next < tick && next <= before_top) {
         best = std::min(best, total[i - 1][static_cast<std::size_t>(before_top - next)]);
         ++next;
@@ -72,7 +73,7 @@ std::vector<Row> Forward(const Trellis& trellis, double drop_cost) {
 }
 
 /// Cheapest way from each state of each frame to the last one, the state excluded.
-std::vector<Row> Backward(const Trellis& trellis, double drop_cost) {
+std::vector<Row> Backward(const Trellis& trellis) {
   std::vector<Row> total(trellis.cost.size(), Row{});
   for (std::size_t i = total.size() - 1; i-- > 0;) {
     const long after_top = trellis.top[i + 1];
@@ -81,7 +82,7 @@ std::vector<Row> Backward(const Trellis& trellis, double drop_cost) {
     long next = after_top;    // latest tick not yet offered
     for (long tick = std::max(after_top, trellis.top[i] + 1) - 1;
          tick > trellis.top[i] - static_cast<long>(kStates); --tick) {
-      best += drop_cost;
+      best += kDropCost;
       if (next > tick && next >= after_first) {
         const auto s = static_cast<std::size_t>(after_top - next);
         best = std::min(best, total[i + 1][s] + trellis.cost[i + 1][s]);
@@ -94,10 +95,9 @@ std::vector<Row> Backward(const Trellis& trellis, double drop_cost) {
 }
 
 /// The cheapest ticks; returns their cost.
-double Assign(const Trellis& trellis, const TickOptions& options, std::vector<long>& tick,
-              std::vector<bool>& certain) {
-  const std::vector<Row> forward = Forward(trellis, options.drop_cost);
-  const std::vector<Row> backward = Backward(trellis, options.drop_cost);
+double Assign(const Trellis& trellis, std::vector<long>& tick, std::vector<bool>& certain) {
+  const std::vector<Row> forward = Forward(trellis);
+  const std::vector<Row> backward = Backward(trellis);
   const std::size_t count = trellis.top.size();
   tick.assign(count, 0);
   certain.assign(count, false);
@@ -117,7 +117,8 @@ double Assign(const Trellis& trellis, const TickOptions& options, std::vector<lo
       }
     }
     tick[i] = trellis.top[i] - static_cast<long>(state);
-    certain[i] = second - best > options.certain_nats;
+    constexpr double kCertain = 13;  // nats to the next best alternative
+    certain[i] = second - best > kCertain;
     cost = best;
   }
   // Equally cheap ways may cross; the ticks must still rise.
@@ -196,14 +197,13 @@ void Describe(std::span<const double> arrival_s, const Line& line, TickFit& fit)
 }
 
 /// Alternates ticks and line from a first guess; the cost tells guesses apart.
-double Refine(std::span<const double> arrival_s, const TickOptions& options, Line line,
-              bool fixed_period, TickFit& fit) {
+double Refine(std::span<const double> arrival_s, Line line, bool fixed_period, TickFit& fit) {
   double scale_s = std::max(kLeastScale_s, 0.5 * line.period_s);
   double cost = kInfinite;
   double early_s = 0;  // of the earliest deliveries against the line
   for (int round = 0; round < 4; ++round) {
     const Trellis trellis = Unfold(arrival_s, line.origin_s + early_s, line.period_s, scale_s);
-    cost = Assign(trellis, options, fit.tick, fit.certain);
+    cost = Assign(trellis, fit.tick, fit.certain);
     line = QuantileLine(arrival_s, fit.tick, line, fixed_period);
     Describe(arrival_s, line, fit);
     early_s = Quantile(fit.delay_s, 0.01);
@@ -234,14 +234,14 @@ Line HullLine(std::span<const double> arrival_s) {
   return line;
 }
 
-std::vector<double> Periods(std::span<const double> arrival_s, const TickOptions& options) {
+std::vector<double> Periods(std::span<const double> arrival_s, double nominal_period_s) {
   const double mean =
       (arrival_s.back() - arrival_s.front()) / static_cast<double>(arrival_s.size() - 1);
   std::vector<double> periods;
   // Half and double the rate, and the usual steps between: 25, 24, 20, 15, 10 for 30 frames/s.
   for (const double multiple : {0.5, 1.0, 1.2, 1.25, 1.5, 2.0, 3.0, 4.0}) {
     constexpr double kMostLost = 0.3;
-    const double period = multiple * options.nominal_period_s;
+    const double period = multiple * nominal_period_s;
     if (period > mean * 1.03 || period < mean / (1 + kMostLost) / 1.03) continue;
     for (const double off : {-0.004, 0.0, 0.004}) periods.push_back(period * (1 + off));
   }
@@ -296,8 +296,7 @@ bool Chain(std::vector<TickFit>& fits, Line& line) {
 }
 
 /// One line through all sweeps; their ticks are assigned anew along it.
-bool FitOneLine(std::span<const std::vector<double>> arrivals, const TickOptions& options,
-                std::vector<TickFit>& fits) {
+bool FitOneLine(std::span<const std::vector<double>> arrivals, std::vector<TickFit>& fits) {
   Line line;
   if (!Chain(fits, line)) return false;
   std::vector<double> all_arrivals;
@@ -315,7 +314,7 @@ bool FitOneLine(std::span<const std::vector<double>> arrivals, const TickOptions
     const double scale_s = std::max(kLeastScale_s, Mean(all.delay_s) - early_s);
     for (std::size_t i = 0; i < fits.size(); ++i) {
       const Trellis trellis = Unfold(arrivals[i], line.origin_s + early_s, line.period_s, scale_s);
-      Assign(trellis, options, fits[i].tick, fits[i].certain);
+      Assign(trellis, fits[i].tick, fits[i].certain);
     }
   }
   for (std::size_t i = 0; i < fits.size(); ++i) {
@@ -348,14 +347,14 @@ TickFit FitKnownTicks(std::span<const double> arrival_s, std::vector<long> tick)
   return fit;
 }
 
-TickFit FitTicks(std::span<const double> arrival_s, const TickOptions& options, double period_s) {
-  TRAMMEL_CHECK(arrival_s.size() >= 10 && options.nominal_period_s > 0, "{} frames, {} s",
-                arrival_s.size(), options.nominal_period_s);
+TickFit FitTicks(std::span<const double> arrival_s, double nominal_period_s, double period_s) {
+  TRAMMEL_CHECK(arrival_s.size() >= 10 && nominal_period_s > 0, "{} frames, {} s", arrival_s.size(),
+                nominal_period_s);
   TickFit best;
   double best_cost = kInfinite;
   const auto attempt = [&](const Line& line, bool fixed) {
     TickFit fit;
-    const double cost = Refine(arrival_s, options, line, fixed, fit);
+    const double cost = Refine(arrival_s, line, fixed, fit);
     if (cost < best_cost) {
       best_cost = cost;
       best = std::move(fit);
@@ -377,26 +376,26 @@ TickFit FitTicks(std::span<const double> arrival_s, const TickOptions& options, 
   if (best_cost < kInfinite && best.lost == 0 && best.unevenness_s < kEven * best.period_s) {
     return best;
   }
-  for (const double period : Periods(arrival_s, options)) attempt_phases(period, false);
+  for (const double period : Periods(arrival_s, nominal_period_s)) attempt_phases(period, false);
   return best;
 }
 
 std::vector<TickFit> FitSessionTicks(std::span<const std::vector<double>> arrivals,
-                                     const TickOptions& options) {
+                                     double nominal_period_s) {
   std::vector<TickFit> fits;
   std::vector<double> periods;
   for (const auto& arrival_s : arrivals) {
-    fits.push_back(FitTicks(arrival_s, options));
+    fits.push_back(FitTicks(arrival_s, nominal_period_s));
     periods.push_back(fits.back().period_s);
   }
   if (arrivals.size() < 2) return fits;
   const double period_s = Median(periods);
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
-    fits[i] = FitTicks(arrivals[i], options, period_s);
+    fits[i] = FitTicks(arrivals[i], nominal_period_s, period_s);
     if (fits[i].tick.empty()) return fits;
   }
   std::vector<TickFit> chained = fits;
-  if (FitOneLine(arrivals, options, chained)) return chained;
+  if (FitOneLine(arrivals, chained)) return chained;
   return fits;
 }
 

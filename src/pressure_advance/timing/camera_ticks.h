@@ -8,12 +8,6 @@
 
 namespace trammel::pressure_advance {
 
-struct TickOptions {
-  double nominal_period_s = 1.0 / 30;  ///< > 0
-  double drop_cost = 5;                ///< nats: one frame in 150 is lost
-  double certain_nats = 13;  ///< a tick whose next best alternative is dearer than this is certain
-};
-
 /// Which tick of its camera each frame belongs to: its time is origin_s + period_s · tick, where 0
 /// is the earliest that a frame arrives after it was taken.
 struct TickFit {
@@ -33,13 +27,14 @@ struct TickFit {
 
 /// Fits ticks to arrival times: delivery delays frames (by several periods, if need be) and keeps
 /// their order; some frames may be lost. Model: delays are exponential beyond the least one, losses
-/// cost drop_cost; the most likely assignment by dynamic programming over ticks, the line through
-/// its tenth-lowest delays (a quantile regression: near the envelope, but not at the mercy of one
-/// frame), alternating.
+/// cost 5 nats (one frame in 150); the most likely assignment by dynamic programming over ticks,
+/// the line through its tenth-lowest delays (a quantile regression: near the envelope, but not at
+/// the mercy of one frame), alternating.
 /// @param arrival_s  not decreasing, at least 10.
+/// @param nominal_period_s  > 0; what the camera was asked for
 /// @param period_s   > 0: fixed; 0: found.
 /// @returns a fit without ticks where the arrivals show no rate near any that a camera has.
-[[nodiscard]] TickFit FitTicks(std::span<const double> arrival_s, const TickOptions& options,
+[[nodiscard]] TickFit FitTicks(std::span<const double> arrival_s, double nominal_period_s,
                                double period_s = 0);
 
 /// The sweeps of one session, whose camera ran through: one line for all of them, which ten sweeps
@@ -47,7 +42,7 @@ struct TickFit {
 /// restarted), each has its own origin and all have the median of their periods.
 /// @param arrivals  per sweep, in order of time; each as for FitTicks().
 [[nodiscard]] std::vector<TickFit> FitSessionTicks(std::span<const std::vector<double>> arrivals,
-                                                   const TickOptions& options);
+                                                   double nominal_period_s);
 
 /// One sweep whose ticks are known from the camera's own count.
 /// @param tick  per frame, increasing.

@@ -155,9 +155,7 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
 std::vector<double> StampedLate(const std::vector<double>& stamps, double nominal_period_s) {
   constexpr double kUneven_s = 0.006;
   constexpr double kMostLost = 0.5;
-  TickOptions options;
-  options.nominal_period_s = nominal_period_s;
-  const TickFit fit = FitTicks(stamps, options);
+  const TickFit fit = FitTicks(stamps, nominal_period_s);
   const auto count = static_cast<double>(stamps.size());
   if (fit.tick.empty() || fit.unevenness_s > kUneven_s ||
       static_cast<double>(fit.lost) > kMostLost * count) {
@@ -174,7 +172,7 @@ std::vector<double> StampedLate(const std::vector<double>& stamps, double nomina
 
 /// Marks the frames that were stamped late. Error: there are too many of them.
 Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
-                             const SweepTimingOptions& options, FrameStamps& stamps) {
+                             double nominal_period_s, FrameStamps& stamps) {
   constexpr std::size_t kFewest = 20;
   std::vector<double> sound;
   std::vector<std::size_t> index;
@@ -184,7 +182,7 @@ Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
     index.push_back(i);
   }
   if (sound.size() < kFewest) return {};
-  const std::vector<double> late = StampedLate(sound, 1 / options.nominal_frames_per_s);
+  const std::vector<double> late = StampedLate(sound, nominal_period_s);
   std::size_t many = 0;
   for (std::size_t k = 0; k < late.size(); ++k) {
     if (late[k] == 0) continue;
@@ -213,18 +211,8 @@ std::pair<double, double> LowDelay(const std::vector<double>& delay) {
       std::max(kLeastSigma_s, inverse_density * std::sqrt(kQuantile * (1 - kQuantile) / count))};
 }
 
-double JitterOf(const std::vector<double>& delay) {
-  return Quantile(delay, 0.95) - *std::min_element(delay.begin(), delay.end());
-}
-
-std::size_t Lost(double ticks) {
-  return ticks < 1.5 ? 0 : static_cast<std::size_t>(std::lround(ticks)) - 1;
-}
-
-FrameStamps FromCaptureTimes(const SweepObservation& sweep, const SweepTimingOptions& options,
-                             double session_middle_s) {
+FrameStamps FromCaptureTimes(const SweepObservation& sweep) {
   FrameStamps stamps;
-  stamps.from_capture_times = true;
   std::vector<double> delay;
   std::vector<double> step;
   double last_s = -std::numeric_limits<double>::infinity();
@@ -235,35 +223,21 @@ FrameStamps FromCaptureTimes(const SweepObservation& sweep, const SweepTimingOpt
     delay.push_back(frame.arrival_s - last_s);
   }
   stamps.period_s = Median(step);
-  stamps.jitter_s = JitterOf(delay);
   const auto [low_s, low_sigma_s] = LowDelay(delay);
-  const auto& captured = sweep.captured_offset ? sweep.captured_offset : options.captured_offset;
-  const auto& arrival = sweep.arrival_offset ? sweep.arrival_offset : options.arrival_offset;
-  double offset_s = low_s;
+  double offset_s = low_s + sweep.arrival_offset.offset_s;
   stamps.track_sigma_s = low_sigma_s;
-  if (captured) {
-    offset_s = captured->offset_s;
-    stamps.clock_sigma_s = captured->standard_uncertainty_s;
-    const double away_s = sweep.captured_offset ? 0 : std::abs(last_s - session_middle_s);
-    stamps.track_sigma_s = kStampSigma_s + options.clock_rate_error * away_s;
-    // What was measured for this sweep errs by itself.
-    if (sweep.captured_offset) {
-      stamps.track_sigma_s = std::hypot(stamps.track_sigma_s, stamps.clock_sigma_s);
-    }
-  } else if (arrival) {
-    offset_s += arrival->offset_s;
-    stamps.clock_sigma_s = arrival->standard_uncertainty_s;
+  stamps.clock_sigma_s = sweep.arrival_offset.standard_uncertainty_s;
+  if (sweep.captured_offset) {  // measured for this sweep, it errs by itself
+    offset_s = sweep.captured_offset->offset_s;
+    stamps.clock_sigma_s = sweep.captured_offset->standard_uncertainty_s;
+    stamps.track_sigma_s = std::hypot(kStampSigma_s, stamps.clock_sigma_s);
   }
-  stamps.on_motion_clock = captured || arrival;
   last_s = -std::numeric_limits<double>::infinity();
   for (const FrameObservation& frame : sweep.frames) {
     FrameStamp stamp;
     stamp.sigma_s = kStampSigma_s;
     if (frame.captured_s && *frame.captured_s > last_s) {
       stamp.stamp_s = *frame.captured_s + offset_s;
-      if (std::isfinite(last_s)) {
-        stamp.lost_before = Lost((*frame.captured_s - last_s) / stamps.period_s);
-      }
       last_s = *frame.captured_s;
     } else {
       stamp.stamp_s = frame.arrival_s - low_s + offset_s;
@@ -316,25 +290,16 @@ Result<void> CheckTicks(const TickFit& fit, std::size_t number) {
   return {};
 }
 
-FrameStamps FromTicks(const SweepObservation& sweep, const TickFit& fit,
-                      const SweepTimingOptions& options) {
+FrameStamps FromTicks(const SweepObservation& sweep, const TickFit& fit) {
   FrameStamps stamps;
   stamps.period_s = fit.period_s;
-  stamps.track_sigma_s = fit.origin_sigma_s;
-  stamps.jitter_s = JitterOf(fit.delay_s);
-  const auto& arrival = sweep.arrival_offset ? sweep.arrival_offset : options.arrival_offset;
-  const double offset_s = arrival ? arrival->offset_s : 0;
-  stamps.clock_sigma_s = arrival ? arrival->standard_uncertainty_s : 0;
-  stamps.on_motion_clock = arrival.has_value();
-  if (sweep.arrival_offset) {
-    stamps.track_sigma_s = std::hypot(stamps.track_sigma_s, stamps.clock_sigma_s);
-  }
+  stamps.clock_sigma_s = sweep.arrival_offset.standard_uncertainty_s;
+  stamps.track_sigma_s = std::hypot(fit.origin_sigma_s, stamps.clock_sigma_s);
   const double middle = 0.5 * static_cast<double>(fit.tick.front() + fit.tick.back());
   for (std::size_t i = 0; i < fit.tick.size(); ++i) {
     FrameStamp stamp;
-    stamp.stamp_s = fit.At(fit.tick[i]) + offset_s;
+    stamp.stamp_s = fit.At(fit.tick[i]) + sweep.arrival_offset.offset_s;
     stamp.sigma_s = std::abs(static_cast<double>(fit.tick[i]) - middle) * fit.period_sigma_s;
-    if (i > 0) stamp.lost_before = static_cast<std::size_t>(fit.tick[i] - fit.tick[i - 1] - 1);
     if (!fit.certain[i]) {
       stamp.note = "a frame was lost near it, and it cannot be told which of several this one is";
     }
@@ -344,9 +309,7 @@ FrameStamps FromTicks(const SweepObservation& sweep, const TickFit& fit,
 }
 
 Result<std::vector<FrameStamps>> StampByTicks(std::span<const SweepObservation> sweeps,
-                                              const SweepTimingOptions& options) {
-  TickOptions tick_options;
-  tick_options.nominal_period_s = 1 / options.nominal_frames_per_s;
+                                              double nominal_period_s) {
   std::vector<std::vector<double>> arrivals;
   std::vector<TickFit> counted;
   for (const SweepObservation& sweep : sweeps) {
@@ -357,11 +320,11 @@ Result<std::vector<FrameStamps>> StampByTicks(std::span<const SweepObservation> 
     }
   }
   const std::vector<TickFit> fits =
-      counted.size() == sweeps.size() ? counted : FitSessionTicks(arrivals, tick_options);
+      counted.size() == sweeps.size() ? counted : FitSessionTicks(arrivals, nominal_period_s);
   std::vector<FrameStamps> stamps;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
     TRY(CheckTicks(fits[i], i + 1));
-    stamps.push_back(FromTicks(sweeps[i], fits[i], options));
+    stamps.push_back(FromTicks(sweeps[i], fits[i]));
   }
   return stamps;
 }
@@ -369,36 +332,28 @@ Result<std::vector<FrameStamps>> StampByTicks(std::span<const SweepObservation> 
 }  // namespace
 
 Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> sweeps,
-                                             const SweepTimingOptions& options,
+                                             double nominal_frames_per_s,
                                              std::vector<std::string>& notices) {
+  const double nominal_period_s = 1 / nominal_frames_per_s;
   const bool any = std::any_of(sweeps.begin(), sweeps.end(), [](const SweepObservation& sweep) {
     return std::any_of(sweep.frames.begin(), sweep.frames.end(),
                        [](const FrameObservation& frame) { return frame.captured_s.has_value(); });
   });
-  if (!any) return StampByTicks(sweeps, options);
-  const auto our_clock = [&](const SweepObservation& sweep) {
-    return sweep.captured_offset.has_value() || options.captured_offset.has_value();
-  };
+  if (!any) return StampByTicks(sweeps, nominal_period_s);
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
-    if (const std::string fault = CaptureFault(sweeps[i], our_clock(sweeps[i])); !fault.empty()) {
+    if (const std::string fault = CaptureFault(sweeps[i], sweeps[i].captured_offset.has_value());
+        !fault.empty()) {
       notices.push_back(fmt::format("sweep {}: {}; all sweeps are timed by their arrivals instead",
                                     i + 1, fault));
-      auto stamps = StampByTicks(sweeps, options);
+      auto stamps = StampByTicks(sweeps, nominal_period_s);
       if (stamps) return stamps;
       return Fail(notices.back() + "; " + stamps.error().message, stamps.error().kind);
     }
   }
-  const auto middle = [](const SweepObservation& sweep) {
-    for (const FrameObservation& frame : sweep.frames) {
-      if (frame.captured_s) return *frame.captured_s;
-    }
-    return 0.0;
-  };
-  const double session_middle_s = 0.5 * (middle(sweeps.front()) + middle(sweeps.back()));
   std::vector<FrameStamps> stamps;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
-    stamps.push_back(FromCaptureTimes(sweeps[i], options, session_middle_s));
-    TRY(MarkStampedLate(sweeps[i], i + 1, options, stamps.back()));
+    stamps.push_back(FromCaptureTimes(sweeps[i]));
+    TRY(MarkStampedLate(sweeps[i], i + 1, nominal_period_s, stamps.back()));
   }
   return stamps;
 }

@@ -33,8 +33,7 @@ inline constexpr const char* kBusyComputerRemedy =
 struct FrameStamp {
   double stamp_s = 0;
   double sigma_s = 0;  ///< against the other stamps of the sweep
-  std::size_t lost_before = 0;
-  std::string note;  ///< not empty: the stamp cannot be used, and why
+  std::string note;    ///< not empty: the stamp cannot be used, and why
 };
 
 struct FrameStamps {
@@ -42,15 +41,12 @@ struct FrameStamps {
   double period_s = 0;
   double track_sigma_s = 0;  ///< of the sweep's stamps as a whole, against the other sweeps'
   double clock_sigma_s = 0;  ///< of the relation to the motion's clock
-  double jitter_s = 0;       ///< 95 % quantile of the delay of delivery beyond the least
-  bool from_capture_times = false;
-  bool on_motion_clock = false;  ///< else their zero is unknown
 };
 
 /// Stamps from capture times where all sweeps have sound ones, else from a regular clock behind the
 /// arrivals. Errors (kMeasurement) carry the reason for refusing.
 [[nodiscard]] Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> sweeps,
-                                                           const SweepTimingOptions& options,
+                                                           double nominal_frames_per_s,
                                                            std::vector<std::string>& notices);
 
 }  // namespace trammel::pressure_advance

@@ -233,8 +233,7 @@ Result<void> FindFrozen(Prepared& p, std::size_t number, double latency_s) {
 }
 
 /// Whether the picture tells standing from moving in this track, and never says the contrary.
-Result<void> CheckTrack(Prepared& p, std::size_t number, double latency_s,
-                        std::size_t least_still) {
+Result<void> CheckTrack(Prepared& p, std::size_t number, double latency_s) {
   std::size_t before = 0;
   std::size_t after = 0;
   std::size_t restless = 0;
@@ -258,11 +257,11 @@ Result<void> CheckTrack(Prepared& p, std::size_t number, double latency_s,
         "{:.3g} while it moves, which tells nothing; is the laser on and in the picture?",
         number, p.levels.still, p.levels.moving));
   }
-  if (std::min(before, after) < least_still) {
+  if (std::min(before, after) < kLeastStill) {
     return Refuse(fmt::format(
         "sweep {}: {} frames of a standing head before the motion and {} after it; {} on either "
         "side are wanted: record for half a second longer",
-        number, before, after, least_still));
+        number, before, after, kLeastStill));
   }
   constexpr double kMostRestless = 0.2;
   if (static_cast<double>(restless) > kMostRestless * static_cast<double>(standing)) {
@@ -336,7 +335,7 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
   const double rough_s = BestOf(from_s, to_s, period_s / 4, all(RoughCost));
   for (Prepared& p : prepared) Sharpen(p, rough_s);
   for (std::size_t i = 0; i < prepared.size(); ++i) {
-    TRY(CheckTrack(prepared[i], i + 1, rough_s, search.least_still));
+    TRY(CheckTrack(prepared[i], i + 1, rough_s));
   }
   double lowest = 0;
   double allowed_lowest = 0;

@@ -30,7 +30,6 @@ struct LatencySearch {
   double least_s = 0;  ///< the latencies that the clocks allow
   double most_s = 0;
   double beyond_s = 0;  ///< how far around them to look for a contradiction
-  std::size_t least_still = 5;
 };
 
 /// One track as the fit sees it.

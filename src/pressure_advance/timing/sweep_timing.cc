@@ -103,9 +103,8 @@ Result<Agreement> Agree(const std::vector<ChangeTrack>& tracks, const LatencySea
 }
 
 FrameTiming Place(const SweepObservation& sweep, const FrameStamp& stamp, const LatencyFit& fit,
-                  double track_sigma_s, const SweepTimingOptions& options) {
+                  double track_sigma_s) {
   FrameTiming frame;
-  frame.lost_before = stamp.lost_before;
   frame.note = stamp.note;
   frame.time_s = stamp.stamp_s - fit.latency_s;
   const double sigma_s = std::hypot(fit.sigma_s, stamp.sigma_s, track_sigma_s);
@@ -119,25 +118,20 @@ FrameTiming Place(const SweepObservation& sweep, const FrameStamp& stamp, const 
   frame.position_sigma_mm = speed * sigma_s;
   if (!frame.note.empty()) return frame;
   constexpr double kSure = 3;
+  constexpr double kSteadyTolerance = 0.01;  // of the sweep's speed
   const double from_s = frame.time_s - kSure * sigma_s;
   const double to_s = frame.time_s + kSure * sigma_s;
-  frame.motion = StandsWithin(sweep.motion, from_s, to_s) ? FrameMotion::kStanding
-                 : IsSteady(sweep.motion, from_s, to_s, options.steady_tolerance)
-                     ? FrameMotion::kSteady
-                     : FrameMotion::kRamp;
+  frame.motion = StandsWithin(sweep.motion, from_s, to_s)                 ? FrameMotion::kStanding
+                 : IsSteady(sweep.motion, from_s, to_s, kSteadyTolerance) ? FrameMotion::kSteady
+                                                                          : FrameMotion::kRamp;
   return frame;
 }
 
 SweepTiming PlaceSweep(const SweepObservation& sweep, const FrameStamps& stamps,
-                       const LatencyFit& fit, const TrackFit* track,
-                       const SweepTimingOptions& options) {
+                       const LatencyFit& fit, const TrackFit* track) {
   SweepTiming timing;
-  timing.from_capture_times = stamps.from_capture_times;
-  timing.frame_period_s = stamps.period_s;
-  timing.delivery_jitter_s = stamps.jitter_s;
   for (const FrameStamp& stamp : stamps.frames) {
-    timing.frames.push_back(Place(sweep, stamp, fit, stamps.track_sigma_s, options));
-    timing.lost += stamp.lost_before;
+    timing.frames.push_back(Place(sweep, stamp, fit, stamps.track_sigma_s));
   }
   const auto unplace = [](FrameTiming& frame, const char* note) {
     frame.motion = FrameMotion::kUnplaced;
@@ -156,34 +150,14 @@ SweepTiming PlaceSweep(const SweepObservation& sweep, const FrameStamps& stamps,
 }
 
 /// Latencies that the clocks allow.
-LatencySearch SearchRange(std::span<const SweepObservation> sweeps,
-                          const std::vector<FrameStamps>& stamps,
-                          const SweepTimingOptions& options) {
-  LatencySearch search;
-  search.least_still = options.least_still;
-  if (!stamps.front().on_motion_clock) {
-    // Nothing relates the clocks: every alignment that has the motion within the frames.
-    search.least_s = -std::numeric_limits<double>::infinity();
-    search.most_s = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < sweeps.size(); ++i) {
-      search.least_s = std::max(
-          search.least_s, stamps[i].frames.front().stamp_s - sweeps[i].motion.front().start_s);
-      search.most_s =
-          std::min(search.most_s, stamps[i].frames.back().stamp_s - MotionEnd_s(sweeps[i].motion));
-    }
-    if (search.least_s > search.most_s) std::swap(search.least_s, search.most_s);
-    return search;
-  }
+LatencySearch SearchRange(const std::vector<FrameStamps>& stamps) {
   constexpr double kSure = 3;
   double clock_sigma_s = 0;
   for (const FrameStamps& sweep : stamps) {
     clock_sigma_s = std::max(clock_sigma_s, sweep.clock_sigma_s);
   }
   const double slack_s = kSure * clock_sigma_s + 0.002;
-  search.least_s = -slack_s;
-  search.most_s = options.longest_latency_s + slack_s;
-  search.beyond_s = 1;
-  return search;
+  return {-slack_s, kLongestLatency_s + slack_s, 1};
 }
 
 SessionTiming Refused(std::string reason, std::vector<std::string> notices) {
@@ -209,8 +183,7 @@ const char* ToString(FrameMotion motion) {
   return "unplaced";
 }
 
-SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps,
-                          const SweepTimingOptions& options) {
+SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps, double nominal_frames_per_s) {
   TRAMMEL_CHECK(!sweeps.empty(), "{} sweeps", sweeps.size());
   std::vector<std::string> notices;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
@@ -218,27 +191,28 @@ SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps,
       return Refused(checked.error().message, notices);
     }
   }
-  auto stamps = StampFrames(sweeps, options, notices);
+  auto stamps = StampFrames(sweeps, nominal_frames_per_s, notices);
   if (!stamps) return Refused(stamps.error().message, notices);
   std::vector<ChangeTrack> tracks;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
     tracks.push_back(TrackOf(sweeps[i], (*stamps)[i]));
-    if (tracks.back().pairs.size() < 2 * options.least_still) {
+    if (tracks.back().pairs.size() < 2 * kLeastStill) {
       return Refused(fmt::format("sweep {}: only {} pairs of neighbouring frames can be compared",
                                  i + 1, tracks.back().pairs.size()),
                      notices);
     }
   }
-  auto agreed = Agree(tracks, SearchRange(sweeps, *stamps, options), notices);
+  auto agreed = Agree(tracks, SearchRange(*stamps), notices);
   if (!agreed) return Refused(agreed.error().message, notices);
   const LatencyFit& fit = agreed->fit;
   SessionTiming session;
   session.notices = std::move(notices);
-  if (fit.sigma_s > options.most_uncertain_s) {
+  constexpr double kMostUncertain_s = 0.02;
+  if (fit.sigma_s > kMostUncertain_s) {
     session.latency_s = Measured::CannotTell(fmt::format(
         "the moment at which frames are taken is known to {:.1f} ms only (standard uncertainty), "
         "and {:.1f} ms are wanted; sweep with slower ramps, or more lines",
-        1e3 * fit.sigma_s, 1e3 * options.most_uncertain_s));
+        1e3 * fit.sigma_s, 1e3 * kMostUncertain_s));
     return session;
   }
   session.latency_s =
@@ -251,7 +225,7 @@ SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps,
         used == agreed->used.end()
             ? nullptr
             : &fit.tracks[static_cast<std::size_t>(used - agreed->used.begin())];
-    session.sweeps.push_back(PlaceSweep(sweeps[i], (*stamps)[i], fit, track, options));
+    session.sweeps.push_back(PlaceSweep(sweeps[i], (*stamps)[i], fit, track));
   }
   return session;
 }

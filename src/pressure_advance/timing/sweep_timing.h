@@ -4,18 +4,15 @@
 //  1. The camera takes a frame for a time that is the same in all sweeps of one call before its
 //  time
 //     stamp (or, without stamps, before its earliest possible arrival): the latency. It is positive
-//     and below SweepTimingOptions::longest_latency_s.
-//  2. Stamps of one camera run at the rate of the motion's clock to
-//  SweepTimingOptions::clock_rate_error.
+//     and below kLongestLatency_s.
+//  2. Within a sweep, stamps of one camera run at the rate of the motion's clock.
 //  3. Without stamps the camera takes frames at a constant rate; delivery only delays them and
 //  keeps
 //     their order.
 //  4. The picture changes more from frame to frame while the head moves than while it stands, and
-//  the
-//     more the further it moved, up to a saturation.
-//  5. Each sweep's frames begin before its motion and end after it, with
-//  SweepTimingOptions::least_still
-//     frames of a standing head at either end.
+//     the more the further it moved, up to a saturation.
+//  5. Each sweep's frames begin before its motion and end after it, with kLeastStill frames of a
+//     standing head at either end.
 #pragma once
 
 #include <cstddef>
@@ -63,25 +60,15 @@ struct FrameObservation {
 struct SweepObservation {
   std::vector<FrameObservation> frames;  ///< in order of arrival
   std::vector<LineMove> motion;
-  std::optional<ClockOffset>
-      arrival_offset;  ///< as measured near this sweep; absent: the session's
-  std::optional<ClockOffset> captured_offset;  ///< likewise
+  ClockOffset arrival_offset;  ///< as measured near this sweep
+  /// Absent: taken from arrivals, which are never early.
+  std::optional<ClockOffset> captured_offset;
 };
 
-struct SweepTimingOptions {
-  std::optional<ClockOffset> arrival_offset;  ///< absent: unknown, and then not checked either
-  std::optional<ClockOffset>
-      captured_offset;              ///< absent: taken from arrivals (they are never early)
-  double longest_latency_s = 0.25;  ///< (0, 5]: of camera and, without capture times, delivery
-  double clock_rate_error = 5e-5;   ///< [0, 0.01]: between camera and motion; two quartzes
-  double steady_tolerance = 0.01;  ///< (0, 0.5]: a frame is steady where the speed is that close to
-                                   ///< the sweep's
-  double nominal_frames_per_s = 30;  ///< [1, 1000]: what the camera was asked for; halved and
-                                     ///< doubled rates are recognised
-  std::size_t least_still = 5;       ///< >= 2: frames of a standing head wanted at either end
-  double most_uncertain_s = 0.02;    ///< > 0: above this standard uncertainty of the latency no
-                                     ///< positions are given
-};
+/// The longest latency: of camera and, without capture times, delivery.
+inline constexpr double kLongestLatency_s = 0.25;
+/// Frames of a standing head that are wanted at either end of a sweep.
+inline constexpr std::size_t kLeastStill = 5;
 
 enum class FrameMotion {
   kStanding,  ///< the head stands, or might within the uncertainty of the time
@@ -97,17 +84,11 @@ struct FrameTiming {
   double position_mm = 0;        ///< along the printed line, from its printed start
   double position_sigma_mm = 0;  ///< standard uncertainty (k = 1), the common latency included
   FrameMotion motion = FrameMotion::kUnplaced;
-  std::size_t lost_before = 0;  ///< frames that the camera took, or should have, between the one
-                                ///< before and this one, and that never came
-  std::string note;             ///< why it is unplaced, or what else is unusual; empty otherwise
+  std::string note;  ///< why it is unplaced, or what else is unusual; empty otherwise
 };
 
 struct SweepTiming {
   std::vector<FrameTiming> frames;  ///< one per frame observed
-  bool from_capture_times = false;  ///< else from arrivals and a constant frame rate
-  double frame_period_s = 0;        ///< as found
-  std::size_t lost = 0;             ///< frames that never came
-  double delivery_jitter_s = 0;     ///< 95 % quantile of the delay beyond the least
 };
 
 struct SessionTiming {
@@ -120,11 +101,12 @@ struct SessionTiming {
 /// sweeps together, and from it every frame's position.
 /// @param sweeps  1 … of one session: one camera connection, so that the latency is common to them.
 ///                More sweeps, or slower ramps, make the latency more certain.
+/// @param nominal_frames_per_s  [1, 1000]: what the camera was asked for; halved and doubled rates
+///                              are recognised
 /// @returns latency_s refused where an assumption is contradicted, cannot_tell where it is not
-/// determined
-///          to most_uncertain_s.
+///          determined to 20 ms.
 /// Accuracy: sweep_timing_test prints position errors beside the stated uncertainties.
 [[nodiscard]] SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps,
-                                        const SweepTimingOptions& options = {});
+                                        double nominal_frames_per_s = 30);
 
 }  // namespace trammel::pressure_advance

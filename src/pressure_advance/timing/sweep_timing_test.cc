@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -44,6 +45,11 @@ SweepObservation Observe(const SweepWorld& world, const test::WorldSweep& sweep,
   SweepObservation observed;
   observed.motion = TrapezoidSweep(sweep.start_s, world.start_mm, world.end_mm, world.speed_mm_s,
                                    world.acceleration_mm_s2);
+  constexpr double kClockSigma_s = 0.001;
+  observed.arrival_offset = {0, kClockSigma_s};
+  if (known == Known::kCaptureAndOffset) {
+    observed.captured_offset = ClockOffset{-world.clock_s, kClockSigma_s};
+  }
   for (const test::SweepFrame& frame : sweep.frames) {
     FrameObservation seen;
     seen.arrival_s = frame.arrival_s;
@@ -52,16 +58,6 @@ SweepObservation Observe(const SweepWorld& world, const test::WorldSweep& sweep,
     observed.frames.push_back(seen);
   }
   return observed;
-}
-
-SweepTimingOptions OptionsFor(const SweepWorld& world, Known known) {
-  constexpr double kClockSigma_s = 0.001;
-  SweepTimingOptions options;
-  options.arrival_offset = ClockOffset{0, kClockSigma_s};
-  if (known == Known::kCaptureAndOffset) {
-    options.captured_offset = ClockOffset{-world.clock_s, kClockSigma_s};
-  }
-  return options;
 }
 
 void Compare(const SweepWorld& world, const std::vector<test::WorldSweep>& session,
@@ -98,7 +94,7 @@ Tally RunStudy(const std::string& name, const SweepWorld& world, Known known, st
     const auto session = test::RecordSession(world, lines, random);
     std::vector<SweepObservation> observed;
     for (const test::WorldSweep& sweep : session) observed.push_back(Observe(world, sweep, known));
-    const auto timing = MatchSweeps(observed, OptionsFor(world, known));
+    const auto timing = MatchSweeps(observed);
     if (!timing.latency_s.good()) {
       tally.last_reason = fmt::format("seed {}: {}", seed, timing.latency_s.reason());
       continue;
@@ -122,18 +118,6 @@ Tally RunStudy(const std::string& name, const SweepWorld& world, Known known, st
 /// What the calibration asks of every frame that is scored.
 constexpr double kWithin_mm = 0.05;
 
-SweepWorld Bursty() {
-  SweepWorld world;
-  world.delivery = Delivery::kBursty;
-  return world;
-}
-
-SweepWorld Lossy() {
-  SweepWorld world;
-  world.loss = 0.01;
-  return world;
-}
-
 TEST(SweepTiming, TenLinesPlaceEveryScoredFrameWithin50Microns) {
   constexpr int kSessions = 8;
   constexpr std::size_t kLines = 10;
@@ -141,14 +125,18 @@ TEST(SweepTiming, TenLinesPlaceEveryScoredFrameWithin50Microns) {
   std::swap(backwards.start_mm, backwards.end_mm);
   SweepWorld abrupt;
   abrupt.acceleration_mm_s2 = 1000;
+  SweepWorld bursty;
+  bursty.delivery = Delivery::kBursty;
+  SweepWorld lossy;
+  lossy.loss = 0.01;
   for (const auto& [name, world, known] : {
            std::tuple{"capture times, offset known", SweepWorld{}, Known::kCaptureAndOffset},
            std::tuple{"capture times alone", SweepWorld{}, Known::kCaptureOnly},
            std::tuple{"arrivals, 50 ms even jitter", SweepWorld{}, Known::kArrivals},
            std::tuple{"arrivals, backwards", backwards, Known::kArrivals},
            std::tuple{"arrivals, abrupt ramps", abrupt, Known::kArrivals},
-           std::tuple{"arrivals, 50 ms bursts", Bursty(), Known::kArrivals},
-           std::tuple{"arrivals, 1 % lost", Lossy(), Known::kArrivals},
+           std::tuple{"arrivals, 50 ms bursts", bursty, Known::kArrivals},
+           std::tuple{"arrivals, 1 % lost", lossy, Known::kArrivals},
        }) {
     const Tally tally = RunStudy(name, world, known, kLines, kSessions, 1);
     EXPECT_EQ(tally.good, kSessions) << name << ": " << tally.last_reason;
@@ -174,39 +162,6 @@ TEST(SweepTiming, OneLineStatesHowLittleItKnows) {
   }
 }
 
-TEST(SweepTiming, IsExactWithoutNoiseToTheClocksLimit) {
-  SweepWorld world;
-  world.delivery = Delivery::kPrompt;
-  world.capture_scatter_s = 0;
-  world.noise = 0;
-  world.exposure_s = 0;
-  const Tally tally = RunStudy("ten lines, no noise", world, Known::kCaptureAndOffset, 10, 5, 1);
-  // 20 ends, each seen between two frames: a period of 33 ms in 20 places leaves 2 ms, or 13 um.
-  EXPECT_LT(tally.worst_mm, 0.02);
-}
-
-TEST(SweepTiming, CountsWhatWasLostAndMarksWhereItCannotTell) {
-  SweepWorld world = Lossy();
-  Random random(7);
-  const auto session = test::RecordSession(world, 6, random);
-  std::vector<SweepObservation> observed;
-  for (const auto& sweep : session) {
-    observed.push_back(Observe(world, sweep, Known::kCaptureAndOffset));
-  }
-  const SessionTiming timing = MatchSweeps(observed, OptionsFor(world, Known::kCaptureOnly));
-  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
-  std::size_t lost = 0;
-  for (std::size_t s = 0; s < session.size(); ++s) {
-    for (std::size_t i = 1; i < session[s].frames.size(); ++i) {
-      const std::size_t missing =
-          session[s].frames[i].sequence - session[s].frames[i - 1].sequence - 1;
-      EXPECT_EQ(timing.sweeps[s].frames[i].lost_before, missing);
-      lost += missing;
-    }
-  }
-  EXPECT_GT(lost, 0);
-}
-
 class Faults : public testing::Test {
  protected:
   Faults() {
@@ -216,19 +171,8 @@ class Faults : public testing::Test {
       observed_.push_back(Observe(world_, sweep, Known::kCaptureAndOffset));
     }
   }
-  SessionTiming Match(Known known = Known::kCaptureAndOffset) const {
-    return MatchSweeps(observed_, OptionsFor(world_, known));
-  }
-  std::string Reason(Known known = Known::kCaptureAndOffset) const {
-    const SessionTiming timing = Match(known);
-    EXPECT_EQ(timing.latency_s.verdict(), Verdict::kRefused);
-    EXPECT_TRUE(timing.sweeps.empty());
-    return timing.latency_s.reason();
-  }
-  void ForgetCaptureTimes() {
-    for (auto& sweep : observed_) {
-      for (auto& frame : sweep.frames) frame.captured_s.reset();
-    }
+  void ForgetOffsets() {
+    for (auto& sweep : observed_) sweep.captured_offset.reset();
   }
   double WorstSteady(const SessionTiming& timing) const {
     double worst = 0;
@@ -247,90 +191,113 @@ class Faults : public testing::Test {
   std::vector<SweepObservation> observed_;
 };
 
-TEST_F(Faults, RefusesAMotionSeen300MillisecondsFromWhereTheClocksSay) {
-  for (const double shift_s : {-0.3, 0.5}) {
-    auto moved = observed_;
-    for (auto& sweep : moved) {
-      for (auto& move : sweep.motion) move.start_s -= shift_s;
-    }
-    const SessionTiming timing = MatchSweeps(moved, OptionsFor(world_, Known::kCaptureAndOffset));
-    EXPECT_EQ(timing.latency_s.verdict(), Verdict::kRefused);
-    EXPECT_THAT(timing.latency_s.reason(), HasSubstr(shift_s < 0 ? "earlier" : "later"));
-  }
-}
-
-TEST_F(Faults, RefusesAPictureThatDoesNotTellStandingFromMoving) {
-  Random random(3);
-  for (auto& sweep : observed_) {
-    for (auto& frame : sweep.frames) {
-      if (frame.change) frame.change = 1 + 0.2 * random.Normal();
-    }
-  }
-  EXPECT_THAT(Reason(), HasSubstr("laser"));
-  for (auto& sweep : observed_) {
-    for (auto& frame : sweep.frames) {
-      if (frame.change) frame.change = 0;
-    }
-  }
-  EXPECT_THAT(Reason(), HasSubstr("laser"));
-}
-
-TEST_F(Faults, RefusesAHeadThatStoppedOnTheWay) {
-  auto& frames = observed_[1].frames;
-  const double still = *frames[5].change;
-  for (std::size_t i = 60; i < 90; ++i) frames[i].change = still;
-  EXPECT_THAT(Reason(), AllOf(HasSubstr("sweep 2"), HasSubstr("did the head stop")));
-}
-
-TEST_F(Faults, LeavesOutFramesThatRepeatTheOneBefore) {
-  const std::size_t repeated = 70;
-  observed_[2].frames[repeated].change = 0;
-  const SessionTiming timing = Match();
-  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
-  EXPECT_EQ(timing.sweeps[2].frames[repeated].motion, FrameMotion::kUnplaced);
-  EXPECT_THAT(timing.sweeps[2].frames[repeated].note, HasSubstr("repeats"));
-  EXPECT_EQ(timing.sweeps[2].frames[repeated + 1].motion, FrameMotion::kSteady);
-}
-
-TEST_F(Faults, RefusesARecordingThatBeganTooLate) {
-  auto& frames = observed_[0].frames;
-  frames.erase(frames.begin(), frames.begin() + 17);
-  EXPECT_THAT(Reason(), AllOf(HasSubstr("sweep 1"), HasSubstr("standing head before")));
-}
-
-TEST_F(Faults, RefusesACameraWhoseRateChanges) {
-  // From 30 to 27 frames/s in mid-sweep, as an automatic exposure does; without capture times.
-  ForgetCaptureTimes();
-  auto& frames = observed_[1].frames;
-  for (std::size_t i = 70; i < frames.size(); ++i) {
-    frames[i].arrival_s += static_cast<double>(i - 70) * (1.0 / 27 - 1.0 / 30);
-  }
-  EXPECT_THAT(Reason(Known::kArrivals), HasSubstr("sweep 2"));
-}
-
-TEST_F(Faults, RefusesFramesThatComeInBurstsWithoutCaptureTimes) {
-  ForgetCaptureTimes();
-  for (const std::size_t burst : {10, 40, 1000}) {
-    auto bursts = observed_;
-    for (auto& sweep : bursts) {
-      for (std::size_t i = 0; i < sweep.frames.size(); ++i) {
-        const std::size_t last = std::min(i - i % burst + burst, sweep.frames.size()) - 1;
-        sweep.frames[i].arrival_s = sweep.frames[last].arrival_s;
+TEST_F(Faults, RefusesWhatContradictsTheMotionOrTheClocks) {
+  using Sweeps = std::vector<SweepObservation>;
+  const auto moved = [](double by_s) {
+    return [by_s](Sweeps& sweeps) {
+      for (auto& sweep : sweeps) {
+        for (auto& move : sweep.motion) move.start_s += by_s;
       }
+    };
+  };
+  const auto changes = [](double level, double noise) {
+    return [=](Sweeps& sweeps) {
+      Random random(3);
+      for (auto& sweep : sweeps) {
+        for (auto& frame : sweep.frames) {
+          if (frame.change) frame.change = level + noise * random.Normal();
+        }
+      }
+    };
+  };
+  const auto bursts = [](std::size_t burst) {
+    return [burst](Sweeps& sweeps) {
+      for (auto& sweep : sweeps) {
+        for (std::size_t i = 0; i < sweep.frames.size(); ++i) {
+          const std::size_t last = std::min(i - i % burst + burst, sweep.frames.size()) - 1;
+          sweep.frames[i].arrival_s = sweep.frames[last].arrival_s;
+        }
+      }
+    };
+  };
+  struct Row {
+    const char* words;
+    std::function<void(Sweeps&)> spoil;
+    bool arrivals_only = false;
+  };
+  for (const Row& row : {
+           Row{"earlier", moved(0.3)},
+           Row{"later", moved(-0.5)},
+           Row{"laser", changes(1, 0.2)},
+           Row{"laser", changes(0, 0)},
+           Row{"did the head stop",
+               [](Sweeps& sweeps) {
+                 auto& frames = sweeps[1].frames;
+                 for (std::size_t i = 60; i < 90; ++i) frames[i].change = frames[5].change;
+               }},
+           Row{"standing head before",
+               [](Sweeps& sweeps) {
+                 auto& frames = sweeps[0].frames;
+                 frames.erase(frames.begin(), frames.begin() + 17);
+               }},
+           // From 30 to 27 frames/s in mid-sweep, as an automatic exposure does.
+           Row{"sweep 2",
+               [](Sweeps& sweeps) {
+                 auto& frames = sweeps[1].frames;
+                 for (std::size_t i = 70; i < frames.size(); ++i) {
+                   frames[i].arrival_s += static_cast<double>(i - 70) * (1.0 / 27 - 1.0 / 30);
+                 }
+               },
+               true},
+           Row{"", bursts(10), true},
+           Row{"", bursts(1000), true},
+           // A camera's server that has no processor stamps frames when it fetches them.
+           Row{"computer is too busy",
+               [](Sweeps& sweeps) {
+                 for (auto& sweep : sweeps) {
+                   auto& frames = sweep.frames;
+                   for (std::size_t i = 0; i + 9 < frames.size(); ++i) {
+                     if (i % 9 > 3 || i - i % 9 + 9 >= frames.size()) continue;
+                     const double gap_s = 1e-3 * static_cast<double>(4 - i % 9);
+                     frames[i].captured_s = *frames[i - i % 9 + 4].captured_s - gap_s;
+                     frames[i].arrival_s = std::max(frames[i].arrival_s, *frames[i].captured_s);
+                   }
+                   for (std::size_t i = 1; i < frames.size(); ++i) {
+                     frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
+                   }
+                 }
+               }},
+           Row{"frame 4",
+               [](Sweeps& sweeps) {
+                 sweeps[0].frames[3].arrival_s = std::numeric_limits<double>::quiet_NaN();
+               }},
+           Row{"frame 4", [](Sweeps& sweeps) { sweeps[0].frames[3].arrival_s -= 10; }},
+           Row{"change of -1", [](Sweeps& sweeps) { sweeps[0].frames[3].change = -1; }},
+           Row{"7 frames", [](Sweeps& sweeps) { sweeps[3].frames.resize(7); }},
+       }) {
+    SCOPED_TRACE(row.words);
+    Sweeps spoilt = observed_;
+    for (auto& sweep : spoilt) {
+      if (!row.arrivals_only) continue;
+      sweep.captured_offset.reset();
+      for (auto& frame : sweep.frames) frame.captured_s.reset();
     }
-    const SessionTiming timing = MatchSweeps(bursts, OptionsFor(world_, Known::kArrivals));
-    EXPECT_EQ(timing.latency_s.verdict(), Verdict::kRefused) << burst;
+    row.spoil(spoilt);
+    const SessionTiming timing = MatchSweeps(spoilt);
+    EXPECT_EQ(timing.latency_s.verdict(), Verdict::kRefused);
+    EXPECT_TRUE(timing.sweeps.empty());
+    EXPECT_THAT(timing.latency_s.reason(), HasSubstr(row.words));
   }
 }
 
 TEST_F(Faults, TakesArrivalsWhereTheCamerasClockIsSet) {
   auto& frames = observed_[3].frames;
   for (std::size_t i = 80; i < frames.size(); ++i) *frames[i].captured_s += 0.4;
-  const SessionTiming timing = Match(Known::kCaptureOnly);
+  ForgetOffsets();
+  const SessionTiming timing = MatchSweeps(observed_);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   ASSERT_FALSE(timing.notices.empty());
   EXPECT_THAT(timing.notices[0], AllOf(HasSubstr("sweep 4"), HasSubstr("clock moved by")));
-  EXPECT_FALSE(timing.sweeps[0].from_capture_times);
   EXPECT_LT(WorstSteady(timing), 2 * kWithin_mm);  // four lines only
 }
 
@@ -342,29 +309,11 @@ TEST_F(Faults, ABusyHostThatDeliversLateIsNotTakenForAClockThatWasSet) {
       last_s = sweep.frames[i].arrival_s = std::max(last_s, sweep.frames[i].arrival_s);
     }
   }
-  const SessionTiming timing = Match(Known::kCaptureOnly);
+  ForgetOffsets();
+  const SessionTiming timing = MatchSweeps(observed_);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
-  EXPECT_TRUE(timing.sweeps[0].from_capture_times);
   EXPECT_LT(WorstSteady(timing), kWithin_mm);
-}
-
-TEST_F(Faults, NorAreGapsOfManyFramesBetweenTimesCutToMilliseconds) {
-  for (auto& sweep : observed_) {
-    for (auto& frame : sweep.frames) frame.captured_s = std::floor(*frame.captured_s * 1e3) / 1e3;
-    auto& frames = sweep.frames;
-    frames.erase(frames.begin() + 50, frames.begin() + 69);
-    frames[50].change.reset();
-    for (std::size_t i = 50; i < 70; ++i) {
-      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[70].arrival_s);
-    }
-    for (std::size_t i = 70; i < frames.size(); ++i) {
-      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
-    }
-  }
-  const SessionTiming timing = Match(Known::kCaptureOnly);
-  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
-  EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
 }
 
 TEST_F(Faults, NorIsABusyCameraThatLosesMostOfItsFramesAndSendsTheRestLate) {
@@ -383,10 +332,9 @@ TEST_F(Faults, NorIsABusyCameraThatLosesMostOfItsFramesAndSendsTheRestLate) {
     }
     sweep.frames = std::move(kept);
   }
-  const SessionTiming timing = Match();
+  const SessionTiming timing = MatchSweeps(observed_);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
-  EXPECT_TRUE(timing.sweeps[0].from_capture_times);
   const Lateness lateness = MeasureLateness(observed_[0], 30);
   EXPECT_NEAR(lateness.late_s, 0.2, 0.04);
   EXPECT_GT(lateness.lost, lateness.frames / 2);
@@ -404,37 +352,12 @@ TEST_F(Faults, LeavesOutFramesThatWereStampedWhenTheyWereFetchedLate) {
   for (std::size_t i = 75; i < frames.size(); ++i) {
     frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
   }
-  const SessionTiming timing = Match();
+  const SessionTiming timing = MatchSweeps(observed_);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   EXPECT_EQ(timing.sweeps[1].frames[71].motion, FrameMotion::kUnplaced);
   EXPECT_THAT(timing.sweeps[1].frames[71].note, HasSubstr("ms late: the camera's computer"));
   EXPECT_EQ(timing.sweeps[1].frames[76].motion, FrameMotion::kSteady);
   EXPECT_LT(WorstSteady(timing), kWithin_mm);
-}
-
-TEST_F(Faults, ACameraThatStampsMostlyLateIsNamedAsTooBusy) {
-  for (auto& sweep : observed_) {
-    auto& frames = sweep.frames;
-    for (std::size_t i = 0; i + 9 < frames.size(); i += 9) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        frames[i + k].captured_s = *frames[i + 4].captured_s - 1e-3 * static_cast<double>(4 - k);
-        frames[i + k].arrival_s = std::max(frames[i + k].arrival_s, *frames[i + k].captured_s);
-      }
-    }
-    for (std::size_t i = 1; i < frames.size(); ++i) {
-      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
-    }
-  }
-  EXPECT_THAT(Reason(), AllOf(HasSubstr("sweep 1"), HasSubstr("stamped up to"),
-                              HasSubstr("computer is too busy")));
-}
-
-TEST_F(Faults, AMotionSeenAtAnotherTimeIsNotBlamedOnTheRecording) {
-  for (auto& sweep : observed_) {
-    for (auto& move : sweep.motion) move.start_s += 0.3;
-  }
-  EXPECT_THAT(Reason(), AllOf(HasSubstr("earlier than the clocks allow"),
-                              testing::Not(HasSubstr("recording"))));
 }
 
 TEST_F(Faults, ASteadyCameraOnAnIdleComputerIsNotNamed) {
@@ -443,51 +366,15 @@ TEST_F(Faults, ASteadyCameraOnAnIdleComputerIsNotNamed) {
   EXPECT_EQ(NameBusyComputer(MeasureLateness(observed_[0], 60)), "");
 }
 
-TEST_F(Faults, LeavesOutASingleCaptureTimeThatJumpsBack) {
-  *observed_[0].frames[50].captured_s -= 3;
-  const SessionTiming timing = Match();
-  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
-  EXPECT_EQ(timing.sweeps[0].frames[50].motion, FrameMotion::kUnplaced);
-  EXPECT_EQ(timing.sweeps[0].frames[51].motion, FrameMotion::kSteady);
-}
-
 TEST_F(Faults, LeavesOutTheOneSweepThatContradictsTheOthers) {
   for (auto& move : observed_[2].motion) move.start_s += 0.12;
-  const SessionTiming timing = Match();
+  const SessionTiming timing = MatchSweeps(observed_);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   for (const FrameTiming& frame : timing.sweeps[2].frames) {
     EXPECT_EQ(frame.motion, FrameMotion::kUnplaced);
   }
   EXPECT_LT(WorstSteady(timing), kWithin_mm);
   EXPECT_THAT(timing.notices.at(0), HasSubstr("sweep 3"));
-}
-
-TEST_F(Faults, WithoutAnyRelationOfTheClocksThePictureAloneDecides) {
-  for (auto& sweep : observed_) {
-    for (auto& frame : sweep.frames) {
-      frame.arrival_s += 5000;
-      frame.captured_s.reset();
-    }
-  }
-  SweepTimingOptions options;
-  const SessionTiming timing = MatchSweeps(observed_, options);
-  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
-  EXPECT_LT(WorstSteady(timing), 2 * kWithin_mm);
-}
-
-TEST_F(Faults, RefusesNumbersThatAreNone) {
-  const auto clean = observed_;
-  observed_[0].frames[3].arrival_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(Reason(), HasSubstr("frame 4"));
-  observed_ = clean;
-  observed_[0].frames[3].arrival_s -= 10;
-  EXPECT_THAT(Reason(), HasSubstr("frame 4"));
-  observed_ = clean;
-  observed_[0].frames[3].change = -1;
-  EXPECT_THAT(Reason(), HasSubstr("change of -1"));
-  observed_ = clean;
-  observed_[3].frames.resize(7);
-  EXPECT_THAT(Reason(), AllOf(HasSubstr("sweep 4"), HasSubstr("7 frames")));
 }
 
 TEST(SweepMotion, FollowsATrapezoid) {
