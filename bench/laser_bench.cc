@@ -124,7 +124,7 @@ void Filter(benchmark::State& state, bool crop) {
   std::int64_t frames = 0;
   for (auto _ : state) {
     const BgrView whole = Frames()[static_cast<std::size_t>(frames % kFrames)].view();
-    pressure_advance::FilterFrame(crop ? Crop(whole, kPaperCrop) : whole, {}, result);
+    pressure_advance::FilterFrame(crop ? Crop(whole, kPaperCrop) : whole, result);
     benchmark::DoNotOptimize(result.centre_px.data());
     ++frames;
   }

@@ -168,9 +168,8 @@ FUZZ_TARGET(laser_sweep)(std::string_view text) {
   for (const pressure_advance::ProfileSample& sample : reading.profile.samples) {
     Require(std::isfinite(sample.position), "a sample has a place");
   }
-  pressure_advance::DeviationFrame scratch;
   const auto paper =
-      pressure_advance::DeviationHeights(frames, reading.frame, scan.height_direction, {}, scratch);
+      pressure_advance::DeviationHeights(frames, reading.frame, scan.height_direction);
   const auto score = pressure_advance::DeviationScore(paper);
   Require(!score || std::isfinite(*score), "a score is a number");
 }

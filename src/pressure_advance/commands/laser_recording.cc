@@ -78,17 +78,15 @@ struct MeasuredLine {
 };
 
 Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan& scan,
-                                 std::size_t index, const FrameSize& size,
-                                 const pressure_advance::DeviationOptions& deviation) {
+                                 std::size_t index, const FrameSize& size) {
   const ScanLine& line = scan.lines[index];
   const auto path = TRY(procedure::VideoOf(folder, line));
   const auto frames = TRY(procedure::ReadFrames(path, scan, line, size));
   vision::LaserLineWorkspace workspace;
-  pressure_advance::DeviationFrame scratch;
   MeasuredLine measured;
   measured.reading = ReadSweep(frames, scan, line, {}, workspace);
   measured.paper =
-      DeviationHeights(frames, measured.reading.frame, scan.height_direction, deviation, scratch);
+      pressure_advance::DeviationHeights(frames, measured.reading.frame, scan.height_direction);
   measured.paper.position_mm = measured.reading.heights.position_mm;
   return measured;
 }
@@ -103,9 +101,8 @@ int LinesAtOnce(const PixelRect& crop) {
 
 /// All lines, in their order. An error is the first line's that has one, however many threads there
 /// are.
-Result<std::vector<MeasuredLine>> MeasureLines(
-    const std::filesystem::path& folder, const Scan& scan,
-    const pressure_advance::DeviationOptions& deviation) {
+Result<std::vector<MeasuredLine>> MeasureLines(const std::filesystem::path& folder,
+                                               const Scan& scan) {
   const auto size = TRY(procedure::SizeOf(folder, scan));
   std::vector<std::optional<Result<MeasuredLine>>> lines(scan.lines.size());
   std::atomic<int> first_failed = static_cast<int>(lines.size());
@@ -114,7 +111,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(
       [&](int i) {
         if (i > first_failed) return;
         const auto index = static_cast<std::size_t>(i);
-        lines[index] = MeasureLine(folder, scan, index, size, deviation);
+        lines[index] = MeasureLine(folder, scan, index, size);
         int first = first_failed;
         while (!*lines[index] && i < first && !first_failed.compare_exchange_weak(first, i)) {
         }
@@ -130,9 +127,7 @@ Result<std::vector<MeasuredLine>> MeasureLines(
 
 }  // namespace
 
-Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
-                                          const pressure_advance::DeviationOptions& deviation) {
-  TRY(Validate(deviation));
+Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder) {
   auto scan = files::ReadScan(folder);
   if (!scan) {
     return tl::unexpected(scan.error());
@@ -142,7 +137,7 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
   if (!result.scan.crop) {
     TRY(LocateCrop(folder, result.scan, result.notices));
   }
-  auto lines = TRY(MeasureLines(folder, result.scan, deviation));
+  auto lines = TRY(MeasureLines(folder, result.scan));
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;
   std::vector<pressure_advance::StripeSight> sights;

@@ -25,12 +25,10 @@ struct LaserMeasurement {
 
 /// Reads `folder`/scan.json and every video that it names, as many at a time as there are
 /// processors; the result does not depend on their number.
-/// @param deviation  The paper's constants, validated here.
 /// @returns kInput where scan.json is missing or wrong, kMeasurement where a video is missing,
 ///          empty or broken or its frames change size. A line whose frames hold no laser or no bead
 ///          is not an error: its profile says why it is unusable.
 /// Memory: the cropped frames of as many lines as are read at a time, fewer where crop_px is large.
-[[nodiscard]] Result<LaserMeasurement> MeasureRecording(
-    const std::filesystem::path& folder, const pressure_advance::DeviationOptions& deviation = {});
+[[nodiscard]] Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder);
 
 }  // namespace trammel::app

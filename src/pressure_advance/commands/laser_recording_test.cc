@@ -102,24 +102,6 @@ TEST_F(MeasureRecordingTest, ReadsAreasAndDeviationsAndFindsTheCropItself) {
   EXPECT_EQ(result->view.paper_heights[2].frames, static_cast<std::size_t>(kFrames));
 }
 
-TEST_F(MeasureRecordingTest, AGivenCropReadsLikeAFoundOne) {
-  scan_["crop_px"] = {{"x", 35}, {"y", 15}, {"width", 45}, {"height", 60}};
-  const auto result = Measure();
-  ASSERT_TRUE(result.has_value()) << result.error().message;
-  EXPECT_EQ(result->deviation.best_s, 0.03);
-  EXPECT_TRUE(result->notices.empty());
-}
-
-TEST_F(MeasureRecordingTest, OfSeveralBrokenVideosTheFirstIsNamed) {
-  scan_["crop_px"] = {{"x", 35}, {"y", 15}, {"width", 45}, {"height", 60}};
-  for (const char* line : {"line1.avi", "line3.avi", "line4.avi", "line5.avi"}) {
-    std::filesystem::resize_file(folder_.path() / line, 20'000);
-  }
-  for (int i = 0; i < 20; ++i) {
-    EXPECT_THAT(Fault(ErrorKind::kMeasurement), HasSubstr("line1.avi"));
-  }
-}
-
 TEST_F(MeasureRecordingTest, NamesWhatIsWrongWithAVideo) {
   const auto video = folder_.path() / "line2.avi";
   std::filesystem::remove(video);

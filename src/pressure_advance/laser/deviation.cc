@@ -1,7 +1,5 @@
 #include "pressure_advance/laser/deviation.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -15,19 +13,18 @@
 namespace trammel::pressure_advance {
 namespace {
 
-Result<void> CheckRange(const char* name, double value, double lo, double hi, bool above) {
-  if (!std::isfinite(value) || value < lo || value > hi || (above && value == lo)) {
-    return Fail(
-        fmt::format("{} is {}; it must be {}{} … {}", name, value, above ? "above " : "", lo, hi));
-  }
-  return {};
-}
+constexpr int kRedThreshold = 50;  // pixels with less red are blacked out
+constexpr int kBlur_px = 3;        // kernel, along and across the stripe
+constexpr double kBlurSigma_px = 11;
+constexpr double kExponent = 10;
 
-Result<void> CheckKernel(const char* name, int value) {
-  if (value < 1 || value > 99 || value % 2 == 0) {
-    return Fail(fmt::format("{} is {}; it must be odd, 1 … 99", name, value));
+// Of a grey level.
+std::array<double, 256> Weights() {
+  std::array<double, 256> weight{};
+  for (std::size_t v = 0; v < weight.size(); ++v) {
+    weight[v] = std::pow(static_cast<double>(v) / 255, kExponent);
   }
-  return {};
+  return weight;
 }
 
 /// The cubic's lowest point strictly inside [lo, hi], if that is lower than both ends.
@@ -79,21 +76,8 @@ void FitCubic(const std::vector<double>& p, const std::vector<double>& score,
 
 }  // namespace
 
-Result<void> Validate(const DeviationOptions& options) {
-  for (const auto& result : {CheckRange("red_threshold", options.red_threshold, 0, 255, false),
-                             CheckKernel("blur_width_px", options.blur_width_px),
-                             CheckKernel("blur_height_px", options.blur_height_px),
-                             CheckRange("blur_sigma_x_px", options.blur_sigma_x_px, 0, 1000, true),
-                             CheckRange("blur_sigma_y_px", options.blur_sigma_y_px, 0, 1000, true),
-                             CheckRange("exponent", options.exponent, 0, 1000, true)}) {
-    if (!result) {
-      return result;
-    }
-  }
-  return {};
-}
-
-void FilterFrame(const BgrView& crop, const DeviationOptions& options, DeviationFrame& result) {
+void FilterFrame(const BgrView& crop, DeviationFrame& result) {
+  static const std::array<double, 256> weight = Weights();
   if (result.masked.width != crop.width || result.masked.height != crop.height) {
     result.masked = Frame(crop.width, crop.height);
   }
@@ -102,7 +86,7 @@ void FilterFrame(const BgrView& crop, const DeviationOptions& options, Deviation
     const std::uint8_t* in = crop.row(y);
     std::uint8_t* out = result.masked.row(y);
     for (std::size_t x = 0; x < width; ++x, in += 3, out += 3) {
-      const bool lit = in[2] >= options.red_threshold;
+      const bool lit = in[2] >= kRedThreshold;
       for (int c = 0; c < 3; ++c) {
         out[c] = lit ? in[c] : std::uint8_t{0};
       }
@@ -114,20 +98,13 @@ void FilterFrame(const BgrView& crop, const DeviationOptions& options, Deviation
   cv::Mat grey(crop.height, crop.width, CV_8UC1, result.grey.data());
   cv::Mat blurred(crop.height, crop.width, CV_8UC1, result.blurred.data());
   cv::cvtColor(masked, grey, cv::COLOR_BGR2GRAY);
-  cv::GaussianBlur(grey, blurred, {options.blur_width_px, options.blur_height_px},
-                   options.blur_sigma_x_px, options.blur_sigma_y_px);
-  if (result.weight_exponent != options.exponent) {
-    for (std::size_t v = 0; v < result.weight.size(); ++v) {
-      result.weight[v] = std::pow(static_cast<double>(v) / 255, options.exponent);
-    }
-    result.weight_exponent = options.exponent;
-  }
+  cv::GaussianBlur(grey, blurred, {kBlur_px, kBlur_px}, kBlurSigma_px, kBlurSigma_px);
   result.centre_px.assign(static_cast<std::size_t>(crop.height), kNoCentre);
   for (std::size_t y = 0; y < result.centre_px.size(); ++y) {
     double sum = 0;
     double total = 0;
     for (std::size_t x = 0; x < width; ++x) {
-      const double w = result.weight[result.blurred[y * width + x]];
+      const double w = weight[result.blurred[y * width + x]];
       sum += w * static_cast<double>(x);
       total += w;
     }
@@ -138,8 +115,8 @@ void FilterFrame(const BgrView& crop, const DeviationOptions& options, Deviation
 }
 
 HeightMap DeviationHeights(std::span<const Frame> frames, std::span<const std::size_t> order,
-                           AxisDirection height_direction, const DeviationOptions& options,
-                           DeviationFrame& scratch) {
+                           AxisDirection height_direction) {
+  DeviationFrame scratch;
   HeightMap map;
   map.frames = order.size();
   map.rows = order.empty() ? 0 : static_cast<std::size_t>(frames[order[0]].height);
@@ -148,7 +125,7 @@ HeightMap DeviationHeights(std::span<const Frame> frames, std::span<const std::s
   const bool falls = Sign(height_direction) < 0;
   for (std::size_t f = 0; f < map.frames; ++f) {
     const Frame& frame = frames[order[f]];
-    FilterFrame(frame.view(), options, scratch);
+    FilterFrame(frame.view(), scratch);
     for (std::size_t r = 0; r < map.rows; ++r) {
       const double centre = scratch.centre_px[r];
       if (centre != kNoCentre) {

@@ -5,7 +5,6 @@
 // rows; the lowest score wins.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -13,24 +12,13 @@
 #include <vector>
 
 #include "base/frame.h"
-#include "base/result.h"
 #include "pressure_advance/laser/plate.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/recording/scan.h"
 
 namespace trammel::pressure_advance {
 
-struct DeviationOptions {
-  int red_threshold = 50;       ///< 0 … 255; pixels with less red are blacked out (paper's code)
-  int blur_width_px = 3;        ///< odd, 1 … 99; kernel across the stripe (paper's code)
-  int blur_height_px = 3;       ///< odd, 1 … 99; kernel along the stripe (paper's code)
-  double blur_sigma_x_px = 11;  ///< > 0 … 1000 (paper's code)
-  double blur_sigma_y_px = 11;  ///< > 0 … 1000 (paper's code)
-  double exponent = 10;         ///< > 0 … 1000; 10 in the released code, 100 at the study's date
-};
-
-/// Names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const DeviationOptions& options);
+// The constants are those of the paper's released code.
 
 /// Scratch and results of one frame, reused from frame to frame.
 struct DeviationFrame {
@@ -38,15 +26,13 @@ struct DeviationFrame {
   std::vector<std::uint8_t> grey;     ///< masked and grey, shape (height, width)
   std::vector<std::uint8_t> blurred;  ///< shape (height, width)
   std::vector<double> centre_px;      ///< per row; NaN never: kNoCentre where no pixel is lit
-  double weight_exponent = 0;         ///< that `weight` was made for; 0: for none yet
-  std::array<double, 256> weight{};   ///< of a grey level
 };
 
 /// In DeviationFrame::centre_px: this row has no lit pixel.
 inline constexpr double kNoCentre = -1;
 
 /// One frame through mask, grey, blur and weighted mean. The stripe runs down the crop.
-void FilterFrame(const BgrView& crop, const DeviationOptions& options, DeviationFrame& result);
+void FilterFrame(const BgrView& crop, DeviationFrame& result);
 
 /// The paper's heights of a whole sweep: crop width - centre for lines that move towards smaller x
 /// or y where the surface rises, else centre; not relative to anything.
@@ -55,8 +41,7 @@ void FilterFrame(const BgrView& crop, const DeviationOptions& options, Deviation
 /// sigma_px is 1 where the row has a height (the method knows no uncertainty), 0 where not.
 [[nodiscard]] HeightMap DeviationHeights(std::span<const Frame> frames,
                                          std::span<const std::size_t> order,
-                                         AxisDirection height_direction,
-                                         const DeviationOptions& options, DeviationFrame& scratch);
+                                         AxisDirection height_direction);
 
 /// The paper's score: for each row the standard deviation of its heights along the scan, summed
 /// over the rows. Unlike the original, rows of a frame without laser are left out of the deviation

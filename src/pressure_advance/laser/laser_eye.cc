@@ -68,6 +68,12 @@ double WidthAt(const std::vector<double>& height, double level) {
   return width;
 }
 
+// How pixels of the height map become lengths.
+struct SectionScale {
+  double length_per_row = 1;  // along the stripe
+  double height_per_px = 1;   // of the surface, per pixel of shift
+};
+
 ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale, std::size_t frame,
                            const BeadSection& section, const Interval& reach) {
   ProfileSample sample;
@@ -123,8 +129,13 @@ void ScaleToScatter(std::vector<ProfileSample>& samples) {
   }
 }
 
-}  // namespace
-
+// Width, height and area of the bead, one sample per frame; position is left at 0.
+//
+// The area is the sum of the heights over the rows that a bead of its size covers (FindReach), or
+// over all of its band where a swell stands clearly beyond the others', positive and negative
+// alike: so noise hardly biases it, it stays linear down to a bead of nothing, and a broken bead
+// reads 0. A frame where more than a third of the band is unseen in one piece is a gap, and so is
+// one whose bead reaches out of the picture.
 std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionScale& scale) {
   std::vector<ProfileSample> samples;
   std::vector<BeadSection> sections;
@@ -141,8 +152,6 @@ std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionS
   ScaleToScatter(samples);
   return samples;
 }
-
-namespace {
 
 /// Mean over all frames and pixels, per colour, for messages.
 struct Light {

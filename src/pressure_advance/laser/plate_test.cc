@@ -50,14 +50,6 @@ TEST(PlateLevel, IsWhatAFrameShowsWhereBothSidesMoveTogether) {
   EXPECT_GT(plate.sigma[kFrames / 2], 0.9 * kForetoldPx);
 }
 
-TEST(PlateLevel, GoesByWhatIsForetoldWhereFramesShowOneSideAlone) {
-  Plate plate = Scattered(0.3, 0.3);
-  plate.sides.assign(kFrames, NAN);
-  const Plate before = plate;
-  ShrinkToTrend(1, plate);
-  for (std::size_t f = 0; f < kFrames; ++f) EXPECT_NEAR(plate.level[f], before.level[f], 0.05);
-}
-
 constexpr double kBandRows = 20;
 constexpr double kHeightPx = 9;
 
@@ -118,23 +110,6 @@ TEST(BeadReach, LeavesMostOfThePlatesNoiseOut) {
   EXPECT_NEAR(bias, 0, 0.01 * Bead(11).Sum({-kBandRows, kBandRows}));
 }
 
-TEST(BeadReach, FollowsABeadThatStandsUpFurtherByItself) {
-  std::vector<BeadSection> sections(30, Bead(9));
-  sections[12] = Bead(9, 5);
-  const std::vector<Interval> reach = ReachOf(sections);
-  EXPECT_NEAR(reach[12].hi, 15, 1.2);
-  EXPECT_NEAR(reach[11].hi, 10, 1.2);
-}
-
-TEST(BeadReach, OfABeadOfNothingStaysWithinTheBand) {
-  std::vector<BeadSection> sections(30, Bead(9));
-  for (double& height : sections[5].height) height = 0;
-  const std::vector<Interval> reach = ReachOf(sections);
-  EXPECT_EQ(sections[5].Sum(reach[5]), 0);
-  EXPECT_GE(reach[5].hi - reach[5].lo, 8);
-  EXPECT_LE(reach[5].hi, kBandRows);
-}
-
 TEST(BeadReach, IsTheWholeBandWhereTooFewFramesTell) {
   std::vector<BeadSection> sections(40, Bead(9));
   std::vector<bool> tells(sections.size());
@@ -147,11 +122,6 @@ TEST(BeadReach, IsTheWholeBandWhereTooFewFramesTell) {
   const std::vector<Interval> reach = FindReach(sections, tells, 0.1);
   EXPECT_LT(reach[0].hi, 12);
   EXPECT_EQ(reach[12].hi, kBandRows) << "a frame that does not tell keeps its band";
-}
-
-TEST(BeadReach, IsTheWholeBandWhereNothingStandsAboveTheNoise) {
-  const std::vector<Interval> reach = ReachOf(std::vector<BeadSection>(40, Bead(9)), 20);
-  EXPECT_EQ(reach[3].hi, kBandRows);
 }
 
 }  // namespace

@@ -52,18 +52,6 @@ TEST(StripeSight, TellsWidthAndHeightOfALineThatWasDrawn) {
   }
 }
 
-TEST(StripeSight, TellsTheWidthAtFullScale) {
-  LaserWorld world;
-  world.width = 90;
-  world.plate_column_px = 55;
-  world.stripe_sigma_px = 4;
-  world.speckle = 0;
-  world.noise = 0;
-  EXPECT_EQ(See(world, 2).burnt_px, 0);
-  world.plate_amplitude = 900;  // at 250 to either side by 1.6 sigma
-  EXPECT_NEAR(See(world, 2).burnt_px, 2 * 1.6 * world.stripe_sigma_px, 1);
-}
-
 TEST(StripeSight, GoodLinesGetNoNotice) {
   LaserWorld world;
   world.width = 60;
@@ -98,20 +86,6 @@ TEST(StripeSight, EachFaultIsNamedWithItsFigureAndRemedy) {
   off.plate_amplitude = off.bead_amplitude = 0;
   EXPECT_EQ(See(off, 7).width_px, 0);
   EXPECT_THAT(Notices(off, 7), IsEmpty());  // that no line is seen says the sweep itself
-}
-
-TEST(StripeSight, AWideLineIsBlamedWhereItIsNotBrightAndTheScaleIsKnown) {
-  const std::vector<StripeSight> bright(3, StripeSight{25, 230, 0});
-  EXPECT_THAT(NoticesOfSight(bright, kPxPerMm), IsEmpty());
-  const std::vector<StripeSight> wide(3, StripeSight{25, 150, 0});
-  EXPECT_THAT(NoticesOfSight(wide, std::nullopt), IsEmpty());
-  EXPECT_THAT(NoticesOfSight(wide, kPxPerMm), ElementsAre(HasSubstr("25.0 px (0.57 mm)")));
-}
-
-TEST(StripeSight, AFaultOfOneSweepIsNotTheScans) {
-  std::vector<StripeSight> sweeps(9, StripeSight{8, 180, 2});
-  sweeps.push_back({30, 20, 27});
-  EXPECT_THAT(NoticesOfSight(sweeps, kPxPerMm), IsEmpty());
 }
 
 TEST(StripeSight, ALineAsWideAsThePictureIsNoMissingLaser) {
@@ -160,14 +134,6 @@ TEST(FindCrop, RefusesAPictureThatIsTooSmallForALaserLineByItsSize) {
                                              ? fmt::format("{}x{} px", width, height)
                                              : fmt::format("{}x{} px", height, width)));
     }
-  }
-}
-
-TEST(FindCrop, FindsNoLaserLineInADarkPicture) {
-  vision::LaserLineWorkspace workspace;
-  for (const int size : {16, 17, 64}) {
-    const std::vector<Frame> frames(3, Frame(size, size));
-    EXPECT_FALSE(FindCrop(frames, AxisDirection::kMinusX, workspace).crop) << size;
   }
 }
 
