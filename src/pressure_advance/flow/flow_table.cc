@@ -29,6 +29,17 @@ double Bend(AdvanceForm form, double shape, double flow_mm3_s) {
   return 0;
 }
 
+// (A(fast) - A(slow)) / (fast - slow): the one pressure advance that stores just what this change
+// of flow needs, s.
+double PressureAdvanceBetween(const AdvanceLaw& law, double slow_mm3_s, double fast_mm3_s) {
+  TRAMMEL_CHECK(slow_mm3_s >= 0 && fast_mm3_s > slow_mm3_s, "{} to {} mm3/s", slow_mm3_s,
+                fast_mm3_s);
+  const auto stored_mm3 = [&](double flow_mm3_s) {
+    return law.linear_s * flow_mm3_s + law.offset_mm3 * Bend(law.form, law.shape, flow_mm3_s);
+  };
+  return (stored_mm3(fast_mm3_s) - stored_mm3(slow_mm3_s)) / (fast_mm3_s - slow_mm3_s);
+}
+
 struct Fit {
   AdvanceLaw law;
   double chi_square = std::numeric_limits<double>::infinity();
@@ -129,16 +140,6 @@ std::vector<double> Knees(const std::vector<AdvanceValue>& values) {
 }
 
 }  // namespace
-
-double AdvanceAt(const AdvanceLaw& law, double flow_mm3_s) {
-  return law.linear_s * flow_mm3_s + law.offset_mm3 * Bend(law.form, law.shape, flow_mm3_s);
-}
-
-double PressureAdvanceBetween(const AdvanceLaw& law, double slow_mm3_s, double fast_mm3_s) {
-  TRAMMEL_CHECK(slow_mm3_s >= 0 && fast_mm3_s > slow_mm3_s, "{} to {} mm3/s", slow_mm3_s,
-                fast_mm3_s);
-  return (AdvanceAt(law, fast_mm3_s) - AdvanceAt(law, slow_mm3_s)) / (fast_mm3_s - slow_mm3_s);
-}
 
 AdvanceLaws FitAdvanceLaws(const std::vector<AdvanceValue>& values) {
   AdvanceLaws laws;

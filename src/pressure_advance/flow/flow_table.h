@@ -33,14 +33,6 @@ struct AdvanceValue {
   double sigma_s = 0;  ///< > 0
 };
 
-/// A(q) in mm³. REQUIRES flow_mm3_s >= 0.
-[[nodiscard]] double AdvanceAt(const AdvanceLaw& law, double flow_mm3_s);
-
-/// (A(fast) - A(slow)) / (fast - slow): the one pressure advance that stores just what this change
-/// of flow needs, s. REQUIRES fast > slow >= 0.
-[[nodiscard]] double PressureAdvanceBetween(const AdvanceLaw& law, double slow_mm3_s,
-                                            double fast_mm3_s);
-
 struct AdvanceLaws {
   /// Of the power law. 1: the lag is the same at all flows, one value is right everywhere.
   Measured exponent;

@@ -95,26 +95,6 @@ TEST(FlowTable, TrendsAreSeenWhereTheyAreThereAndRarelyWhereNot) {
   }
 }
 
-TEST(FlowTable, CannotTellFromOneFlow) {
-  const auto table = MakeFlowTable({Point(5, 2000, 0.04), Point(5, 4000, 0.03)});
-  ASSERT_TRUE(table);
-  EXPECT_FALSE(table->over_flow.per_unit.good());
-  EXPECT_THAT(table->over_flow.per_unit.reason(), HasSubstr("differ in flow alone"));
-  EXPECT_FALSE(table->over_flow.significant);
-  EXPECT_TRUE(table->over_acceleration.significant);
-  EXPECT_THAT(AdaptiveRows(*table), IsEmpty());
-}
-
-TEST(FlowTable, SaysWhereRowsDoNotCompare) {
-  FlowPoint other = Point(10, 2000, 0.04);
-  other.slow_flow_mm3_s = 6;
-  const auto table = MakeFlowTable({Point(5, 2000, 0.04), other});
-  ASSERT_TRUE(table);
-  ASSERT_THAT(table->notices, SizeIs(2));
-  EXPECT_THAT(table->notices[0], HasSubstr("slow stretches differ"));
-  EXPECT_THAT(table->notices[1], HasSubstr("small change of flow"));
-}
-
 TEST(FlowTable, RefusesWhatIsNoNumber) {
   EXPECT_FALSE(MakeFlowTable({}));
   EXPECT_FALSE(MakeFlowTable({Point(0, 2000, 0.04)}));
@@ -140,17 +120,6 @@ std::vector<AdvanceValue> Noisy(std::vector<AdvanceValue> values, Random& random
 }
 
 const std::vector<double> kThreeFlows = {6.6, 11, 16.6};
-
-TEST(AdvanceLaw, FindsThePowerThatIsThere) {
-  for (const double exponent : {0.3, 0.5, 0.7, 0.9}) {
-    const auto values = Values(
-        kThreeFlows, 1e-5, [&](double flow_mm3_s) { return 0.1 * std::pow(flow_mm3_s, exponent); });
-    const AdvanceLaws laws = FitAdvanceLaws(values);
-    ASSERT_TRUE(laws.exponent.good()) << laws.exponent.reason();
-    EXPECT_NEAR(laws.exponent.quantity().value, exponent, 0.003);
-    EXPECT_TRUE(laws.bends);
-  }
-}
 
 TEST(AdvanceLaw, FindsTheFormAndTheNumbersThatFirmwareHas) {
   const auto tanh = Values({3, 6.6, 11, 16.6}, 1e-6, [](double flow_mm3_s) {
@@ -194,50 +163,6 @@ TEST(AdvanceLaw, IntervalsOfTheExponentHoldItAndAStraightLawIsRarelySaidToBend) 
       if (exponent == 1) EXPECT_LE(bent, 0.07 * kWorlds) << flows.size();
     }
   }
-}
-
-// Between the flows that were measured the fitted law is no further off than the values.
-TEST(AdvanceLaw, SaysTheValueBetweenTheFlowsOfWhateverExtruderItIs) {
-  constexpr double kSigma_s = 0.0008;
-  constexpr double kBetween_mm3_s = 8.5;
-  const std::vector<std::function<double(double)>> extruders = {
-      [](double q) { return 0.15 * std::pow(q, 0.4); },
-      [](double q) { return 0.08 * std::pow(q, 0.7); },
-      [](double q) { return 0.02 * q + 0.25 * std::tanh(q / 5); },
-      [](double q) { return 0.015 * q + 0.3 * (1 - 1 / (1 + q / 3)); },
-      [](double q) { return 0.2 * std::log(1 + q); }};
-  constexpr int kWorlds = 200;
-  for (std::size_t i = 0; i < extruders.size(); ++i) {
-    const auto truth = Values({kBetween_mm3_s}, kSigma_s, extruders[i]).front();
-    double squares = 0;
-    int said = 0;
-    for (int world = 0; world < kWorlds; ++world) {
-      Random random(9200 + static_cast<std::uint64_t>(world));
-      const AdvanceLaws laws =
-          FitAdvanceLaws(Noisy(Values(kThreeFlows, kSigma_s, extruders[i]), random));
-      if (!laws.firmware) continue;
-      ++said;
-      const double value_s = PressureAdvanceBetween(*laws.firmware, kSlow_mm3_s, kBetween_mm3_s);
-      squares += (value_s - truth.value_s) * (value_s - truth.value_s);
-    }
-    EXPECT_GE(said, 0.9 * kWorlds) << "extruder " << i;
-    EXPECT_LE(std::sqrt(squares / said), 1.2 * kSigma_s) << "extruder " << i;
-  }
-}
-
-TEST(AdvanceLaw, WidensWhereValuesScatterBeyondTheirSigmas) {
-  auto values = Values({3, 6.6, 11, 16.6}, 0.0005, [](double q) { return 0.04 * q; });
-  const AdvanceLaws calm = FitAdvanceLaws(values);
-  values[1].value_s += 0.006;
-  values[2].value_s -= 0.006;
-  const AdvanceLaws rough = FitAdvanceLaws(values);
-  ASSERT_TRUE(calm.exponent.good());
-  const Interval& narrow = calm.exponent.quantity().interval95;
-  if (rough.exponent.good()) {
-    const Interval& wide = rough.exponent.quantity().interval95;
-    EXPECT_GT(wide.hi - wide.lo, 4 * (narrow.hi - narrow.lo));
-  }
-  EXPECT_FALSE(rough.bends);
 }
 
 TEST(AdvanceLaw, CannotTellFromTooLittle) {

@@ -154,6 +154,10 @@ struct Between {
   std::vector<double> share;  // sums up to 1
 };
 
+// How much the lag differs from pattern to pattern before it is seen, as a part of the answer: the
+// median of a half-Cauchy distribution; assumed.
+constexpr double kPriorMedian = 0.015;
+
 Between BetweenOf(const std::vector<Quantity>& values, double prior_median_s) {
   constexpr int kSteps = 100;
   Between between;
@@ -210,8 +214,7 @@ double ChiSquare95(double freedom) {
 
 std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
                                                 std::vector<Measured> pattern_s,
-                                                const Interval& tested_s, double widest,
-                                                const RepeatOptions& options) {
+                                                const Interval& tested_s, double widest) {
   std::vector<Quantity> good;
   std::vector<double> values_s;
   for (const Measured& pattern : pattern_s) {
@@ -224,7 +227,7 @@ std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
   const bool all_good = good.size() > 1 && good.size() == pattern_s.size();
   repeats.pattern_s = std::move(pattern_s);
   repeats.scatter_s = StandardDeviation(values_s);
-  const Between between = BetweenOf(good, options.prior_median * std::abs(joint.value));
+  const Between between = BetweenOf(good, kPriorMedian * std::abs(joint.value));
   repeats.between_s = MedianOf(between);
   if (good.size() > 1) {
     repeats.disagree =

@@ -58,22 +58,15 @@ struct UncertaintyBudget {
 [[nodiscard]] RangedAnswer JudgeByBudget(double value_s, const UncertaintyBudget& budget,
                                          double freedom, const Interval& tested_s, double widest);
 
-struct RepeatOptions {
-  /// How much the lag differs from pattern to pattern before it is seen, as a part of the answer:
-  /// the median of a half-Cauchy distribution, whose long tail lets patterns say otherwise;
-  /// assumed.
-  double prior_median = 0.015;
-};
-
 /// Combines patterns alike: the mean of their values, with what they differ by.
 ///
 /// The value is the mean of the patterns' own, weighed by u_i^2 + t^2; that of the joint fit where
 /// a pattern has none of its own. Its interval begins with the joint fit's, as causes that all
 /// patterns share do not average out, and is widened by what the patterns' own intervals do not
 /// explain: their values are taken for normal about a common one with variances u_i^2 + t^2, t with
-/// the prior of the options. It then holds 95 % of the normal distributions of variance u^2 +
-/// t^2 / n, weighed by how likely each t is: with two patterns the prior counts most, with many
-/// the scatter. It is never narrower than the joint one.
+/// a half-Cauchy prior, whose long tail lets patterns say otherwise. It then holds 95 % of the
+/// normal distributions of variance u^2 + t^2 / n, weighed by how likely each t is: with two
+/// patterns the prior counts most, with many the scatter. It is never narrower than the joint one.
 /// @param joint      the answer of the lines of all patterns in one fit, s
 /// @param pattern_s  the same of each pattern's own lines; those that are not good tell no scatter
 /// @param tested_s   by all patterns
@@ -81,8 +74,7 @@ struct RepeatOptions {
 [[nodiscard]] std::pair<RangedAnswer, Repeats> CombineRepeats(const Quantity& joint,
                                                               std::vector<Measured> pattern_s,
                                                               const Interval& tested_s,
-                                                              double widest,
-                                                              const RepeatOptions& options = {});
+                                                              double widest);
 
 /// What is to be said where patterns disagree; empty where they do not.
 [[nodiscard]] std::string NoticeOfRepeats(const Repeats& repeats);

@@ -106,9 +106,8 @@ double Half_s(const Measured& measured) {
 }
 
 std::pair<RangedAnswer, Repeats> Combined(const Quantity& joint,
-                                          const std::vector<double>& values_s, double u_s,
-                                          const RepeatOptions& options = {}) {
-  return CombineRepeats(joint, Patterns(values_s, u_s), kTested_s, kWidest, options);
+                                          const std::vector<double>& values_s, double u_s) {
+  return CombineRepeats(joint, Patterns(values_s, u_s), kTested_s, kWidest);
 }
 
 TEST(Repeats, AreTheMeanOfThePatterns) {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "support/lag_line.h"
+#include "pressure_advance/response/lag_line_test_support.h"
 
 namespace trammel::pressure_advance {
 namespace {

@@ -139,17 +139,19 @@ double MedianSlope(const std::vector<double>& pa, const std::vector<std::vector<
 }  // namespace
 
 std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles, Reading reading,
-                                          const Interval& window, bool rising,
-                                          const RespondingOptions& options) {
+                                          const Interval& window, bool rising) {
+  constexpr int kBins = 60;           // over the window
+  constexpr double kThreshold = 0.2;  // of the strongest answer: where the stretch ends
+  constexpr double kMargin = 0.15;    // of the stretch's length, added at both ends
   std::vector<double> pa;
   std::vector<std::vector<double>> lines;
   for (const LineProfile& profile : profiles) {
     if (!profile.unusable.empty()) continue;
     pa.push_back(profile.pressure_advance_s);
-    lines.push_back(Binned(profile, reading, window, options.bins));
+    lines.push_back(Binned(profile, reading, window, kBins));
   }
   if (pa.size() < 3) return std::nullopt;
-  std::vector<double> raw(options.bins);
+  std::vector<double> raw(kBins);
   for (std::size_t bin = 0; bin < raw.size(); ++bin) {
     raw[bin] = MedianSlope(pa, lines, bin) * (rising ? 1 : -1);
   }
@@ -162,15 +164,15 @@ std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profil
   const auto strongest = std::max_element(answer.begin(), answer.end());
   constexpr double kStandsOut = 3;
   if (!(*strongest > kStandsOut * std::abs(Median(answer)))) return std::nullopt;
-  const double least = options.threshold * *strongest;
+  const double least = kThreshold * *strongest;
   auto first = strongest;
   while (first != answer.begin() && *(first - 1) > least) --first;
   auto last = strongest;
   while (last + 1 != answer.end() && *(last + 1) > least) ++last;
-  const double bin_length = (window.hi - window.lo) / options.bins;
+  const double bin_length = (window.hi - window.lo) / kBins;
   const double lo = window.lo + bin_length * static_cast<double>(first - answer.begin());
   const double hi = window.lo + bin_length * static_cast<double>(last + 1 - answer.begin());
-  const double margin = options.margin * (hi - lo);
+  const double margin = kMargin * (hi - lo);
   return Interval{std::max(window.lo, lo - margin), std::min(window.hi, hi + margin)};
 }
 

@@ -51,12 +51,6 @@ struct TransitionPlan {
                                                      double longest_lag_s,
                                                      const TransitionOptions& options = {});
 
-struct RespondingOptions {
-  int bins = 60;           ///< over the window
-  double threshold = 0.2;  ///< of the strongest answer: where the stretch ends
-  double margin = 0.15;    ///< of the stretch's length, added at both ends
-};
-
 /// Narrows a window to the stretch where the reading changes with pressure advance. Outside it an
 /// integral gathers only noise and uneven light.
 ///
@@ -69,8 +63,7 @@ struct RespondingOptions {
 /// `window`.
 [[nodiscard]] std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles,
                                                         Reading reading, const Interval& window,
-                                                        bool rising,
-                                                        const RespondingOptions& options = {});
+                                                        bool rising);
 
 /// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
 /// 21.4 mm". Empty where each window is seen as densely as MeasureExcess asks (kMostUnread), and
