@@ -154,21 +154,6 @@ TEST_F(AnalyzeRecording, AnswersTheSameWithoutScaleAndWithCaptureTimes) {
               reference.at("pressure_advance_s").get<double>(), 1e-9);
 }
 
-TEST_F(AnalyzeRecording, FindsTheBeadInTheWholePicture) {
-  LagRecording recording = SixLines();
-  recording.world.width = 90;
-  recording.world.height = 96;
-  recording.world.plate_column_px = 60;
-  recording.world.bead_row_px = 45;
-  WriteRecording(recording, rec());
-  json scan = Scan();
-  scan.erase("crop_px");
-  WriteScan(scan);
-  const json answer = Analyze();
-  ExpectGood(answer, recording);
-  EXPECT_THAT(answer.at("notices").dump(), HasSubstr("crop_px was not given"));
-}
-
 TEST_F(AnalyzeRecording, SweepsInEitherDirectionTellTheSame) {
   const LagRecording recording = SixLines();
   WriteRecording(recording, rec());
@@ -186,18 +171,6 @@ TEST_F(AnalyzeRecording, SweepsInEitherDirectionTellTheSame) {
   }
   WriteScan(scan);
   ExpectGood(Analyze(), recording);
-}
-
-TEST_F(AnalyzeRecording, DoesWithoutALine) {
-  const LagRecording recording = SixLines();
-  WriteRecording(recording, rec());
-  json scan = Scan();
-  scan["lines"].erase(2);
-  fs::remove(rec() / "line2.avi");
-  WriteScan(scan);
-  const json answer = Analyze();
-  ExpectGood(answer, recording);
-  EXPECT_EQ(answer.at("lines").size(), 5U);
 }
 
 TEST_F(AnalyzeRecording, DoesWithoutALineThatShowsNoLaser) {
@@ -275,81 +248,32 @@ TEST_F(AnalyzeRecording, RefusesBrokenVideosByName) {
   ExpectRefused("rec", folder(), {"line1.avi", "45x50", "line0.avi", "45x60"});
 }
 
-TEST_F(AnalyzeRecording, RefusesTooFewLines) {
-  LagRecording recording;
-  recording.pressure_advance_s = {0, 0.06};
-  WriteRecording(recording, rec());
-  ExpectRefused("rec", folder(), {"2 ", "4"});
-  ExpectRefusedInWords("rec", folder(), {"2 ", "4"});
-}
-
-// A recording whose videos are never opened, because its description is at fault.
+// The reader's own tests have the rest of what a description can be wrong in.
 TEST_F(AnalyzeRecording, RejectsDescriptionsThatCannotBe) {
-  const json good = {{"format", 1},
-                     {"eye", "laser"},
-                     {"scan_speed_mm_s", 6.667},
-                     {"lines",
-                      {{{"pressure_advance_s", 0.0}, {"video", "a.avi"}},
-                       {{"pressure_advance_s", 0.02}, {"video", "b.avi"}},
-                       {{"pressure_advance_s", 0.04}, {"video", "c.avi"}},
-                       {{"pressure_advance_s", 0.06}, {"video", "d.avi"}}}}};
+  WriteRecording(SixLines(), rec());
+  const json good = Scan();
   const struct {
     const char* at;
     json value;
     std::vector<std::string> words;
   } cases[] = {
       {"/lines/2/pressure_advance_s", -0.01, {"lines[2].pressure_advance_s", "-0.01", "0"}},
-      {"/lines/2/pressure_advance_s", 1e300, {"lines[2].pressure_advance_s", "1e+300", "10"}},
-      {"/lines/2/pressure_advance_s", "0.04", {"lines[2].pressure_advance_s", "number"}},
-      {"/lines/2/pressure_advance_s", nullptr, {"lines[2].pressure_advance_s", "null"}},
-      {"/lines/2/video", 7, {"lines[2].video", "7"}},
       {"/lines/2/video", "../c.avi", {"lines[2].video", ".."}},
-      {"/lines/2/frame_times_s", {0.0, 0.2, 0.1}, {"lines[2].frame_times_s[2]", "increase"}},
-      {"/lines/2/sweep_direction", "+y", {"lines[2].sweep_direction", "across"}},
-      {"/lines/2/print_direction", "left", {"lines[2].print_direction", "left"}},
-      {"/lines", json::array(), {"lines", "0 entries"}},
-      {"/lines", 4, {"lines", "list"}},
-      {"/format", 2, {"format", "2"}},
-      {"/eye", "photo", {"eye", "photo", "laser"}},
-      {"/scan_speed_mm_s", 0, {"scan_speed_mm_s", "0"}},
-      {"/scan_speed_mm_s", -6.667, {"scan_speed_mm_s", "-6.667"}},
-      {"/frames_per_s", 1e9, {"frames_per_s", "1000000000", "1000"}},
-      {"/px_per_mm", 0, {"px_per_mm"}},
-      {"/laser_angle_deg", 90, {"laser_angle_deg", "90", "85"}},
-      {"/line_start_mm", 31, {"line_start_mm", "31", "30"}},
-      {"/line_length_mm", true, {"line_length_mm", "true"}},
-      {"/height_direction", "up", {"height_direction", "up"}},
-      {"/crop_px", {{"x", 0}, {"y", 0}, {"width", 0}, {"height", 60}}, {"crop_px.width", "8"}},
-      {"/crop_px", {{"x", 0.5}, {"y", 0}, {"width", 9}, {"height", 9}}, {"crop_px.x", "whole"}},
-      {"/acceleration_mm_s2", -3000, {"acceleration_mm_s2", "-3000"}},
-      {"/segments", {{{"fraction", 0.5}, {"speed_mm_s", 5}}}, {"segments", "0.5", "sum to 1"}},
-      {"/segments", {{{"fraction", 1}, {"speed_mm_s", -5}}}, {"segments[0].speed_mm_s", "-5"}},
       {"/pa_step", 0.01, {"pa_step", "known"}},
-      {"/lines/0/videos", "a.avi", {"lines[0]", "videos", "known"}},
+      {"/crop_px/x", 1, {"crop_px", "45x60"}},
   };
   for (const auto& bad : cases) {
     json scan = good;
     scan[json::json_pointer(bad.at)] = bad.value;
     WriteScan(scan);
-    SCOPED_TRACE(scan.dump());
-    std::vector<std::string> words = bad.words;
-    words.emplace_back("scan.json");
-    ExpectRejected("rec", folder(), words);
+    SCOPED_TRACE(bad.at);
+    ExpectRejected("rec", folder(), bad.words);
   }
-  for (const char* text : {"", "{", "[1]", R"({"format": 1, "format": 1})", R"({"format": NaN})",
-                           R"({"format": Infinity})", R"({"format": 1e999})", "\xff\xfe", "null"}) {
+  for (const char* text : {"", R"({"format": 1e999})", "\xff\xfe"}) {
     test::WriteWhole(rec() / "scan.json", text);
     SCOPED_TRACE(text);
     ExpectRejected("rec", folder(), {"scan.json"});
   }
-}
-
-TEST_F(AnalyzeRecording, RejectsACropBeyondTheFrames) {
-  WriteRecording(SixLines(), rec());
-  json scan = Scan();
-  scan["crop_px"]["x"] = 1;
-  WriteScan(scan);
-  ExpectRejected("rec", folder(), {"crop_px", "45x60"});
 }
 
 TEST_F(AnalyzeRecording, RejectsWhatIsNoRecording) {

@@ -31,75 +31,52 @@ using ::testing::Not;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
 
+// At the paper's speed, and as the default pattern is swept: to and fro, five lines into one video.
 TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
-  ShopOptions options;
-  options.camera.latency_jitter_s = 0.05;
-  options.camera.frames_per_s = 30;
-  MachineShop shop(options);
-  shop.Script(kWorkedWith);
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end =
-      shop.Calibrate({"--json", "--set", "speed=6.6667", "--set", "fps=30"})->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << "signal " << end.signal << "\n"
-                              << end.standard_error << end.standard_output;
-  const auto answer = nlohmann::json::parse(end.standard_output);
-  ASSERT_EQ(answer["verdict"], "good");
-  const double sigma_s = answer["standard_uncertainty_s"].get<double>();
-  // Four standard uncertainties: once in 16,000 worlds by chance; and never coarse.
-  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
-  EXPECT_LT(sigma_s, 0.002);
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
-  shop.With([](sim::VirtualKlipper& klipper) {
-    EXPECT_TRUE(klipper.files().empty()) << "an upload was left";
-  });
-  const auto again = AnalyzeToJson("rec", shop.folder());
-  EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
-  constexpr double kPlace_mm = 0.05;  // at the paper's speed, 30 frames/s and 50 ms of jitter
-  const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
-  EXPECT_EQ(placed.unmatched, 0);
-  ASSERT_GT(placed.error_mm.size(), 100U);
-  const double error_mm = PlaceErrorOf99Percent_mm(placed);
-  EXPECT_LT(error_mm, kPlace_mm);
-  const std::size_t left_out = end.standard_error.find("left out");
-  if (left_out != std::string::npos) std::printf("%s\n", &end.standard_error[left_out]);
-  std::printf("%zu frames placed, 99 %% of them within %.3f mm\n", placed.error_mm.size(),
-              error_mm);
-  std::printf("K* = %.4f +- %.4f s (truth 0.03), %.0f s, %.1f s of processor, %.0f MB\n",
-              answer["pressure_advance_s"].get<double>(), sigma_s, end.elapsed_s, end.cpu_s,
-              end.peak_memory_mb);
-}
-
-// Ten lines in two goes, each into one video.
-TEST(Calibrate, TheDefaultPatternIsSweptToAndFroAndFindsTheTruth) {
-  ShopOptions options;
-  options.camera.latency_jitter_s = 0.05;
-  options.camera.frames_per_s = 30;
-  MachineShop shop(options);
-  WriteWhole(shop.folder() / "default.toml",
-             "[filament]\nnozzle_temperature = 190\nidle_nozzle_temperature = 170\n"
-             "bed_temperature = 40\n[printer]\nz_speed = 50\n");
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Calibrate({"--json", "--config", "default.toml"})->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
-  const auto answer = nlohmann::json::parse(end.standard_output);
-  ASSERT_EQ(answer["verdict"], "good");
-  const double sigma_s = answer["standard_uncertainty_s"].get<double>();
-  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
-  EXPECT_LT(sigma_s, 0.002);
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
-  const auto scan = files::ReadScan(shop.folder() / "rec");
-  ASSERT_TRUE(scan) << scan.error().message;
-  ASSERT_EQ(scan->lines.size(), 10U);
-  for (std::size_t line = 0; line < 10; ++line) {
-    EXPECT_EQ(scan->lines[line].video.substr(0, 5), line < 5 ? "line0" : "line5");
+  struct Row {
+    std::vector<std::string> arguments;
+    double place_mm;
+    std::size_t least_frames;
+    bool at_once;
+  };
+  for (const Row& row :
+       {Row{{"--json", "--set", "speed=6.6667", "--set", "fps=30"}, 0.05, 100, false},
+        Row{{"--json", "--config", "default.toml"}, 0.15, 250, true}}) {
+    SCOPED_TRACE(row.at_once);
+    ShopOptions options;
+    options.camera.latency_jitter_s = 0.05;
+    options.camera.frames_per_s = 30;
+    MachineShop shop(options);
+    WriteWhole(shop.folder() / "default.toml",
+               "[filament]\nnozzle_temperature = 190\nidle_nozzle_temperature = 170\n"
+               "bed_temperature = 40\n[printer]\nz_speed = 50\n");
+    if (!row.at_once) shop.Script(kWorkedWith);
+    const PrinterLook before = shop.Look();
+    const ProcessEnd end = shop.Calibrate(row.arguments)->Wait(kEnough_s);
+    ASSERT_EQ(end.exit_code, 0) << "signal " << end.signal << "\n"
+                                << end.standard_error << end.standard_output;
+    const auto answer = nlohmann::json::parse(end.standard_output);
+    ASSERT_EQ(answer["verdict"], "good");
+    const double sigma_s = answer["standard_uncertainty_s"].get<double>();
+    // Four standard uncertainties: once in 16,000 worlds by chance; and never coarse.
+    EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
+    EXPECT_LT(sigma_s, 0.002);
+    EXPECT_THAT(shop.Faulty(before), IsEmpty());
+    shop.With([](sim::VirtualKlipper& klipper) {
+      EXPECT_TRUE(klipper.files().empty()) << "an upload was left";
+    });
+    const auto scan = files::ReadScan(shop.folder() / "rec");
+    ASSERT_TRUE(scan) << scan.error().message;
+    for (std::size_t line = 0; row.at_once && line < 10; ++line) {
+      EXPECT_EQ(scan->lines.at(line).video.substr(0, 5), line < 5 ? "line0" : "line5");
+    }
+    const auto again = AnalyzeToJson("rec", shop.folder());
+    EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
+    const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
+    EXPECT_EQ(placed.unmatched, 0);
+    ASSERT_GT(placed.error_mm.size(), row.least_frames);
+    EXPECT_LT(PlaceErrorOf99Percent_mm(placed), row.place_mm);
   }
-  const auto again = AnalyzeToJson("rec", shop.folder());
-  EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
-  constexpr double kPlace_mm = 0.15;  // the paper's, at three times its speed
-  const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
-  EXPECT_EQ(placed.unmatched, 0);
-  ASSERT_GT(placed.error_mm.size(), 250U);
-  EXPECT_LT(PlaceErrorOf99Percent_mm(placed), kPlace_mm);
 }
 
 /// Gives the share of a recording's lines that each pattern has, by scan.json.

@@ -49,37 +49,6 @@ TEST(PatternCommand, NeverOverwritesUnasked) {
   EXPECT_NE(ReadWhole(folder.path() / "a.plan.json"), "mine");
 }
 
-TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
-  const TemporaryFolder folder;
-  WriteWhole(folder.path() / "trammel.toml",
-             "[printer]\nbed_size_x = 350\nbed_size_y = 350\ndialect = \"reprapfirmware\"\n");
-  const CommandResult run = RunTrammel(
-      "pa pattern --material abs --set columns=9 --set rows=3 --set dialect=marlin --pa 0:0.1:0.02 "
-      "--set line_length=25",
-      folder.path());
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("lines      162 in 27 pattern(s)"));
-  EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), HasSubstr("\nM900 K0.08\n"));
-  const auto plan =
-      files::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
-  ASSERT_TRUE(plan) << plan.error().message;
-  EXPECT_EQ(plan->line_length_mm, 25);
-}
-
-TEST(PatternCommand, APatternForAPhotoIsTheSameWhicheverWayItIsAskedFor) {
-  const TemporaryFolder folder;
-  const auto of = [&](const char* arguments) {
-    const CommandResult run = RunTrammel(
-        std::string("pa pattern --material pla --force -o a.gcode ") + arguments, folder.path());
-    EXPECT_EQ(run.exit_code, 0) << run.output;
-    return ReadWhole(folder.path() / "a.gcode");
-  };
-  const std::string plain = of("--photo");
-  EXPECT_EQ(of("--photo --dialect klipper"), plain);
-  EXPECT_EQ(of("--photo --set nozzle_diameter=0.4"), plain);
-  EXPECT_EQ(of("--set preset=photo"), plain);
-}
-
 TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
   struct Mistake {
     const char* arguments;
@@ -125,18 +94,6 @@ TEST(PatternCommand, WritesNothingThatHeatsWithoutAMaterialAndSaysBothWaysAndWha
   EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_THAT(unknown.output, HasSubstr("\"plaa\" is not known; known are pla:"));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-}
-
-TEST(PatternCommand, TemperaturesStandOnTheConsoleAndInTheFile) {
-  const TemporaryFolder folder;
-  const CommandResult run =
-      RunTrammel("pa pattern --material PETG --set bed_temperature=70", folder.path());
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  constexpr const char* kHeated = "petg: nozzle 235, bed 70 (set) degC";
-  EXPECT_THAT(run.output, HasSubstr(std::string("heated to  ") + kHeated));
-  EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"),
-              AllOf(HasSubstr(std::string("\n; heated to ") + kHeated),
-                    HasSubstr("\nM190 S70\nM109 S235\n")));
 }
 
 TEST(PatternCommand, WhatPrintsIsRefusedWithoutAMaterialBeforeAnyPrinterIsAsked) {

@@ -152,15 +152,6 @@ TEST(Conditions, AreEachSpeedWithEachAcceleration) {
   EXPECT_EQ((*conditions)[5].acceleration_mm_s2, 3000);
 }
 
-TEST(Conditions, TakeWhatIsNotNamedFromTheSettings) {
-  const auto speeds = CombineConditions({{60, 100}, {}, {}}, Settings().pattern);
-  ASSERT_TRUE(speeds.has_value());
-  EXPECT_EQ((*speeds)[0].acceleration_mm_s2, 3000);
-  const auto accelerations = CombineConditions({{}, {2000, 3000}, {}}, Settings().pattern);
-  ASSERT_TRUE(accelerations.has_value());
-  EXPECT_EQ((*accelerations)[1].fast_speed_mm_s, 150);
-}
-
 TEST(Conditions, ThatAreNoneAreRefusedByName) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(Refusal({{60}, {}, {}}), HasSubstr("1 combination(s)"));
@@ -197,15 +188,6 @@ TEST(Conditions, ArePrintedAndScannedAsTheirPlansSay) {
   EXPECT_THAT(gcode, HasSubstr("needs a printer that is allowed 150 mm/s and 5000 mm/s^2"));
   const std::size_t third = gcode.find("; frame of pattern 2");
   EXPECT_THAT(gcode.substr(third, 80), HasSubstr("ACCEL=5000"));
-}
-
-TEST(Conditions, ThatALineIsTooShortForAreRefusedByName) {
-  const files::Config config = Settings();
-  const auto conditions = CombineConditions({{60, 150}, {1000}, {}}, config.pattern);
-  ASSERT_TRUE(conditions.has_value());
-  const auto laid = LayConditions(*conditions, config, kReach);
-  ASSERT_FALSE(laid.has_value());
-  EXPECT_THAT(laid.error().message, HasSubstr("at 150 mm/s and 1000 mm/s^2"));
 }
 
 using ::testing::EndsWith;
@@ -250,13 +232,6 @@ TEST(BlameBusyComputer, LeavesAReasonThatItIsNot) {
   Disturbed none(0, 0);
   BlameBusyComputer(none.scan, none.analysis);
   EXPECT_EQ(none.analysis.pressure_advance.reason(), "scan more of the line");
-}
-
-TEST(BlameBusyComputer, LeavesAGoodAnswerAsItIs) {
-  Disturbed run(8, 8);
-  run.analysis.pressure_advance = Measured::Good({0.02, 0.001, {0.018, 0.022}});
-  BlameBusyComputer(run.scan, run.analysis);
-  EXPECT_TRUE(run.analysis.pressure_advance.good());
 }
 
 }  // namespace

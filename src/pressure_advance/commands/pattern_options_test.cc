@@ -54,21 +54,6 @@ TEST(PressureAdvances, NamesWhatIsWrong) {
   EXPECT_FALSE(ParsePressureAdvances(std::string(100000, ',')));
 }
 
-TEST(Segments, ReadsFractionsAndSpeedsInTheirOrder) {
-  const auto segments = ParseSegments("0.1:10,0.6:100,0.3:12.5");
-  ASSERT_TRUE(segments) << segments.error().message;
-  ASSERT_EQ(segments->size(), 3u);
-  EXPECT_EQ((*segments)[0].fraction, 0.1);
-  EXPECT_EQ((*segments)[1].fraction, 0.6);
-  EXPECT_EQ((*segments)[1].speed_mm_s, 100);
-  EXPECT_EQ((*segments)[2].speed_mm_s, 12.5);
-}
-
-TEST(Segments, LetsThirdsOfThreeDigitsSumToOne) {
-  EXPECT_TRUE(ParseSegments("0.333:10,0.333:100,0.333:10"));
-  EXPECT_TRUE(ParseSegments("0.5:0.1,0.5:2000"));
-}
-
 TEST(Segments, NamesThePartAndTheBound) {
   struct Mistake {
     const char* text;
@@ -124,17 +109,6 @@ PatternPlan Turned(PatternPlan plan) {
   return plan;
 }
 
-TEST(PhotoPlan, TakesValuesAndSegmentsOfThePattern) {
-  PatternConfig config;
-  config.segments = {{0.2, 10}, {0.5, 90}, {0.3, 10}};
-  const auto photo = PhotoPlanOf(PlanOf(config), "a.plan.json");
-  ASSERT_TRUE(photo) << photo.error().message;
-  EXPECT_THAT(photo->pressure_advance_s, ElementsAre(0.01, 0.02, 0.04));
-  ASSERT_EQ(photo->segments.size(), 3u);
-  EXPECT_EQ(photo->segments[1].speed_mm_s, 90);
-  EXPECT_FALSE(photo->start);
-}
-
 TEST(PhotoPlan, OrdersLinesByTheirPlacesFromTheOnePrintedFirst) {
   PatternPlan plan = PlanOf({});
   std::reverse(plan.lines.begin(), plan.lines.end());  // printed from the back to the front
@@ -161,12 +135,6 @@ TEST(PhotoPlan, RefusesLinesThatAPhotoCannotBeReadFor) {
   PatternPlan crossed = PlanOf({});
   crossed.lines[1] = Turned(crossed).lines[1];
   EXPECT_THAT(FaultOf(crossed), HasSubstr("0.02 s is not parallel"));
-}
-
-TEST(PhotoPlan, NamesAFileThatIsNotThere) {
-  const auto photo = ReadPhotoPlan("nowhere.plan.json");
-  ASSERT_FALSE(photo);
-  EXPECT_THAT(photo.error().message, HasSubstr("nowhere.plan.json"));
 }
 
 }  // namespace

@@ -129,21 +129,6 @@ TEST(OrcaProfile, ABundleIsNamedWithTheWayOut) {
       "the filament's .json");
 }
 
-// As OrcaSlicer exports it.
-TEST(OrcaProfile, ABundleOfTheFieldIsNamedForWhatItIs) {
-  const char* data = std::getenv("TRAMMEL_TEST_DATA");
-  const std::string path =
-      std::string(data == nullptr ? "" : data) + "/field/07/My PLA.orca_filament";
-  if (data == nullptr || !std::filesystem::exists(path)) {
-    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with field/07/";
-  }
-  const auto bytes = ReadWholeFile(path, 4'000'000);
-  ASSERT_TRUE(bytes);
-  const auto made = WithPressureAdvance(*bytes, path, 0.03);
-  ASSERT_FALSE(made);
-  EXPECT_THAT(made.error().message, HasSubstr("is a ZIP archive as OrcaSlicer's bundles are"));
-}
-
 TEST(OrcaProfile, RefusesWhatIsNoFilamentProfile) {
   const auto why = [](std::string_view text, double value_s = 0.02) {
     const auto made = WithPressureAdvance(text, "x.json", value_s);

@@ -44,39 +44,6 @@ TEST(PlanFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read->acceleration_mm_s2, 3000);
 }
 
-TEST(PlanFile, HasTheKeysOfTheFormatAndNoOthers) {
-  const json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : plan.items()) keys.push_back(key);
-  EXPECT_THAT(keys,
-              testing::UnorderedElementsAre("format", "kind", "gcode", "bed_mm", "bed_origin_mm",
-                                            "layer_height_mm", "line_width_mm", "line_length_mm",
-                                            "acceleration_mm_s2", "segments", "lines"));
-}
-
-TEST(PlanFile, SaysThatAMarkWasPrinted) {
-  PatternConfig config;
-  EXPECT_FALSE(ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json")->corner_mark);
-  config.corner_mark = true;
-  const auto read = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_TRUE(read->corner_mark);
-}
-
-TEST(PlanFile, WritesAFileNameOfAnyBytes) {
-  PatternPlan plan = PlanOf(PatternConfig{});
-  plan.gcode = "\xff.gcode";
-  EXPECT_TRUE(ParsePlan(FormatPlan(plan), "a.plan.json"));
-}
-
-TEST(PlanFile, DoesWithoutTheBedsOriginAndIgnoresForeignKeys) {
-  json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
-  plan.erase("bed_origin_mm");
-  plan["x_note"] = {1, 2};
-  plan["lines"][0]["x_note"] = nullptr;
-  EXPECT_TRUE(ParsePlan(plan.dump(), "a.plan.json"));
-}
-
 struct Fault {
   std::function<void(json&)> spoil;
   const char* says;

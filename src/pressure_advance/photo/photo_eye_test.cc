@@ -21,58 +21,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-PhotoOptions OptionsFor(const DrawnPhoto& photo) {
-  PhotoOptions options;
-  options.pressure_advance_s = photo.pressure_advance_s;
-  options.slow_before = photo.slow_before;
-  options.slow_after = photo.slow_after;
-  return options;
-}
-
-DrawnPhoto Usual() {
-  DrawnPhoto photo;
-  photo.pressure_advance_s = Steps();
-  return photo;
-}
-
-cv::Mat ToMat(const Frame& frame) {
-  return cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data()))
-      .clone();
-}
-
-BgrView View(const cv::Mat& image) {
-  return {image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
-}
-
-double UsualWidth(const LineProfile& profile) {
-  std::vector<double> widths;
-  for (const ProfileSample& sample : profile.samples) {
-    if (sample.width.seen()) widths.push_back(sample.width.value);
-  }
-  return widths.empty() ? 0 : Median(widths);
-}
-
-// Mean width between two positions, over the line's usual width.
-double Relative(const LineProfile& profile, double from, double to) {
-  std::vector<double> widths;
-  for (const ProfileSample& sample : profile.samples) {
-    if (sample.width.seen() && sample.position > from && sample.position < to) {
-      widths.push_back(sample.width.value);
-    }
-  }
-  return widths.empty() ? -1 : Mean(widths) / UsualWidth(profile);
-}
-
-// Largest difference of the lines' relative widths at the deceleration.
-double Difference(const PhotoMeasurement& a, const PhotoMeasurement& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.profiles.size(); ++i) {
-    largest = std::max(largest, std::abs(Relative(a.profiles[i], 0.65, 0.78) -
-                                         Relative(b.profiles[i], 0.65, 0.78)));
-  }
-  return largest;
-}
-
 struct WidthErrors {
   double bias = 0, scatter = 0, predicted = 0;  // over the usual width
 };
@@ -131,47 +79,6 @@ TEST(PhotoEye, FindsWhereTheSpeedChanges) {
   EXPECT_NEAR(measured.segments->fast_end, 0.7, 0.01);
 }
 
-TEST(PhotoEye, TracesLieInTheRectifiedPicture) {
-  const DrawnPhoto drawn = Usual();
-  const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), OptionsFor(drawn));
-  ASSERT_EQ(measured.refusal, "");
-  ASSERT_EQ(measured.view.lines.size(), measured.profiles.size());
-  // First line at the bottom, print direction to the right.
-  EXPECT_GT(measured.view.lines.front().centre_px.front(),
-            measured.view.lines.back().centre_px.front());
-  EXPECT_LT(measured.view.lines.front().x_px.front(), measured.view.lines.front().x_px.back());
-  for (const TracedLine& trace : measured.view.lines) {
-    ASSERT_EQ(trace.x_px.size(), measured.profiles.front().samples.size());
-    EXPECT_GT(trace.x_px.front(), 0);
-    EXPECT_LT(trace.x_px.back(), measured.view.rectified.width);
-  }
-}
-
-TEST(PhotoEye, TurningAndMirroringChangeNothing) {
-  const DrawnPhoto drawn = Usual();
-  const cv::Mat upright = ToMat(Draw(drawn));
-  PhotoOptions options = OptionsFor(drawn);
-  const PhotoMeasurement reference = MeasurePhoto(View(upright), options);
-  ASSERT_EQ(reference.refusal, "");
-  struct Turn {
-    int code;  // of cv::rotate, or 10 + code of cv::flip
-    PhotoSide from;
-  };
-  for (const Turn& turn : {Turn{cv::ROTATE_90_CLOCKWISE, PhotoSide::kLeft},
-                           Turn{cv::ROTATE_180, PhotoSide::kTop}, Turn{11, PhotoSide::kBottom}}) {
-    cv::Mat turned;
-    if (turn.code >= 10) {
-      cv::flip(upright, turned, turn.code - 10);
-    } else {
-      cv::rotate(upright, turned, turn.code);
-    }
-    options.from = turn.from;
-    const PhotoMeasurement measured = MeasurePhoto(View(turned), options);
-    ASSERT_EQ(measured.refusal, "") << turn.code;
-    EXPECT_LT(Difference(reference, measured), 0.03) << turn.code;
-  }
-}
-
 TEST(PhotoEye, FindsTheFirstLineHoweverThePhotoIsHeld) {
   const DrawnPhoto drawn = Usual();
   const cv::Mat upright = ToMat(Draw(drawn));
@@ -208,13 +115,6 @@ TEST(PhotoEye, AsksForTheFirstLineWhereNothingShowsIt) {
   EXPECT_THAT(MeasurePhoto(View(held), options).refusal, HasSubstr("--from"));
   options.from = PhotoSide::kLeft;
   EXPECT_EQ(MeasurePhoto(View(held), options).refusal, "");
-}
-
-TEST(PhotoEye, SaysThatTheOrderRunsTheOtherWay) {
-  const DrawnPhoto drawn = Usual();
-  PhotoOptions options = OptionsFor(drawn);
-  options.from = PhotoSide::kTop;
-  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("upside down"));
 }
 
 TEST(PhotoEye, FindsTheStartOfSymmetricLinesByPhysics) {
@@ -256,14 +156,6 @@ TEST(PhotoEye, RefusesSidesAcrossTheLines) {
   options.from = PhotoSide::kBottom;
   options.start = PhotoSide::kTop;
   EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("cannot start at the top"));
-}
-
-TEST(PhotoEye, CountsTheLines) {
-  DrawnPhoto drawn = Usual();
-  PhotoOptions options = OptionsFor(drawn);
-  options.pressure_advance_s = Steps(12);
-  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal,
-              HasSubstr("found 13 lines, the PA list has 12 values"));
 }
 
 TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
@@ -312,17 +204,6 @@ TEST(PhotoEye, RefusesBlurredAndTinyPhotos) {
   EXPECT_NE(MeasurePhoto(View(tiny), OptionsFor(Usual())).refusal, "");
 }
 
-TEST(PhotoEye, ChecksItsOptions) {
-  const Frame photo(200, 200);
-  PhotoOptions options;
-  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("0 values"));
-  options.pressure_advance_s = {0, std::nan("")};
-  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("not a number"));
-  options.pressure_advance_s = Steps();
-  options.slow_before = 0.8;
-  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("0.8"));
-}
-
 class RealPhotos : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -363,35 +244,6 @@ TEST_F(RealPhotos, AreReadWithBulgesAndBreaksWhereTheyBelong) {
     EXPECT_LT(Relative(measured.profiles[18], 0.69, 0.74), 0.3) << name;
     EXPECT_GT(Relative(measured.profiles[19], 0.09, 0.14), 1.2) << name;
   }
-}
-
-// Turned, mirrored, shrunk and compressed photos against the same photo as it is.
-TEST_F(RealPhotos, ReadTheSameHoweverTheyAreStored) {
-  const cv::Mat photo = Load("gold50_lines4-5.jpg");
-  ASSERT_FALSE(photo.empty());
-  const PhotoMeasurement reference = MeasurePhoto(View(photo), options_);
-  ASSERT_EQ(reference.refusal, "");
-  const auto compare = [&](const cv::Mat& changed, PhotoSide from, double most, const char* what) {
-    options_.from = from;
-    const PhotoMeasurement measured = MeasurePhoto(View(changed), options_);
-    EXPECT_EQ(measured.refusal, "") << what;
-    if (!measured.refusal.empty()) return;
-    EXPECT_LT(Difference(reference, measured), most) << what;
-  };
-  cv::Mat changed;
-  cv::rotate(photo, changed, cv::ROTATE_90_CLOCKWISE);
-  compare(changed, PhotoSide::kLeft, 0.05, "turned by 90 degrees");
-  cv::flip(photo, changed, 1);
-  compare(changed, PhotoSide::kBottom, 0.05, "mirrored");
-  const cv::Mat turn =
-      cv::getRotationMatrix2D(cv::Point2d(photo.cols / 2.0, photo.rows / 2.0), 7, 0.9);
-  cv::warpAffine(photo, changed, turn, photo.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);
-  compare(changed, PhotoSide::kBottom, 0.08, "turned by 7 degrees");
-  cv::resize(photo, changed, {}, 0.5, 0.5, cv::INTER_AREA);
-  compare(changed, PhotoSide::kBottom, 0.1, "half the size");
-  std::vector<std::uint8_t> bytes;
-  ASSERT_TRUE(cv::imencode(".jpg", photo, bytes, {cv::IMWRITE_JPEG_QUALITY, 60}));
-  compare(cv::imdecode(bytes, cv::IMREAD_COLOR), PhotoSide::kBottom, 0.08, "compressed");
 }
 
 TEST_F(RealPhotos, AreRefusedWhereHalfIsMissing) {

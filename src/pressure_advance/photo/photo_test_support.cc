@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/random.h"
+#include "base/statistics.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -27,14 +28,7 @@ double Filament(const DrawnPhoto& photo, double x_mm, double y_mm) {
   if (photo.corner_mark) {
     const double along = std::min(x_mm, 9 - x_mm);
     const double across = std::min(y_mm + photo.margin_mm, 3 - photo.margin_mm - y_mm);
-    double inside = std::min(along, across);
-    if (photo.mark_stroke_mm > 0) {
-      const double apart_mm = 1.2 * photo.bead_mm;
-      const double phase =
-          y_mm + photo.margin_mm - std::floor((y_mm + photo.margin_mm) / apart_mm) * apart_mm;
-      inside = std::min(inside, photo.mark_stroke_mm / 2 - std::abs(phase - apart_mm / 2));
-    }
-    share = std::max(share, Coverage(inside * px));
+    share = std::max(share, Coverage(std::min(along, across) * px));
   }
   const double nearest = std::clamp(std::round(y_mm / photo.spacing_mm), 0.0, lines - 1);
   const auto line = static_cast<std::size_t>(nearest);
@@ -118,6 +112,57 @@ std::vector<double> Steps(std::size_t count, double step_s) {
   std::vector<double> steps;
   for (std::size_t i = 0; i < count; ++i) steps.push_back(step_s * static_cast<double>(i));
   return steps;
+}
+
+DrawnPhoto Usual() {
+  DrawnPhoto photo;
+  photo.pressure_advance_s = Steps();
+  return photo;
+}
+
+PhotoOptions OptionsFor(const DrawnPhoto& photo) {
+  PhotoOptions options;
+  options.pressure_advance_s = photo.pressure_advance_s;
+  options.slow_before = photo.slow_before;
+  options.slow_after = photo.slow_after;
+  options.corner_mark = photo.corner_mark;
+  return options;
+}
+
+cv::Mat ToMat(const Frame& frame) {
+  return cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data()))
+      .clone();
+}
+
+BgrView View(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+}
+
+double UsualWidth(const LineProfile& profile) {
+  std::vector<double> widths;
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.width.seen()) widths.push_back(sample.width.value);
+  }
+  return widths.empty() ? 0 : Median(widths);
+}
+
+double Relative(const LineProfile& profile, double from, double to) {
+  std::vector<double> widths;
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.width.seen() && sample.position > from && sample.position < to) {
+      widths.push_back(sample.width.value);
+    }
+  }
+  return widths.empty() ? -1 : Mean(widths) / UsualWidth(profile);
+}
+
+double Difference(const PhotoMeasurement& a, const PhotoMeasurement& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.profiles.size(); ++i) {
+    largest = std::max(largest, std::abs(Relative(a.profiles[i], 0.65, 0.78) -
+                                         Relative(b.profiles[i], 0.65, 0.78)));
+  }
+  return largest;
 }
 
 }  // namespace trammel::pressure_advance

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "base/frame.h"
+#include "pressure_advance/photo/photo_eye.h"
 
 namespace trammel::pressure_advance {
 
@@ -20,8 +22,7 @@ struct DrawnPhoto {
   double margin_mm = 6;  ///< from the outer lines to the frame's inner edges
   double slow_before = 0.1, slow_after = 0.3;
   bool frame = true;
-  bool corner_mark = false;   ///< fills 3 mm of the frame's margin along 9 mm of the first line
-  double mark_stroke_mm = 0;  ///< of the mark's strokes, 1.2 beads from each other; 0: printed full
+  bool corner_mark = false;  ///< fills 3 mm of the frame's margin along 9 mm of the first line
   std::vector<std::size_t> left_out;  ///< lines that were not printed
 
   int width_px = 520, height_px = 540;
@@ -48,5 +49,19 @@ struct DrawnPhoto {
 
 /// 0, 0.005 … 0.06 s unless told otherwise.
 [[nodiscard]] std::vector<double> Steps(std::size_t count = 13, double step_s = 0.005);
+
+/// The usual pattern of Steps().
+[[nodiscard]] DrawnPhoto Usual();
+[[nodiscard]] PhotoOptions OptionsFor(const DrawnPhoto& photo);
+
+[[nodiscard]] cv::Mat ToMat(const Frame& frame);
+[[nodiscard]] BgrView View(const cv::Mat& image);
+
+/// Median of the seen widths.
+[[nodiscard]] double UsualWidth(const LineProfile& profile);
+/// Mean width between two positions, over the usual one; -1 where none is seen.
+[[nodiscard]] double Relative(const LineProfile& profile, double from, double to);
+/// Largest difference of the lines' relative widths at the deceleration.
+[[nodiscard]] double Difference(const PhotoMeasurement& a, const PhotoMeasurement& b);
 
 }  // namespace trammel::pressure_advance
