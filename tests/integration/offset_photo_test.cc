@@ -91,13 +91,6 @@ TEST_F(OffsetPhoto, OneIsRightAndTwoAreMoreCertain) {
             one->tools[0].dx_mm.quantity().standard_uncertainty);
 }
 
-TEST_F(OffsetPhoto, SaysWhatItTakesForGranted) {
-  const auto result = See(Phone());
-  ASSERT_TRUE(result) << result.error().message;
-  ASSERT_FALSE(result->notices.empty());
-  EXPECT_THAT(result->notices[0], HasSubstr("30 um higher"));
-}
-
 TEST_F(OffsetPhoto, ACroppedPictureIsNoticedAndItsIntervalsAreWider) {
   sim::PhoneTraits phone = Phone();
   const auto whole = See(phone);
@@ -112,14 +105,6 @@ TEST_F(OffsetPhoto, ACroppedPictureIsNoticedAndItsIntervalsAreWider) {
   EXPECT_THAT(cropped->notices, testing::Contains(HasSubstr("no camera stores")));
   EXPECT_GT(cropped->tools[0].dx_mm.quantity().standard_uncertainty,
             whole->tools[0].dx_mm.quantity().standard_uncertainty);
-}
-
-TEST_F(OffsetPhoto, AnotherSheetIsRefused) {
-  tool_offset::SheetSettings settings = Settings();
-  settings.tilt_deg = 16;
-  const auto result = SeePhoto(WritePattern(settings), *sheet_, Phone(), kName, 0);
-  ASSERT_FALSE(result);
-  EXPECT_THAT(result.error().message, HasSubstr("the page shows sheet"));
 }
 
 TEST_F(OffsetPhoto, WhatCannotBeReadIsRefusedForWhatIsWrongWithIt) {

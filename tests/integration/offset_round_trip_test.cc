@@ -83,43 +83,32 @@ class RoundTrip : public testing::TestWithParam<Firmware> {
   }
 };
 
-TEST_P(RoundTrip, TheOffsetIsGoneOnTheNextSheet) {
-  const KeptOffset before = {0.05, -0.08};
-  const tool_offset::ToolReading first = Read(before, 0);
-  ASSERT_TRUE(first.dx_mm.good()) << first.dx_mm.reason();
-  ASSERT_TRUE(first.dy_mm.good()) << first.dy_mm.reason();
-  const double dx_mm = first.dx_mm.quantity().value;
-  const double dy_mm = first.dy_mm.quantity().value;
-  EXPECT_GT(std::hypot(dx_mm, dy_mm), 10 * kGone_mm);  // something to take out
-  const tool_offset::ToolReading second =
-      Read(Corrected(GetParam().firmware, before, dx_mm, dy_mm), 1);
-  ASSERT_TRUE(second.dx_mm.good()) << second.dx_mm.reason();
-  ASSERT_TRUE(second.dy_mm.good()) << second.dy_mm.reason();
-  EXPECT_NEAR(second.dx_mm.quantity().value, 0, kGone_mm) << "after " << dx_mm;
-  EXPECT_NEAR(second.dy_mm.quantity().value, 0, kGone_mm) << "after " << dy_mm;
-}
-
-TEST_P(RoundTrip, AToolUpToTenMillimetresOffIsGoneOnTheThirdSheet) {
-  const KeptOffset before = {-6.4, 8.9};
-  const tool_offset::ToolReading first = Read(before, 2);
-  ASSERT_TRUE(first.dx_mm.good()) << first.dx_mm.reason();
-  ASSERT_TRUE(first.dy_mm.good()) << first.dy_mm.reason();
-  EXPECT_TRUE(first.coarse);
-  const KeptOffset roughly = Corrected(GetParam().firmware, before, first.dx_mm.quantity().value,
-                                       first.dy_mm.quantity().value);
-  const tool_offset::ToolReading second = Read(roughly, 3);
-  ASSERT_TRUE(second.dx_mm.good()) << second.dx_mm.reason();
-  EXPECT_FALSE(second.coarse);
-  constexpr double kCoarse_mm = 0.2;  // what the first sheet may leave
-  EXPECT_NEAR(second.dx_mm.quantity().value, 0, kCoarse_mm);
-  EXPECT_NEAR(second.dy_mm.quantity().value, 0, kCoarse_mm);
-  const tool_offset::ToolReading third =
-      Read(Corrected(GetParam().firmware, roughly, second.dx_mm.quantity().value,
-                     second.dy_mm.quantity().value),
-           4);
-  ASSERT_TRUE(third.dx_mm.good()) << third.dx_mm.reason();
-  EXPECT_NEAR(third.dx_mm.quantity().value, 0, kGone_mm);
-  EXPECT_NEAR(third.dy_mm.quantity().value, 0, kGone_mm);
+TEST_P(RoundTrip, AnOffsetIsGoneOnTheNextSheetOneTenMillimetresOffOnTheThird) {
+  constexpr double kCoarse_mm = 0.2;  // what a sheet may leave of an offset far off
+  const struct {
+    KeptOffset kept;
+    std::vector<double> within_mm;  // of each sheet after the first
+  } rows[] = {{{0.05, -0.08}, {kGone_mm}}, {{-6.4, 8.9}, {kCoarse_mm, kGone_mm}}};
+  std::uint64_t sheet = 0;
+  for (const auto& row : rows) {
+    KeptOffset kept = row.kept;
+    for (std::size_t i = 0; i <= row.within_mm.size(); ++i) {
+      SCOPED_TRACE(sheet);
+      const tool_offset::ToolReading read = Read(kept, sheet++);
+      ASSERT_TRUE(read.dx_mm.good()) << read.dx_mm.reason();
+      ASSERT_TRUE(read.dy_mm.good()) << read.dy_mm.reason();
+      const double dx_mm = read.dx_mm.quantity().value;
+      const double dy_mm = read.dy_mm.quantity().value;
+      EXPECT_EQ(read.coarse, i == 0 && row.within_mm.size() > 1);
+      if (i == 0) {
+        EXPECT_GT(std::hypot(dx_mm, dy_mm), 10 * kGone_mm);  // something to take out
+      } else {
+        EXPECT_NEAR(dx_mm, 0, row.within_mm[i - 1]);
+        EXPECT_NEAR(dy_mm, 0, row.within_mm[i - 1]);
+      }
+      kept = Corrected(GetParam().firmware, kept, dx_mm, dy_mm);
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(

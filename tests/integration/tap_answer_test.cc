@@ -123,13 +123,6 @@ TEST_F(TapAnswer, TheContactIsHandedBackInTime) {
   EXPECT_THAT(end.standard_error, HasSubstr("after the macro asked"));
 }
 
-TEST_F(TapAnswer, SoIsThatOfATapWithALongLift) {
-  Start(WithLoadCell());
-  Watch();
-  const auto told = Tap("LIFT=20 LIFT_SPEED=3");  // 6.7 s
-  EXPECT_EQ(told.at("VERDICT"), "good") << process_->StandardErrorSoFar();
-}
-
 TEST_F(TapAnswer, SoIsThatOfAForkThatPullsBackByItself) {
   ShopOptions options = WithLoadCell();
   options.klipper.load_cell->pulls_back = true;

@@ -87,32 +87,6 @@ TEST_F(TapWatch, HandsTheContactBackToTheMacroThatAsks) {
   EXPECT_EQ(process_->Wait(30).exit_code, 0);
 }
 
-TEST_F(TapWatch, HandsARefusalBackAndNoSubstitute) {
-  Start({"--answer", "--count", "2"});
-  PushTap(DrawnTap(-0.01));
-  Push("trammel_tap", json::object());
-  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good"));
-  json flat = DrawnTap(0);
-  for (json& force : flat["force"]) force = 5;
-  PushTap(flat);
-  server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.008000"));
-  Push("trammel_tap", json::object());
-  EXPECT_THAT(Answer(2),
-              AllOf(Not(HasSubstr("VERDICT=good")), HasSubstr(" REASON="), Not(HasSubstr(" Z="))));
-  EXPECT_EQ(process_->Wait(30).exit_code, 2);
-}
-
-TEST_F(TapWatch, AnOldTapIsNoAnswerAndTheMacroIsToldInTime) {
-  Start({"--answer", "--answer-within", "0.5"});
-  PushTap(DrawnTap(-0.01));
-  Push("trammel_tap", json::object());
-  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good"));
-  Push("trammel_tap", json::object());  // without a tap of its own
-  EXPECT_THAT(Answer(2), HasSubstr("VERDICT=refused REASON=no_tap"));
-  process_->Send(SIGINT);
-  EXPECT_EQ(process_->Wait(30).exit_code, 0);
-}
-
 TEST_F(TapWatch, TheTapOfBeforeTheMacroIsNotTakenForItsOwn) {
   Start({"--answer", "--count", "2"});
   json before = DrawnTap(-0.5);

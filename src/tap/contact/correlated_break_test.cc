@@ -155,44 +155,5 @@ TEST(CorrelatedBreak, ShortStretchesStillCoverNineBreaksInTen) {
   }
 }
 
-TEST(CorrelatedBreak, LevelAndUnitOfTheForceDoNotMatter) {
-  Random random(1000);
-  Fitted fitted = FitIn(Noise(120, 0.8, random));
-  std::vector<double> free = Noise(300, 0.8, random);
-  const double factor = Factor(fitted, {free});
-  ASSERT_GT(factor, 1);
-  for (double& force : free) {
-    force = 9.81 * (force + 500);
-  }
-  for (double& residual : fitted.residual) {
-    residual *= 9.81;
-  }
-  fitted.noise *= 9.81;
-  EXPECT_NEAR(Factor(fitted, {free}), factor, 1e-9 * factor);
-}
-
-TEST(CorrelatedBreak, StretchesOfFewerThanSixteenBlocksTellNothing) {
-  Random random(1001);
-  const Fitted one_to_a_block = FitIn(Noise(120, 0.9, random));
-  EXPECT_EQ(Factor(one_to_a_block, {}), 1);
-  EXPECT_EQ(Factor(one_to_a_block, {Noise(15, 0.9, random), Noise(15, 0.9, random)}), 1);
-  EXPECT_GT(Factor(one_to_a_block, {Noise(60, 0.9, random), Noise(15, 0.9, random)}), 1);
-  const Fitted four_to_a_block = FitIn(Noise(400, 0.9, random));
-  EXPECT_EQ(Factor(four_to_a_block, {Noise(63, 0.9, random)}), 1);
-  EXPECT_GT(Factor(four_to_a_block, {Noise(200, 0.9, random)}), 1);
-}
-
-TEST(CorrelatedBreak, WhatCannotBeToldIsOne) {
-  Random random(1002);
-  Fitted fitted = FitIn(Noise(120, 0.9, random));
-  std::vector<double> free = Noise(200, 0.9, random);
-  std::vector<std::span<double>> stretches = {free};
-  std::vector<std::byte> small(200);
-  Workspace workspace(small);
-  EXPECT_EQ(CorrelatedFactor(fitted.View(), stretches, workspace), 1) << "no memory";
-  fitted.noise = 0;
-  EXPECT_EQ(Factor(fitted, {free}), 1) << "no noise";
-}
-
 }  // namespace
 }  // namespace trammel::tap

@@ -74,47 +74,5 @@ TEST(PressProfile, IsTheLeastSquaresOfEachOrderAtAnyBreak) {
   }
 }
 
-TEST(PressProfile, CoefficientsLeaveThatSumOfSquares) {
-  const World world = MakeWorld(1002, true);
-  std::vector<std::byte> memory(1 << 16);
-  Workspace workspace(memory);
-  const PressProfile profile({world.y, world.force, world.weight}, workspace);
-  for (std::size_t order = 1; order <= PressProfile::kOrders; ++order) {
-    const double t = 0.437;
-    const auto [a, b, c] = profile.Fit(t, order);
-    const PressProfile::At at = profile.Evaluate(t);
-    double sum = 0;
-    for (std::size_t s = 0; s < world.y.size(); ++s) {
-      const double d = std::max(0.0, t - world.y[s]);
-      const double r =
-          world.force[s] - a - b * (world.y[s] - t) - d * (c[0] + d * (c[1] + d * c[2]));
-      sum += world.weight[s] * r * r;
-    }
-    EXPECT_NEAR(sum, at.sum_squares[order - 1], kRounding_g2);
-    EXPECT_NEAR(c[0], at.start_slope[order - 1], 1e-6 * std::abs(c[0]));
-  }
-}
-
-TEST(PressProfile, SamplesOfNoWeightChangeNothing) {
-  World world = MakeWorld(1003, true);
-  std::vector<double> values;
-  for (const double poison : {0.0, 1e6}) {
-    world.weight[30] = 0;
-    world.force[30] = poison;
-    std::vector<std::byte> memory(1 << 16);
-    Workspace workspace(memory);
-    const PressProfile profile({world.y, world.force, world.weight}, workspace);
-    values.push_back(profile.Evaluate(0.4).sum_squares[1]);
-  }
-  EXPECT_DOUBLE_EQ(values[0], values[1]);
-}
-
-TEST(PressProfile, AWorkspaceTooSmallIsSaid) {
-  const World world = MakeWorld(1004, false);
-  std::vector<std::byte> memory(100);
-  Workspace workspace(memory);
-  EXPECT_FALSE(PressProfile({world.y, world.force, world.weight}, workspace).Ready());
-}
-
 }  // namespace
 }  // namespace trammel::tap

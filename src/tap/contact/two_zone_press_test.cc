@@ -94,98 +94,6 @@ TEST(TwoZonePress, FindsTheKinkOfAHollowSheet) {
   }
 }
 
-TEST(TwoZonePress, FindsTheSameFromAKinkCloseBy) {
-  constexpr double kNoise_g = 3;
-  constexpr double kSame = 0.3;  // of the noise variance: moves a border by 0.08 deviations
-  constexpr int kTaps = 100;
-  int same = 0;
-  for (int seed = 1000; seed < 1000 + kTaps; ++seed) {
-    Hollow hollow;
-    hollow.noise_g = kNoise_g;
-    const World world = MakeWorld(hollow, static_cast<std::uint64_t>(seed));
-    std::vector<std::byte> memory(1 << 16);
-    Workspace workspace(memory);
-    const PressProfile profile({world.y, world.force, {}}, workspace);
-    const TwoZonePress searched = FitTwoZones(profile, hollow.t);
-    const TwoZonePress near = FitTwoZones(profile, hollow.t, hollow.s + 0.02);
-    ASSERT_TRUE(near.found);
-    same += std::abs(near.sum_squares_curved - searched.sum_squares_curved) <
-            kSame * kNoise_g * kNoise_g;
-  }
-  EXPECT_GE(same, 0.9 * kTaps);  // noise makes other leasts beside it
-}
-
-TEST(TwoZonePress, WhatIsOfNoInterestIsNotSearchedToTheEnd) {
-  Hollow hollow;
-  hollow.noise_g = 3;
-  const World world = MakeWorld(hollow, 1000);
-  std::vector<std::byte> memory(1 << 16);
-  Workspace workspace(memory);
-  const PressProfile profile({world.y, world.force, {}}, workspace);
-  const double t = 0.55;
-  const double least = FitTwoZones(profile, t, hollow.s).sum_squares_curved;
-  // Never on the wrong side of the limit, near it or far from it.
-  for (const double of_interest : {0.2 * least, 0.99 * least, 1.01 * least, 5 * least}) {
-    const TwoZonePress found = FitTwoZones(profile, t, hollow.s, of_interest);
-    EXPECT_EQ(found.sum_squares_curved < of_interest, least < of_interest);
-  }
-  EXPECT_GT(FitTwoZones(profile, t, hollow.s + 0.1, 0.01 * least).sum_squares_curved, least);
-}
-
-TEST(TwoZonePress, AKinkBeyondTheBreakIsNoStart) {
-  const World world = MakeWorld({}, 1000);
-  std::vector<std::byte> memory(1 << 16);
-  Workspace workspace(memory);
-  const PressProfile profile({world.y, world.force, {}}, workspace);
-  EXPECT_EQ(FitTwoZones(profile, 0.437, 0.5).s, FitTwoZones(profile, 0.437).s);
-}
-
-TEST(TwoZonePress, ReachesTheNarrowestZoneWhereThatIsBest) {
-  // A quadratic press, taken too short: the nearer the kink lies to the break, the better.
-  World world = MakeWorld({.t = 0.437, .s = 0.437, .outer = 300, .inner = 300, .curve = 300}, 1000);
-  std::vector<std::byte> memory(1 << 16);
-  Workspace workspace(memory);
-  const PressProfile profile({world.y, world.force, {}}, workspace);
-  const double t = 0.415;
-  const TwoZonePress found = FitTwoZones(profile, t);
-  ASSERT_TRUE(found.found);
-  const Breaks end(profile, t);
-  const double narrowest = world.y[profile.Below(t) - 3];
-  const TwoZones edge = EvaluateTwoZones(profile, end.outer, Pair{narrowest, narrowest});
-  EXPECT_LT(found.sum_squares_curved, 1.01 * edge.sum_squares_curved[0]);
-}
-
-TEST(TwoZonePress, FindsAPressThatGivesWayAtDepthToo) {
-  Hollow hollow;
-  hollow.outer = 300;
-  hollow.inner = 90;
-  const TwoZonePress press = Fit(MakeWorld(hollow, 0), hollow.t);
-  ASSERT_TRUE(press.found);
-  EXPECT_GT(press.outer_slope, 2 * press.inner_slope);
-}
-
-TEST(TwoZonePress, TheElbowIsWhereTheInnerPressWouldHaveEnded) {
-  const Hollow hollow;
-  const TwoZonePress press = Fit(MakeWorld(hollow, 0), hollow.t);
-  const double force_at_kink = hollow.outer * (hollow.t - hollow.s);
-  EXPECT_NEAR(press.Elbow(), hollow.s + force_at_kink / hollow.inner, 2e-3);
-}
-
-TEST(TwoZonePress, BothZonesPress) {
-  for (const double outer : {-300.0, -60.0, 10.0, 60.0}) {
-    for (const double inner : {-300.0, -60.0, 60.0}) {
-      Hollow hollow;
-      hollow.outer = outer;
-      hollow.inner = inner;
-      hollow.noise_g = 2;
-      const TwoZonePress press = Fit(MakeWorld(hollow, 1000), hollow.t);
-      EXPECT_TRUE(!press.found ||
-                  (press.inner_slope > 0 && press.outer_slope >= 0.08 * press.inner_slope))
-          << outer << ", " << inner;
-    }
-  }
-}
-
 // The force of a slope that grows from 0 to 1 evenly between u and v.
 double Ramp(double y, double u, double v) {
   const double h = std::max(0.0, u - y);
@@ -247,11 +155,6 @@ TEST(RoundedKink, ExplainsASlopeThatGrowsOverTheOuterZone) {
     EXPECT_NEAR(rounded.outer_slope, 40, 1.2);
     EXPECT_NEAR(rounded.inner_slope, 300, 9);
   }
-}
-
-TEST(TwoZonePress, TooFewSamplesForTwoZonesAreNone) {
-  EXPECT_FALSE(Fit(MakeWorld({}, 0, 9), 0.437).found);
-  EXPECT_TRUE(Fit(MakeWorld({}, 0, 40), 0.437).found);
 }
 
 }  // namespace

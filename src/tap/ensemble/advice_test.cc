@@ -57,16 +57,6 @@ const Advice& Find(const TapAdvice& advice, const char* setting) {
   return *found;
 }
 
-TEST(TapAdvice, TheFormulaIsNearTheBoundOfACurvedPress) {
-  // Cramer-Rao: 1.14 um at 8 gf, 3500 gf/mm, 1 um per sample, 45 um of press, 55 um after it.
-  TapTraits traits;
-  traits.noise_g = 8;
-  traits.press_force_g = 3500;
-  traits.press_depth_mm = 1;
-  traits.sample_rate_hz = 320;
-  EXPECT_NEAR(BreakUncertainty(traits, 0.32, 0.045, 0.055), 1.14e-3, 0.1e-3);
-}
-
 TEST(TapAdvice, KeepsWhatIsGoodAndReadsItsTraits) {
   const TapAdvice advice = Draw({.drift_g_s = 2}, 10, 1).Advised();
   for (const Advice& one : advice.settings) EXPECT_FALSE(one.change) << one.setting;

@@ -115,20 +115,6 @@ TEST(TapFile, FindsTapsInListsNotificationsAndJsonLinesInTheirOrder) {
   }
 }
 
-TEST(TapFile, APrinterThatFoundNoContactHasNoZOfItsOwn) {
-  const auto taps = ParseTaps(Tap(R"(,"tap_pos":[1,2,0.25],"is_valid":false)"), "f");
-  ASSERT_TRUE(taps);
-  EXPECT_FALSE(taps->front().firmware_z_mm);
-}
-
-TEST(TapFile, LeavesWhatTheSamplesHoldToTheAnalysis) {
-  const auto taps =
-      ParseTaps(R"([{"time":[],"force":[]},{"time":[2,1,1],"force":[1,null,3]}])", "f");
-  ASSERT_TRUE(taps) << taps.error().message;
-  EXPECT_TRUE((*taps)[0].time_s.empty());
-  EXPECT_TRUE(std::isnan((*taps)[1].force_g[1]));
-}
-
 TEST(TapFile, FaultsNameFileTapKeyValueAndRemedy) {
   const std::pair<std::string, std::vector<std::string>> cases[] = {
       {"", {"f.json", "is not JSON"}},
@@ -215,14 +201,6 @@ TEST(TapCsv, TakesMovesFromTheFileBesideIt) {
   const auto wrong = ReadTaps(folder.path() / "a.csv");
   ASSERT_FALSE(wrong);
   EXPECT_THAT(wrong.error().message, AllOf(HasSubstr("a.moves.csv"), HasSubstr("'start_v'")));
-}
-
-TEST(TapFile, FilesThatCannotBeReadSayWhy) {
-  const test::TemporaryFolder folder;
-  EXPECT_THAT(ReadTaps(folder.path() / "none.json").error().message, HasSubstr("no such file"));
-  EXPECT_THAT(ReadTaps(folder.path()).error().message, HasSubstr("folder"));
-  test::WriteWhole(folder.path() / "e.json", " \n");
-  EXPECT_THAT(ReadTaps(folder.path() / "e.json").error().message, HasSubstr("is empty"));
 }
 
 // z of a tap: approach at 2 mm/s, a rest, 0.3 mm/s up after a ramp of 1 ms, at 320 samples/s.

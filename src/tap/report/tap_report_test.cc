@@ -77,19 +77,6 @@ TEST(TapJson, HasTheKeysThatAreDocumentedAndNullWhereRefused) {
   }
 }
 
-TEST(TapJson, AListKeepsTheOrderAndThePlaceOfAFileThatCannotBeRead) {
-  Random random(1);
-  const PlottedTap tap = MakeTap(-0.005, random);
-  std::vector<AnalysedTap> taps = {{tap.recording, tap.contact, {}}, {{}, {}, "cut off"}};
-  const json list = JsonOf(taps);
-  ASSERT_EQ(list.size(), 2u);
-  EXPECT_EQ(list[1]["verdict"], "refused");
-  EXPECT_EQ(list[1]["reason"], "cut off");
-  const json summary = JsonOf(taps, tap::Ensemble{});
-  EXPECT_EQ(summary["taps"], list);
-  EXPECT_TRUE(summary["ensemble"]["drift_with_time"].is_null());
-}
-
 TEST(TapReport, DrawsEveryFigureOfAMeshOfTaps) {
   Random random(2);
   std::vector<PlottedTap> taps;
@@ -107,53 +94,6 @@ TEST(TapReport, DrawsEveryFigureOfAMeshOfTaps) {
     EXPECT_TRUE(test::DecodePng(figure.canvas.ToPng())) << figure.name;
   }
   EXPECT_THAT(names, testing::ElementsAre("series", "mesh", "tap", "noise"));
-}
-
-TEST(TapReport, AMeshShowsWhereEveryTapWasRefused) {
-  Random random(5);
-  std::vector<PlottedTap> taps;
-  for (int i = 0; i < 9; ++i) {
-    taps.push_back(MakeTap(-0.005 + 0.001 * i, random));
-    taps.back().recording.x_mm = 50 + 40.0 * (i % 3);
-    taps.back().recording.y_mm = 50 + 40.0 * (i / 3);
-  }
-  const auto refused = [&taps] {
-    const auto figure = MeshFigure(taps, InputOf(taps).ensemble);
-    EXPECT_TRUE(figure);
-    const std::string svg = figure->canvas.ToSvg();
-    EXPECT_EQ(test::XmlProblem(svg), "");
-    return svg;
-  };
-  const std::string all_good = refused();
-  taps[4].contact.verdict = Verdict::kRefused;
-  const std::string one_refused = refused();
-  EXPECT_NE(one_refused, all_good);
-  const PlottedTap again = taps[4];
-  taps.push_back(again);
-  EXPECT_EQ(refused(), one_refused) << "a place is shown once";
-  taps.push_back(MakeTap(-0.001, random));
-  taps.back().recording.x_mm = again.recording.x_mm;
-  taps.back().recording.y_mm = again.recording.y_mm;
-  EXPECT_NE(refused(), one_refused) << "one good tap makes a height";
-}
-
-TEST(TapReport, ANarrowMeshSaysTheHeightOfEveryPlace) {
-  Random random(5);
-  std::vector<PlottedTap> taps;
-  for (int i = 0; i < 25; ++i) {
-    taps.push_back(MakeTap(-0.03 + 0.0025 * i, random));
-    taps.back().recording.x_mm = 20 + 50.0 * (i % 5);
-    taps.back().recording.y_mm = 20 + 45.0 * (i / 5);
-  }
-  const tap::Ensemble ensemble = InputOf(taps).ensemble;
-  const auto figure = MeshFigure(taps, ensemble);
-  ASSERT_TRUE(figure && figure->narrow);
-  const std::string svg = figure->narrow->ToSvg();
-  double mean_mm = 0;
-  for (const tap::Place& place : ensemble.places) mean_mm += place.z_mm.value / 25;
-  for (const tap::Place& place : ensemble.places) {
-    EXPECT_THAT(svg, HasSubstr(fmt::format(">{:+.1f}<", 1000 * (place.z_mm.value - mean_mm))));
-  }
 }
 
 TEST(TapReport, IsWellFormedWhateverTheNamesHold) {
@@ -204,45 +144,6 @@ TEST(TapReport, NamesTheContactHeightFirst) {
   ASSERT_NE(explained, std::string::npos);
   EXPECT_EQ(pages.find("Top: the whole tap", explained + 1), std::string::npos);
   EXPECT_THAT(pages, HasSubstr("drawn as the first tap"));
-}
-
-TEST(TapReport, NamesOutliersWithoutTheRecordingsOfTheSummary) {
-  Random random(7);
-  std::vector<PlottedTap> taps;
-  for (int i = 0; i < 9; ++i) taps.push_back(MakeTap(-0.005 + 1e-5 * i, random));
-  taps.push_back(MakeTap(0.5, random));
-  taps.back().recording.name = "far";
-  TapReportInput input = InputOf(taps);
-  input.ensemble.outliers = {9};
-  EXPECT_THAT(TapReport(input), HasSubstr("too far from the others: far at 0.5000 mm"));
-}
-
-TEST(TapText, ATrendHasNoMoreDigitsThanItsIntervalKnows) {
-  tap::Ensemble ensemble;
-  ensemble.with_time = tap::Trend{{-5e-6, 1e-4, {-2e-4, 1.9e-4}}, false};
-  EXPECT_THAT(
-      EnsembleText(ensemble, {}),
-      HasSubstr("drift with time   -0.3 µm per minute (95 %: -12.0 to +11.4 µm per minute), "
-                "not significant\n"));
-}
-
-TEST(TapText, SaysAVerdictInWords) {
-  Random random(5);
-  PlottedTap tap = MakeTap(-0.005, random);
-  tap.contact.verdict = Verdict::kCannotTell;
-  const AnalysedTap analysed{tap.recording, tap.contact, {}};
-  EXPECT_THAT(TapText(analysed), HasSubstr("verdict           cannot tell\n"));
-  EXPECT_THAT(TapLine(analysed), HasSubstr(" cannot tell "));
-}
-
-TEST(TapText, NamesNoHeightWhereThereIsNone) {
-  Random random(5);
-  const PlottedTap tap = MakeTap(-0.00512345, random);
-  const std::string good = TapText({tap.recording, tap.contact, {}});
-  EXPECT_THAT(good, HasSubstr("-0.0051 mm (95 %: -0.0065 to -0.0037 mm)"));
-  const std::string refused = TapText({tap.recording, tap.two_line, {}});
-  EXPECT_THAT(refused, Not(HasSubstr("contact z")));
-  EXPECT_THAT(refused, HasSubstr("because"));
 }
 
 }  // namespace

@@ -42,6 +42,11 @@ std::size_t InCruise(const RecordedTap& tap) {
   return IndexAt(tap, tap.drawn.contact_time_s - 0.05);
 }
 
+void Stick(RecordedTap& tap, std::size_t first) {
+  auto& force_g = tap.drawn.force_g;
+  std::fill_n(force_g.begin() + static_cast<std::ptrdiff_t>(first), 8, force_g[first]);
+}
+
 FindingCode ReasonOf(const RecordedTap& tap) { return AnalyseTwoLine(tap.View()).reason.code; }
 
 TEST(CleanSamples, FindsNothingInCleanTaps) {
@@ -52,32 +57,6 @@ TEST(CleanSamples, FindsNothingInCleanTaps) {
               0U)
         << "seed " << seed;
   }
-}
-
-TEST(CleanSamples, FindsNothingWhereAConvertersStepsHideTheNoise) {
-  for (const double step_g : {0.1, 1.0, 4.0, 10.0}) {
-    RecordedTap tap = Record({}, kSeed);
-    for (double& force_g : tap.drawn.force_g) {
-      force_g = step_g * std::round(force_g / step_g);
-    }
-    const Cleaned cleaned = Clean(tap);
-    EXPECT_EQ(cleaned.tap.stuck + cleaned.tap.saturated, 0U) << "steps of " << step_g << " gf";
-    EXPECT_EQ(AnalyseTwoLine(tap.View()).verdict, Verdict::kGood) << "steps of " << step_g;
-  }
-}
-
-TEST(CleanSamples, MeasuresPeriodNoiseAndLevels) {
-  TapDrawing drawing;
-  drawing.tare_g = -500;
-  const Cleaned cleaned = Clean(Record(drawing, kSeed));
-  EXPECT_NEAR(cleaned.tap.period_s, 1.0 / 320, 1e-6);
-  // From 31 differences: known to a fifth; three times that.
-  EXPECT_NEAR(cleaned.tap.noise_g, 2, 2 * 0.6);
-  // Medians of 15 values: 0.32 deviations; four times that.
-  constexpr double kLevel_g = 4 * 0.32 * 2;
-  EXPECT_NEAR(cleaned.tap.origin_g + cleaned.tap.approach_g, -500, kLevel_g);
-  EXPECT_NEAR(cleaned.tap.origin_g + cleaned.tap.dwell_g, -500 + 157.5, kLevel_g);
-  EXPECT_NEAR(cleaned.tap.origin_g + cleaned.tap.departure_g, -500, kLevel_g);
 }
 
 TEST(CleanSamples, LeavesOutErrorFramesAndKeepsTheAnswer) {
@@ -96,46 +75,45 @@ TEST(CleanSamples, LeavesOutErrorFramesAndKeepsTheAnswer) {
   EXPECT_NEAR(result.contact_mm.value, before, 0.28e-3);
 }
 
-TEST(CleanSamples, RefusesATapFullOfSpikes) {
-  RecordedTap tap = Record({}, kSeed);
-  const std::size_t first = InCruise(tap);
-  for (std::size_t k = 0; k < 30; ++k) {
-    tap.drawn.force_g[first + 4 * k] += k % 2 == 0 ? 900.0 + static_cast<double>(k) : -1200;
+TEST(CleanSamples, RefusesWhatTheConverterDidInThePullBackAndNoticesTheRest) {
+  const struct {
+    FindingCode code;
+    bool refused;
+    TapDrawing drawing;
+    void (*change)(RecordedTap&);
+  } rows[] = {
+      {FindingCode::kSpikes,
+       true,
+       {},
+       [](RecordedTap& tap) {
+         const std::size_t first = InCruise(tap);
+         for (std::size_t k = 0; k < 30; ++k) {
+           tap.drawn.force_g[first + 4 * k] += k % 2 == 0 ? 900.0 + static_cast<double>(k) : -1200;
+         }
+       }},
+      {FindingCode::kStuckSamples, true, {}, [](RecordedTap& tap) { Stick(tap, InCruise(tap)); }},
+      {FindingCode::kStuckSamples, false, {}, [](RecordedTap& tap) { Stick(tap, 20); }},
+      {FindingCode::kSaturatedSamples, true, {.full_scale_g = 100}, [](RecordedTap&) {}},
+      // Reached at the halt, no more after the press relaxed.
+      {FindingCode::kSaturatedSamples,
+       false,
+       {.relaxed = 0.3},
+       [](RecordedTap& tap) {
+         for (double& force_g : tap.drawn.force_g) force_g = std::min(force_g, 130.0);
+       }},
+  };
+  for (const auto& row : rows) {
+    RecordedTap tap = Record(row.drawing, kSeed);
+    row.change(tap);
+    const TapAnalysis analysis = AnalyseTwoLine(tap.View());
+    SCOPED_TRACE(Name(row.code));
+    if (row.refused) {
+      EXPECT_EQ(analysis.reason.code, row.code);
+    } else {
+      EXPECT_EQ(analysis.verdict, Verdict::kGood);
+      EXPECT_TRUE(HasNotice(analysis, row.code));
+    }
   }
-  EXPECT_EQ(ReasonOf(tap), FindingCode::kSpikes);
-}
-
-TEST(CleanSamples, RefusesAConverterThatSticksInThePullBack) {
-  RecordedTap tap = Record({}, kSeed);
-  const std::size_t first = InCruise(tap);
-  std::fill_n(tap.drawn.force_g.begin() + static_cast<std::ptrdiff_t>(first), 8,
-              tap.drawn.force_g[first]);
-  EXPECT_EQ(Clean(tap).tap.stuck, 8U);
-  EXPECT_EQ(ReasonOf(tap), FindingCode::kStuckSamples);
-}
-
-TEST(CleanSamples, OnlyNoticesAConverterThatSticksBeforeTheCollision) {
-  RecordedTap tap = Record({}, kSeed);
-  std::fill_n(tap.drawn.force_g.begin() + 20, 8, tap.drawn.force_g[20]);
-  EXPECT_EQ(AnalyseTwoLine(tap.View()).verdict, Verdict::kGood);
-  EXPECT_TRUE(HasNotice(AnalyseTwoLine(tap.View()), FindingCode::kStuckSamples));
-}
-
-TEST(CleanSamples, RefusesAPressThatFillsTheConverter) {
-  TapDrawing drawing;
-  drawing.full_scale_g = 100;
-  EXPECT_EQ(ReasonOf(Record(drawing, kSeed)), FindingCode::kSaturatedSamples);
-}
-
-TEST(CleanSamples, OnlyNoticesAFullConverterThatIsFreeAgainInThePullBack) {
-  TapDrawing drawing;
-  drawing.relaxed = 0.3;
-  RecordedTap tap = Record(drawing, kSeed);
-  for (double& force_g : tap.drawn.force_g) {
-    force_g = std::min(force_g, 130.0);  // reached at the halt, no more after it relaxed
-  }
-  EXPECT_EQ(AnalyseTwoLine(tap.View()).verdict, Verdict::kGood);
-  EXPECT_TRUE(HasNotice(AnalyseTwoLine(tap.View()), FindingCode::kSaturatedSamples));
 }
 
 void Erase(RecordedTap& tap, std::size_t first, std::size_t count) {
@@ -171,17 +149,6 @@ TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
     repeat(InCruise(tap) + 2 * k);
   }
   EXPECT_EQ(ReasonOf(tap), FindingCode::kDuplicateTimes);
-}
-
-TEST(CleanSamples, TakesNoExtremesOfQuietNoiseForAFullConverter) {
-  RecordedTap tap = Record({}, kSeed);
-  auto& force_g = tap.drawn.force_g;
-  const double lowest = *std::min_element(force_g.begin(), force_g.end());
-  const std::size_t free = force_g.size() - 60;  // after the break
-  for (std::size_t i = 0; i < 40; i += 4) {
-    force_g[free + i] = lowest;
-  }
-  EXPECT_EQ(Clean(tap).tap.saturated, 0U);
 }
 
 TEST(CleanSamples, LeavesOutValuesThatASlowConverterHolds) {
@@ -256,19 +223,6 @@ TEST(Hum, NamesMainsItsAmplitudeAndWhereItAppears) {
     }
     EXPECT_TRUE(found) << item.hum_hz << " Hz at " << item.rate_hz << " samples/s";
   }
-}
-
-TEST(Hum, AliasesThatFallTogetherAreSaid) {
-  std::vector<float> time_s;
-  std::vector<float> force_g;
-  for (int i = 0; i < 100; ++i) {
-    time_s.push_back(static_cast<float>(i) / 80);
-    force_g.push_back(static_cast<float>(5 * std::sin(2 * 3.14159265358979 * 60 * i / 80.0)));
-  }
-  const Samples samples{time_s, force_g};
-  const Hum hum = FindHum(samples, 0, 100, FitLine(samples, 0, 100), 1.0 / 80);
-  EXPECT_NEAR(hum.seen_hz, 20, 1e-9);
-  EXPECT_EQ(hum.mains_hz + hum.ambiguous_hz, 160);  // 60 and 100 Hz
 }
 
 TEST(Hum, IsSeldomHeardInNoise) {

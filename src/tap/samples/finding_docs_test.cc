@@ -28,6 +28,9 @@ TEST(FindingDocs, EveryFindingHasItsRowInTheDocument) {
     ++named;
     EXPECT_NE(document.find("| `" + name + "` |"), std::string::npos)
         << name << " has no row in docs/howto/tap.md, section \"Failure modes\"";
+    const std::string sentence = Explain({static_cast<FindingCode>(i), 12345, 54321});
+    EXPECT_NE(sentence, Explain({FindingCode::kNone, 0, 0})) << name;
+    EXPECT_TRUE(sentence.ends_with(".")) << sentence;
   }
   EXPECT_GT(named, 40);
 }
@@ -48,18 +51,6 @@ TEST(FindingDocs, NoRowNamesWhatTheCodeDoesNotKnow) {
       known = known || Name(static_cast<FindingCode>(i)) == name;
     }
     EXPECT_TRUE(known) << name;
-  }
-}
-
-TEST(FindingDocs, EverySentenceIsOneAndEndsInAFullStop) {
-  for (int i = 1; i < 256; ++i) {
-    const auto code = static_cast<FindingCode>(i);
-    if (Name(code) == Name(FindingCode::kNone)) {
-      continue;
-    }
-    const std::string sentence = Explain({code, 12345, 54321});
-    EXPECT_NE(sentence, Explain({FindingCode::kNone, 0, 0})) << Name(code);
-    EXPECT_TRUE(sentence.ends_with(".")) << sentence;
   }
 }
 

@@ -42,22 +42,22 @@ constexpr int kTaps = 300;
 // layout; half a standard deviation of one tap is allowed for that beside the scatter of the mean.
 constexpr double kOtherWorld = 0.5;
 
-void ExpectAsPublished(const TapDrawing& drawing, double mean_um, double deviation_um) {
-  const Errors errors = Repeat(drawing, kTaps);
-  EXPECT_LE(errors.refused, kTaps / 50);  // at most 2 % of good taps
-  EXPECT_NEAR(Mean(errors.um), mean_um, kOtherWorld * deviation_um + 0.05);
-  EXPECT_NEAR(StandardDeviation(errors.um) / deviation_um, 1, 0.25);
+TEST(TwoLine, ErrsAsPublishedOnStraightPresses) {
+  const struct {
+    TapDrawing drawing;
+    double mean_um;
+    double deviation_um;
+  } rows[] = {{{}, 0.03, 0.28},
+              {{.noise_g = 8}, 0.34, 1.25},
+              {{.noise_g = 4, .depth_mm = 0.020}, 0.34, 1.18},
+              {{.drift_g_s = 20}, 0.03, 0.28}};
+  for (const auto& row : rows) {
+    const Errors errors = Repeat(row.drawing, kTaps);
+    EXPECT_LE(errors.refused, kTaps / 50);  // at most 2 % of good taps
+    EXPECT_NEAR(Mean(errors.um), row.mean_um, kOtherWorld * row.deviation_um + 0.05);
+    EXPECT_NEAR(StandardDeviation(errors.um) / row.deviation_um, 1, 0.25);
+  }
 }
-
-TEST(TwoLine, ErrsAsPublishedOnCleanTaps) { ExpectAsPublished({}, 0.03, 0.28); }
-
-TEST(TwoLine, ErrsAsPublishedUnderNoiseOf8Grams) { ExpectAsPublished({.noise_g = 8}, 0.34, 1.25); }
-
-TEST(TwoLine, ErrsAsPublishedOnAShortPress) {
-  ExpectAsPublished({.noise_g = 4, .depth_mm = 0.020}, 0.34, 1.18);
-}
-
-TEST(TwoLine, ErrsAsPublishedUnderDrift) { ExpectAsPublished({.drift_g_s = 20}, 0.03, 0.28); }
 
 TEST(TwoLine, IsOffByMicronsOnACurvedPressToTheSidesPublished) {
   TapDrawing drawing;
@@ -153,7 +153,7 @@ void ExpectRefusal(FindingCode code, const std::function<void(RecordedTap&)>& ch
   EXPECT_TRUE(std::isnan(result.contact_mm.value));
 }
 
-TEST(TwoLine, RefusesMovesThatThePublishedMethodDoesNotKnow) {
+TEST(TwoLine, RefusesWhatThePublishedMethodDoesNotKnow) {
   ExpectRefusal(FindingCode::kTooFewProbingMoves, [](RecordedTap& tap) {
     tap.moves.erase(tap.moves.begin(), tap.moves.begin() + 2);
   });
@@ -164,27 +164,14 @@ TEST(TwoLine, RefusesMovesThatThePublishedMethodDoesNotKnow) {
   });
   ExpectRefusal(FindingCode::kCoastingMoveAcceleration,
                 [](RecordedTap& tap) { tap.moves[1].acceleration_mm_s2 = -0.01; });
-}
-
-TEST(TwoLine, BearsTheApproachWithoutItsAcceleration) {
-  RecordedTap tap = Record({}, 505);
-  tap.moves.erase(tap.moves.begin());
-  EXPECT_EQ(AnalyseTwoLine(tap.View()).verdict, Verdict::kGood);
-}
-
-TEST(TwoLine, RefusesARecordingThatBeginsAfterTheCollision) {
+  // The recording begins after the collision.
   ExpectRefusal(FindingCode::kApproachUnknown, [](RecordedTap& tap) {
     const auto late = static_cast<std::ptrdiff_t>(0.65 * 320);
     tap.drawn.time_s.erase(tap.drawn.time_s.begin(), tap.drawn.time_s.begin() + late);
     tap.drawn.force_g.erase(tap.drawn.force_g.begin(), tap.drawn.force_g.begin() + late);
   });
-}
-
-TEST(TwoLine, RefusesABreakInTheLastQuarterOfThePullBack) {
-  TapDrawing drawing;
-  drawing.pull_back_mm = 0.0575;
-  ExpectRefusal(
-      FindingCode::kTapPullbackTooShort, [](RecordedTap&) {}, drawing);
+  // The break is in the last quarter of the pull-back.
+  ExpectRefusal(FindingCode::kTapPullbackTooShort, [](RecordedTap&) {}, {.pull_back_mm = 0.0575});
 }
 
 }  // namespace

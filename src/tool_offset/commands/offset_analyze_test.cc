@@ -119,13 +119,6 @@ TEST_F(OffsetAnalyze, RefusesFilesThatAskForMoreThanTheyHold) {
   }
 }
 
-TEST_F(OffsetAnalyze, SaysItInWordsWithWhatToDoNext) {
-  const CommandResult result = Analyze("a.png");
-  EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_THAT(result.standard_output, AllOf(HasSubstr("T1 "), HasSubstr("+0.3"), HasSubstr("-0.1"),
-                                            HasSubstr("backlash"), HasSubstr("offset apply")));
-}
-
 TEST_F(OffsetAnalyze, SheetsBehindAPlusMakeTheValueMoreCertain) {
   ASSERT_EQ(Scan("b.png", "--sheet 1").exit_code, 0);
   const json one = json::parse(Analyze("a.png --json").standard_output);
@@ -203,13 +196,6 @@ TEST_F(OffsetAnalyze, ReadsAPoorJpegOfADiscolouredPage) {
   ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
 }
 
-TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
-  ASSERT_EQ(Trammel("offset pattern --material pla -o plan.gcode").exit_code, 0);
-  const CommandResult result = Trammel("offset analyze plan.png --pattern plan.gcode");
-  EXPECT_EQ(result.exit_code, 2) << result.output;
-  EXPECT_EQ(result.standard_output, "");
-}
-
 TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
   ASSERT_EQ(Trammel("offset pattern --material pla --tool-change idex -o idex.gcode").exit_code, 0);
   ASSERT_EQ(
@@ -230,21 +216,6 @@ TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
   EXPECT_THAT(lines.standard_output,
               testing::ContainsRegex("SET_GCODE_OFFSET X=0\\.(18|19)[0-9] Y=0\\.1(6|7)[0-9]"));
   EXPECT_THAT(lines.standard_output, HasSubstr("[gcode_macro T1]"));
-}
-
-TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
-  ASSERT_EQ(Trammel("offset pattern --material pla --self-test -o self.gcode").exit_code, 0);
-  ASSERT_EQ(
-      Trammel(fmt::format("sim sheet self.gcode --dpi 300 --seed {} --out printed.png", kSeed))
-          .exit_code,
-      0);
-  const CommandResult result = Trammel("offset analyze printed.png --pattern self.gcode --json");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
-  const json tests = json::parse(result.standard_output)["self_tests"];
-  EXPECT_EQ(tests.size(), 16U);
-  for (const json& test : tests) {
-    ExpectNear(test["recovered_mm"], test["interval95_mm"], test["programmed_mm"]);
-  }
 }
 
 TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
@@ -275,18 +246,6 @@ TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
   const CommandResult cut = Trammel("offset analyze original.png --pattern cut.gcode");
   EXPECT_EQ(cut.exit_code, 1);
   EXPECT_THAT(cut.standard_error, AllOf(HasSubstr("--pattern cut.gcode"), HasSubstr("cut off")));
-}
-
-TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
-  Page blank;
-  blank.width = 2480;
-  blank.height = 3508;
-  blank.samples.assign(std::size_t{2480} * 3508, 240);
-  WriteWhole(Path("blank.png"), image::PngOf(blank));
-  const CommandResult none = Analyze("blank.png --json");
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
-  EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
 }
 
 TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
@@ -393,38 +352,6 @@ TEST_F(OffsetAnalyze, KnowsAPhotoWithoutWhatTheCameraWrote) {
     EXPECT_EQ(found["tools"][0]["dx_mm"], told["tools"][0]["dx_mm"]) << file;
     ExpectNear(found["tools"][0]["dy_mm"], found["tools"][0]["interval95_mm"]["dy"], kDy_mm);
   }
-}
-
-// Drivers and editors lose the resolution: a scan shows by itself that it is one.
-TEST_F(OffsetAnalyze, KnowsAScanThatStatesNoResolution) {
-  Page page = OnlyPage(Path("a.png"));
-  page.dpi_x = page.dpi_y = {};
-  WriteWhole(Path("silent.png"), image::PngOf(page));
-  const CommandResult silent = Analyze("silent.png --json");
-  ASSERT_EQ(silent.exit_code, 0) << silent.output;
-  const json found = json::parse(silent.standard_output);
-  EXPECT_TRUE(found["scans"][0]["photo"].is_null());
-  ExpectNear(found["tools"][0]["dx_mm"], found["tools"][0]["interval95_mm"]["dx"], kDx_mm);
-}
-
-// Every kth row is lost, as a fax has fewer of them: the sheet's box tells.
-TEST_F(OffsetAnalyze, NamesAPageWhoseRowsAndColumnsAreUnlike) {
-  const Page page = OnlyPage(Path("a.png"));
-  Page squeezed = page;
-  constexpr int kOf = 16;
-  squeezed.samples.clear();
-  squeezed.height = 0;
-  for (int y = 0; y < page.height; ++y) {
-    if (y % kOf == kOf - 1) continue;
-    const std::uint8_t* const row = page.view().row(y);
-    squeezed.samples.insert(squeezed.samples.end(), row, row + page.stride());
-    ++squeezed.height;
-  }
-  WriteWhole(Path("fax.png"), image::PngOf(squeezed));
-  const CommandResult fax = Analyze("fax.png");
-  EXPECT_EQ(fax.exit_code, 2) << fax.output;
-  EXPECT_THAT(fax.standard_error,
-              AllOf(HasSubstr("squeezed"), HasSubstr("along a row"), HasSubstr("--dpi")));
 }
 
 }  // namespace

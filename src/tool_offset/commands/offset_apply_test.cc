@@ -164,15 +164,6 @@ TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {
               AllOf(HasSubstr("0.250  ->  30.250"), HasSubstr("nothing was changed")));
 }
 
-TEST_F(OffsetApply, SaveOutlivesTheRestartThatItMakes) {
-  Serve();
-  const CommandResult kept = Apply("--apply --save");
-  EXPECT_EQ(kept.exit_code, 0) << kept.output;
-  EXPECT_THAT(kept.standard_output, HasSubstr("kept"));
-  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->"));
-  EXPECT_THAT(History(), HasSubstr(R"("kind":"kept")"));
-}
-
 TEST_F(OffsetApply, WhatSaveConfigCannotWriteIsSaidAndStaysSet) {
   Serve("--fault included-tools=1");
   const CommandResult kept = Apply("--apply --save");
@@ -217,21 +208,6 @@ TEST_F(OffsetApply, WithoutTheOffsetOfNowItShowsByHowMuchItChanges) {
     EXPECT_THAT(shown.standard_output, AllOf(HasSubstr(change), HasSubstr("nothing was changed"),
                                              HasSubstr("--now 1:X,Y")));
   }
-}
-
-TEST_F(OffsetApply, AToolWithoutItsOffsetOfNowIsNamedBeforeAnythingIsShown) {
-  const CommandResult some =
-      RunTrammel("offset apply result.json --for marlin --now 7:0,0", folder_.path());
-  EXPECT_EQ(some.exit_code, 1);
-  EXPECT_EQ(some.standard_output, "");
-  EXPECT_THAT(some.standard_error, HasSubstr("give --now 1:X,Y"));
-}
-
-TEST_F(OffsetApply, OtherFirmwaresAreNotAsked) {
-  const CommandResult marlin =
-      RunTrammel("offset apply result.json --for marlin --apply", folder_.path());
-  EXPECT_EQ(marlin.exit_code, 1);
-  EXPECT_THAT(marlin.standard_error, HasSubstr("--for klipper-tool"));
 }
 
 TEST_F(OffsetApply, UndoBringsBackWhatWasBeforeOnceAndSaysSo) {

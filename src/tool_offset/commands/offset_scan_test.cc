@@ -3,14 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <string>
 
-#include "image/png_test_support.h"
 #include "machine/page/page_file.h"
 #include "support/run_trammel.h"
-#include "support/scripted_http.h"
 
 namespace trammel::test {
 namespace {
@@ -126,85 +123,6 @@ TEST_F(OffsetScan, WhatTheScannerHasNotIsNamedWithWhatItHas) {
   EXPECT_THAT(Scan("--device test:0 -o a.bmp --dpi 75").standard_error, HasSubstr(".png, .tif"));
   EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 1200 --most-megapixels 1").standard_error,
               HasSubstr("1 megapixels"));
-}
-
-// A glass of one inch by one inch at 600 dpi, as a network scanner describes it (eSCL).
-constexpr const char* kCapabilities =
-    R"(<?xml version="1.0" encoding="UTF-8"?>
-<scan:ScannerCapabilities xmlns:scan="http://schemas.hp.com/imaging/escl/2011/05/03"
-    xmlns:pwg="http://www.pwg.org/schemas/2010/12/sm">
-  <pwg:Version>2.6</pwg:Version><pwg:MakeAndModel>Test Glass</pwg:MakeAndModel>
-  <scan:Platen><scan:PlatenInputCaps>
-    <scan:MinWidth>16</scan:MinWidth><scan:MaxWidth>300</scan:MaxWidth>
-    <scan:MinHeight>16</scan:MinHeight><scan:MaxHeight>300</scan:MaxHeight>
-    <scan:SettingProfiles><scan:SettingProfile>
-      <scan:ColorModes><scan:ColorMode>Grayscale8</scan:ColorMode></scan:ColorModes>
-      <scan:DocumentFormats><pwg:DocumentFormat>image/png</pwg:DocumentFormat>
-        <scan:DocumentFormatExt>image/png</scan:DocumentFormatExt></scan:DocumentFormats>
-      <scan:SupportedResolutions><scan:DiscreteResolutions><scan:DiscreteResolution>
-        <scan:XResolution>600</scan:XResolution><scan:YResolution>600</scan:YResolution>
-      </scan:DiscreteResolution></scan:DiscreteResolutions></scan:SupportedResolutions>
-    </scan:SettingProfile></scan:SettingProfiles>
-  </scan:PlatenInputCaps></scan:Platen>
-</scan:ScannerCapabilities>
-)";
-
-constexpr const char* kIdle =
-    R"(<?xml version="1.0" encoding="UTF-8"?>
-<scan:ScannerStatus xmlns:scan="http://schemas.hp.com/imaging/escl/2011/05/03"
-    xmlns:pwg="http://www.pwg.org/schemas/2010/12/sm">
-  <pwg:Version>2.6</pwg:Version><pwg:State>Idle</pwg:State>
-</scan:ScannerStatus>
-)";
-
-std::string Answer(const std::string& status, const std::string& type, const std::string& body,
-                   const std::string& more = "") {
-  return "HTTP/1.1 " + status + "\r\nContent-Type: " + type +
-         "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + more +
-         "Connection: close\r\n\r\n" + body;
-}
-
-TEST_F(OffsetScan, ANetworkScannersPageComesBackBitForBit) {
-  Page page;
-  page.width = 600;
-  page.height = 600;
-  page.samples.resize(360000);
-  for (std::size_t i = 0; i < page.samples.size(); ++i) {
-    page.samples[i] = static_cast<std::uint8_t>(i * 7919U % 251U);
-  }
-  const std::string png = image::PngOf(page);
-  std::atomic<int> pages = 0;
-  const ScriptedHttp scanner([&](const std::string& request, HttpPeer& peer) {
-    if (request.starts_with("GET /eSCL/ScannerCapabilities")) {
-      peer.Send(Answer("200 OK", "text/xml", kCapabilities));
-    } else if (request.starts_with("GET /eSCL/ScannerStatus")) {
-      peer.Send(Answer("200 OK", "text/xml", kIdle));
-    } else if (request.starts_with("POST /eSCL/ScanJobs")) {
-      peer.Send(Answer("201 Created", "text/plain", "", "Location: /eSCL/ScanJobs/1\r\n"));
-    } else if (request.starts_with("GET /eSCL/ScanJobs/1/NextDocument") && pages++ == 0) {
-      peer.Send(Answer("200 OK", "image/png", png));
-    } else {
-      peer.Send(Answer("404 Not Found", "text/plain", ""));
-    }
-    peer.WaitForClose();
-  });
-  WriteWhole(config() / "dll.conf", "airscan\n");
-  WriteWhole(config() / "airscan.conf", "[devices]\nglass = " + scanner.Url("/eSCL/") +
-                                            ", eSCL\n[options]\ndiscovery = disable\n");
-  const CommandResult scan = Scan("-o out.png --dpi 600");
-  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
-  const Page out = Read("out.png");
-  EXPECT_EQ(out.width, 600);
-  EXPECT_EQ(out.samples, page.samples);
-  ASSERT_TRUE(out.dpi_x);
-  EXPECT_NEAR(*out.dpi_x, 600, 0.01);
-}
-
-TEST_F(OffsetScan, NothingIsOverwritten) {
-  WriteWhole(Path("a.png"), "mine");
-  EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 75").standard_error,
-              HasSubstr("is there already"));
-  EXPECT_EQ(ReadWhole(Path("a.png")), "mine");
 }
 
 }  // namespace

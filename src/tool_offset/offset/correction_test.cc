@@ -64,13 +64,5 @@ TEST(Correction, SaysHowItIsKept) {
   EXPECT_THAT(SaveAdvice(kMarlin, 1, {}), IsEmpty());
 }
 
-TEST(Correction, NamesAreReadBack) {
-  for (const OffsetFirmware firmware :
-       {kKlipperTool, kKlipperGcodeOffset, kMarlin, kRepRapFirmware}) {
-    EXPECT_EQ(ParseOffsetFirmware(ToString(firmware)), firmware);
-  }
-  EXPECT_FALSE(ParseOffsetFirmware("Klipper"));
-}
-
 }  // namespace
 }  // namespace trammel::tool_offset

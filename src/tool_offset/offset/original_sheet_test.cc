@@ -49,24 +49,6 @@ TEST(OriginalSheet, KeepsAllOfItsInkInItsBoxAndItsNamesApart) {
   }
 }
 
-TEST(OriginalSheet, CountsTheReferenceToolsOwnPairsAsControls) {
-  OriginalSheet sheet = OfTools({2, 1, 2});
-  sheet.moved[2] = {0.1, 0};
-  const SheetPlan plan = PlanOriginal(sheet);
-  std::map<Purpose, int> count;
-  for (const Structure& structure : plan.structures) ++count[structure.purpose];
-  EXPECT_EQ(count[Purpose::kControl], 4);
-  EXPECT_EQ(count[Purpose::kTool], 4);
-  EXPECT_EQ(count[Purpose::kSelfTest], 4);
-}
-
-TEST(OriginalSheet, AlwaysSaysThatItsIdentityIsNotChecked) {
-  EXPECT_THAT(PlanOriginal(OfTools({1, 2})).notices,
-              ::testing::ElementsAre(HasSubstr("identity not checked")));
-  EXPECT_THAT(PlanOriginal(OfTools({1, 3})).notices,
-              ::testing::ElementsAre(HasSubstr("identity not checked"), HasSubstr("no control")));
-}
-
 TEST(OriginalSheet, RefusesWhatCannotBeOne) {
   EXPECT_FALSE(Validate(OfTools({})));
   EXPECT_FALSE(Validate(OfTools({1, 2, 3, 4, 5, 6})));

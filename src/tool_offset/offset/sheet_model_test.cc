@@ -66,20 +66,6 @@ Combination DxOf(const SheetPlan& plan, int tool) {
   return dx;
 }
 
-TEST(SheetModel, LegsDrawnOneWayShowHalfOfThePlayToEitherSide) {
-  // 60 and 40 µm at 15°: 60 cos 15° - 40 sin 15° = 47.6 µm between + and - legs.
-  const SheetPlan plan = Plan();
-  for (const Structure& structure : plan.structures) {
-    const Combination equation = StructureEquation(plan, structure);
-    const double apart_mm = Dot(equation.play, {0.06, 0.04});
-    if (structure.purpose != Purpose::kBacklash) {
-      EXPECT_NEAR(apart_mm, 0, 1e-12) << structure.name;
-    } else if (structure.axis == Axis::kX) {
-      EXPECT_NEAR(apart_mm, structure.combs[0].direction * 0.0476, 5e-5) << structure.name;
-    }
-  }
-}
-
 TEST(SheetModel, FindsEveryUnknownWithEitherTilt) {
   constexpr double kExact_mm = 1e-9;
   for (const double tilt_deg : {15.0, -25.0}) {

@@ -87,33 +87,6 @@ TEST(ToolOffsets, AreKeptByOneSaveConfigBehindAllTools) {
                           "SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_y_offset", "SAVE_CONFIG"));
 }
 
-TEST(ToolOffsets, WhatSaveConfigCannotWriteIsAnErrorThatSaysWhatToDo) {
-  ToolPrinter printer;
-  printer.included = true;
-  const Session session{printer, {}, {}};
-  ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
-  const auto kept = KeepToolOffsets(session, {{1, {0.1, 0.2}}});
-  ASSERT_FALSE(kept);
-  EXPECT_THAT(kept.error().message, HasSubstr("included"));
-  EXPECT_THAT(kept.error().message, HasSubstr("[tool]"));
-}
-
-TEST(ToolOffsets, AValueThatDoesNotComeBackIsAnError) {
-  ToolPrinter printer;
-  printer.deaf = true;
-  const auto set = SetToolOffset({printer, {}, {}}, 1, {0.1, 0.2});
-  ASSERT_FALSE(set);
-  EXPECT_THAT(set.error().message, HasSubstr("reports 0.250, -0.500 mm"));
-}
-
-TEST(ToolOffsets, APrintIsNotDisturbed) {
-  ToolPrinter printer;
-  printer.state.print_state = "printing";
-  EXPECT_FALSE(SetToolOffset({printer, {}, {}}, 1, {0.1, 0.2}));
-  EXPECT_FALSE(KeepToolOffsets({printer, {}, {}}, {{1, {0.1, 0.2}}}));
-  EXPECT_TRUE(printer.scripts.empty());
-}
-
 TEST(ToolOffsets, AToolThatThePrinterHasNotIsNamedWithThoseThatItHas) {
   ToolPrinter printer;
   const auto none = ReadToolOffset({printer, {}, {}}, 2);

@@ -182,45 +182,6 @@ TEST(PhotoPose, FindsFootHeightAndTiltOfAPinhole) {
   EXPECT_NEAR(pose.aim.v_mm, 0, kExact);
 }
 
-TEST(PhotoPose, LeversAreWhatHeightAndColourDo) {
-  constexpr double kHigher_mm = 0.05;
-  constexpr double kFurther_px = 0.5;
-  /// Of second order: the height over the distance, the shift over the picture.
-  constexpr double kSecondOrder_mm = 3e-5;
-  const Pinhole pinhole;
-  const PageMap map = pinhole.Map();
-  const PhotoPose pose = FindPose(kPicture, map, {kFilm_mm, {}});
-  const SheetPoint at{35, -20};
-  const RadialLever u = LeverAt(pose, map, Axis::kX, at);
-  const RadialLever v = LeverAt(pose, map, Axis::kY, at);
-  const PagePoint high = pinhole.Seen(at.u_mm, at.v_mm, kHigher_mm);
-  const PagePoint by_lever =
-      pinhole.Seen(at.u_mm + kHigher_mm * u.height, at.v_mm + kHigher_mm * v.height);
-  EXPECT_LT(Length(high - by_lever) / Length(map.u_px_mm), kSecondOrder_mm);
-  const PagePoint place = pinhole.Seen(at.u_mm, at.v_mm);
-  const PagePoint out = place + (kFurther_px / pose.corner_px) * (place - pose.centre);
-  const PagePoint by_colour =
-      pinhole.Seen(at.u_mm + kFurther_px * u.colour_mm_px, at.v_mm + kFurther_px * v.colour_mm_px);
-  EXPECT_LT(Length(out - by_colour) / Length(map.u_px_mm), kSecondOrder_mm);
-  const RadialLever further = LeverAt(pose, map, Axis::kX, {at.u_mm + 10, at.v_mm});
-  EXPECT_NEAR(further.height - u.height, 10 * u.height_per_mm, kExact);
-}
-
-TEST(PhotoPose, KnowsTheSizesThatCamerasStore) {
-  for (const auto& [width_px, height_px] : {std::pair{4032, 3024},
-                                            {3024, 4032},
-                                            {4000, 2252},
-                                            {6000, 4000},
-                                            {3024, 3024},
-                                            {9248, 6936}}) {
-    EXPECT_TRUE(IsStoredSize(width_px, height_px)) << width_px;
-  }
-  for (const auto& [width_px, height_px] :
-       {std::pair{4031, 3024}, {3600, 3024}, {2873, 2155}, {1, 1}, {4032, 4}}) {
-    EXPECT_FALSE(IsStoredSize(width_px, height_px)) << width_px;
-  }
-}
-
 TEST(PhotoPose, ACroppedPictureHasItsAxisAnywhereAboutTheMiddle) {
   constexpr double kAnywhere = 0.2;  // of the way to the corner
   const Pinhole pinhole;

@@ -119,20 +119,6 @@ TEST(SheetFinder, RefusesAMirroredScan) {
   }
 }
 
-TEST(SheetFinder, NamesBothNumbersOfAnotherSheet) {
-  Random random(5);
-  const SheetPlan plan = SmallPlan();
-  SheetPlan other = plan;
-  other.settings.tilt_deg = 10;
-  other = PlanSheet(other.settings);
-  ASSERT_NE(other.sheet_id, plan.sheet_id);
-  SheetScene scene;
-  scene.paper.dpi_x = scene.paper.dpi_y = 300;
-  const std::string error = ErrorOf(plan, Scan(other, scene, random));
-  EXPECT_THAT(error, HasSubstr(std::to_string(other.sheet_id)));
-  EXPECT_THAT(error, HasSubstr(std::to_string(plan.sheet_id)));
-}
-
 TEST(SheetFinder, ReadsTheNumberOfASheetOfAnotherSize) {
   Random random(9);
   const SheetPlan plan = SmallPlan();

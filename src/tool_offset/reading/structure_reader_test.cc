@@ -138,17 +138,6 @@ TEST(HalfInkPlace, IsExactForABarOfAnyWidthAtAnyPlaceAmongThePixels) {
   }
 }
 
-TEST(HalfInkPlace, FindsNothingOnPaperOrBesideTheSamples) {
-  const std::vector<float> paper(20, 0.0F);
-  EXPECT_FALSE(HalfInkPlace(paper, 2, 18).has_value());
-  const std::vector<float> bar = Bar(10, 4, 20);
-  EXPECT_FALSE(HalfInkPlace(bar, -1, 18).has_value());
-  EXPECT_FALSE(HalfInkPlace(bar, 2, 19.6).has_value());
-  EXPECT_FALSE(HalfInkPlace(bar, 12, 8).has_value());
-  EXPECT_FALSE(HalfInkPlace(bar, std::nan(""), 8).has_value());
-  EXPECT_FALSE(HalfInkPlace({}, 0, 1).has_value());
-}
-
 Measured Value(double value_mm, double uncertainty_mm) {
   return Measured::Good(
       {value_mm, uncertainty_mm, {value_mm - 2 * uncertainty_mm, value_mm + 2 * uncertainty_mm}});

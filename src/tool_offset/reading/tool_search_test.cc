@@ -20,42 +20,6 @@ std::vector<std::uint32_t> Cells(std::uint32_t first, std::uint32_t end) {
   return cells;
 }
 
-TEST(ChoosePlaces, LeavesAToolItsOwnInkWhereAnotherHasMoreOfItsOwn) {
-  // Where the first tool stands by itself best, half of the ink is the second's, which is nowhere
-  // else.
-  const Claims claims{
-      {{{Cells(0, 100), Cells(200, 300)}, {}}, {{Cells(400, 490), Cells(200, 300)}, {}}},
-      {{{Cells(0, 100), Cells(500, 600)}, {}}}};
-  const std::vector<PlaceChoice> choices = ChoosePlaces(claims);
-  EXPECT_EQ(choices[0].place, 1);
-  EXPECT_EQ(choices[1].place, 0);
-  EXPECT_DOUBLE_EQ(choices[0].lead, 90);  // moved back, it explains 90 cells less
-  EXPECT_DOUBLE_EQ(choices[0].own[0], 90);
-  EXPECT_DOUBLE_EQ(choices[0].own[1], 100);
-  EXPECT_EQ(choices[0].beside, -1);
-}
-
-TEST(ChoosePlaces, LeadsByNothingWhereTwoToolsCanStandInForEachOther) {
-  const PlaceClaim here{{Cells(0, 50), Cells(50, 100)}, {}};
-  const PlaceClaim there{{Cells(200, 250), Cells(250, 300)}, {}};
-  for (const PlaceChoice& choice : ChoosePlaces({{here, there}, {there, here}})) {
-    EXPECT_GE(choice.place, 0);
-    EXPECT_DOUBLE_EQ(choice.lead, 0);
-  }
-}
-
-TEST(ChoosePlaces, PutsAToolNowhereWhoseLinesAreMissingOrAnothers) {
-  const Claims claims{{{{Cells(0, 100), Cells(200, 300)}, {}}},
-                      {{{Cells(0, 100), Cells(200, 300)}, {40, 40}}},
-                      {{{Cells(600, 650), {}}, {60, 0}}}};
-  const std::vector<PlaceChoice> choices = ChoosePlaces(claims);
-  EXPECT_EQ(choices[0].place, 0);
-  EXPECT_EQ(choices[1].place, -1);
-  EXPECT_EQ(choices[1].beside, 0);
-  EXPECT_EQ(choices[2].place, -1);
-  EXPECT_EQ(choices[2].beside, -1);
-}
-
 double Explained(const Claims& claims, const std::vector<int>& places) {
   std::set<std::uint32_t> cells;
   double missing = 0;

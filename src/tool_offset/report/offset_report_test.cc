@@ -96,20 +96,6 @@ TEST(OffsetReport, HasTheLinesToPasteWithTheSignOfTheSheetsFirmware) {
   EXPECT_THAT(OffsetReport(kept), HasSubstr("PARAMETER=gcode_x_offset VALUE=0.301"));
 }
 
-TEST(OffsetReport, TheLineThatSavesStandsBehindThoseOfAllTools) {
-  OffsetAnalysis analysis = Sheet().analysis;
-  ASSERT_EQ(analysis.combined.tools.size(), 2U);
-  analysis.plan.settings.printer.dialect = gcode::Dialect::kMarlin;
-  to::CombinedTool& second = analysis.combined.tools[1];
-  second = analysis.combined.tools[0];
-  second.tool = 2;
-  OffsetReportInput input = Sheet().input;
-  input.analysis = &analysis;
-  const std::string page = OffsetReport(input);
-  ASSERT_THAT(page, AllOf(HasSubstr("M218 T1 X0.199 Y-0.100"), HasSubstr("M218 T2")));
-  EXPECT_LT(page.find("M218 T2"), page.find("M500\n"));
-}
-
 TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
   const auto figure = ToolArrowsFigure(Sheet().analysis);
   ASSERT_TRUE(figure);
@@ -177,28 +163,6 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   }
 }
 
-TEST(OffsetReport, AnOriginalSheetHasNoToothLeftOutThatWasNotMeantToCount) {
-  to::OriginalSheet sheet;
-  sheet.tools = {2, 1};
-  sheet.moved.assign(2, {});
-  Drawn drawn;
-  drawn.analysis.plan = to::PlanOriginal(sheet);
-  to::SheetScene scene;
-  scene.paper.dpi_x = scene.paper.dpi_y = 300;
-  Random random(7);
-  const to::ScannedScene scan = to::Scan(drawn.analysis.plan, scene, random);
-  auto result = to::AnalyseSheet(scan.view(), drawn.analysis.plan);
-  ASSERT_TRUE(result) << result.error().message;
-  drawn.input.pictures.push_back(DrawOffsetScan(scan.view(), drawn.analysis.plan, *result));
-  drawn.analysis.scans.push_back({"a.png", 1, 1, std::move(*result)});
-  const std::vector<std::vector<to::SheetResult>> sheets = {{drawn.analysis.scans[0].result}};
-  drawn.analysis.combined = to::Combine(sheets);
-  drawn.input.analysis = &drawn.analysis;
-  const std::string page = OffsetReport(drawn.input);
-  EXPECT_THAT(
-      page, AllOf(HasSubstr("stepped"), HasSubstr("as planned"), Not(HasSubstr("teeth left out"))));
-}
-
 TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
   Drawn many;
   many.analysis = Sheet().analysis;
@@ -212,43 +176,6 @@ TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
   EXPECT_LE(page.size(), kMostPageBytes);
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_THAT(page, AllOf(HasSubstr("Scan 20 (sheet 1)"), HasSubstr("data:image/jpeg")));
-}
-
-TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
-  OffsetAnalysis analysis = Sheet().analysis;
-  for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
-  for (const Figure& figure : OffsetValueFigures(analysis)) {
-    EXPECT_EQ(test::XmlProblem(figure.canvas.ToSvg()), "") << figure.name;
-  }
-  to::SheetPlan plan;
-  plan.settings.teeth = 60;
-  plan.settings.pitch_mm = 10;
-  plan.settings.leg_length_mm = 20;
-  plan.settings.overlap_mm = 1;
-  plan.structures.resize(1);
-  to::SheetResult result;
-  result.sheet.map.u_px_mm = {1, 0};
-  result.sheet.map.v_px_mm = {0, -1};
-  result.structures.resize(1);
-  const std::vector<std::uint8_t> pixels(std::size_t{300} * 300, 200);
-  const PageView page{pixels.data(), 300, 300, 1, 300};
-  EXPECT_GT(StructureFigure(page, plan, result, result.structures[0]).canvas.height_px(), 500);
-}
-
-TEST(SheetPicture, PlacesOnThePageAreFoundAgainOnTheCanvasAtAnyAngle) {
-  const Drawn& sheet = Sheet();
-  const to::PageMap& map = sheet.analysis.scans[0].result.sheet.map;
-  for (const to::Structure& structure : sheet.analysis.plan.structures) {
-    const PageWindow window = AlongStructure(map, structure, -10, 10, {5, 7, 400, 200});
-    const PointPx middle = window.At(map.ToPage(structure.middle));
-    EXPECT_NEAR(middle.x, 205, 1);
-    EXPECT_NEAR(middle.y, 107, 1);
-    const bool is_x = structure.axis == to::Axis::kX;
-    const PointPx right = window.At(map.ToPage(
-        {structure.middle.u_mm + (is_x ? 5 : 0), structure.middle.v_mm + (is_x ? 0 : 5)}));
-    EXPECT_NEAR(right.x - middle.x, 100, 1);  // 20 px per mm
-    EXPECT_NEAR(right.y, middle.y, 1);
-  }
 }
 
 }  // namespace

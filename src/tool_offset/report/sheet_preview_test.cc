@@ -9,15 +9,6 @@
 namespace trammel::report {
 namespace {
 
-TEST(SheetPreview, DrawsTheSheetWithEveryStructuresName) {
-  const tool_offset::SheetPlan plan = tool_offset::PlanSheet({});
-  const Canvas canvas = SheetPreview(plan);
-  EXPECT_TRUE(test::DecodePng(canvas.ToPng(1)));
-  const std::string svg = canvas.ToSvg();
-  EXPECT_EQ(test::XmlProblem(svg), "");
-  EXPECT_EQ(svg, SheetPreview(plan).ToSvg());
-}
-
 TEST(SheetPreview, DrawsEightToolsOnARoundBedAndASelfTest) {
   tool_offset::SheetSettings settings;
   settings.tools = {7, 6, 5, 4, 3, 2, 1, 0};

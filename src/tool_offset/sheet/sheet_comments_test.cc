@@ -74,36 +74,34 @@ std::string Fault(const std::string& text) {
   return read ? "no error" : read.error().message;
 }
 
-TEST(SheetFile, WhatIsNotAPatternIsSaidToBeNone) {
-  EXPECT_THAT(Fault(""), HasSubstr("not a pattern"));
-  EXPECT_THAT(Fault("G28\nG1 X5\n"), HasSubstr("not a pattern"));
-  EXPECT_THAT(Fault(std::string(100000, '\0')), HasSubstr("not a pattern"));
-}
-
 TEST(SheetFile, EachFaultIsNamedWithItsLine) {
+  for (const std::string& text :
+       {std::string(), std::string("G28\nG1 X5\n"), std::string(100000, '\0')}) {
+    EXPECT_THAT(Fault(text), HasSubstr("not a pattern"));
+  }
   const std::string pitch = "tool_offset_pattern.pitch = 4.19";
-  EXPECT_THAT(Fault(Changed("format = 3", "format = 2")), HasSubstr("line 1: format 2"));
-  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = nan")), HasSubstr("pitch: nan mm"));
-  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 4.19 ")),
-              HasSubstr("must be a number"));
-  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 1e999")),
-              HasSubstr("must be a number"));
-  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pich = 4.19")),
-              HasSubstr("no setting tool_offset_pattern.pich"));
-  EXPECT_THAT(Fault(Changed(pitch, pitch + "\n; trammel sheet: " + pitch)),
-              HasSubstr("pitch stands twice"));
-  EXPECT_THAT(Fault(Changed("; trammel sheet: " + pitch + "\n", "")),
-              HasSubstr("no tool_offset_pattern.pitch"));
-  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 0]")), HasSubstr("0 stands twice"));
-  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 2]")),
-              HasSubstr("the file was changed"));
-  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = 0, 1")), HasSubstr("list in brackets"));
-  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 99999999999]")),
-              HasSubstr("whole number"));
-  EXPECT_THAT(Fault(Changed("\"T{tool}\"", "\"T{tool}")), HasSubstr("text in quotes"));
-  EXPECT_THAT(Fault(Changed("\"T{tool}\"", "\"T{tool}\\q\"")), HasSubstr("backslash"));
-  EXPECT_THAT(Fault(Changed("pause = true", "pause = yes")), HasSubstr("true or false"));
-  EXPECT_THAT(Fault(Changed("= klipper", "= clipper")), HasSubstr("there is no clipper"));
+  const struct {
+    std::string from;
+    std::string to;
+    const char* says;
+  } faults[] = {{"format = 3", "format = 2", "line 1: format 2"},
+                {"pitch = 4.19", "pitch = nan", "pitch: nan mm"},
+                {"pitch = 4.19", "pitch = 4.19 ", "must be a number"},
+                {"pitch = 4.19", "pitch = 1e999", "must be a number"},
+                {"pitch = 4.19", "pich = 4.19", "no setting tool_offset_pattern.pich"},
+                {pitch, pitch + "\n; trammel sheet: " + pitch, "pitch stands twice"},
+                {"; trammel sheet: " + pitch + "\n", "", "no tool_offset_pattern.pitch"},
+                {"tools = [0, 1]", "tools = [0, 0]", "0 stands twice"},
+                {"tools = [0, 1]", "tools = [0, 2]", "the file was changed"},
+                {"tools = [0, 1]", "tools = 0, 1", "list in brackets"},
+                {"tools = [0, 1]", "tools = [0, 99999999999]", "whole number"},
+                {"\"T{tool}\"", "\"T{tool}", "text in quotes"},
+                {"\"T{tool}\"", "\"T{tool}\\q\"", "backslash"},
+                {"pause = true", "pause = yes", "true or false"},
+                {"= klipper", "= clipper", "there is no clipper"}};
+  for (const auto& fault : faults) {
+    EXPECT_THAT(Fault(Changed(fault.from, fault.to)), HasSubstr(fault.says));
+  }
   const std::string whole = FormatSheetComments(PlanSheet({}));
   EXPECT_THAT(Fault(whole.substr(0, whole.size() / 2)), HasSubstr("line"));
   EXPECT_THAT(Fault("; trammel sheet: pitch = 4\n"), HasSubstr("the first key is pitch"));

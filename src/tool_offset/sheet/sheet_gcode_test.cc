@@ -128,20 +128,6 @@ TEST(SheetGcode, EveryLegOfThePlanIsDrawnOnceByItsToolWhereItShouldBe) {
   EXPECT_TRUE(missing.empty()) << missing.size() << " legs were not drawn";
 }
 
-TEST(SheetGcode, APointOfTheSheetIsTurnedCounterClockwiseAboutItsMiddle) {
-  SheetSettings settings = OfAbs();
-  settings.tilt_deg = 30;
-  settings.position_x_mm = 100;
-  settings.position_y_mm = 120;
-  const SheetPlan plan = PlanSheet(settings);
-  const BedPoint right = OnBed(plan, {10, 0});
-  EXPECT_NEAR(right.x_mm, 100 + 10 * std::cos(std::numbers::pi / 6), 1e-9);
-  EXPECT_NEAR(right.y_mm, 120 + 5, 1e-9);
-  const BedPoint up = OnBed(plan, {0, 10});
-  EXPECT_NEAR(up.x_mm, 100 - 5, 1e-9);
-  EXPECT_NEAR(up.y_mm, 120 + 10 * std::cos(std::numbers::pi / 6), 1e-9);
-}
-
 TEST(SheetGcode, BothAxesRunTheLegsWayFor2MillimetresBeforeItBegins) {
   const SheetSettings settings = OfAbs();
   const SheetPlan plan = PlanSheet(settings);

@@ -157,20 +157,6 @@ TEST(SheetLayout, NoShiftTakesAllCombsOfAToolOntoThoseOfAnother) {
   }
 }
 
-TEST(SheetLayout, WhatBelongsTogetherIsSpreadOverTheSheet) {
-  const SheetPlan plan = PlanSheet(WithTools(5));
-  std::vector<std::string> pairs{"control X", "control Y"};
-  for (int tool = 1; tool < 5; ++tool) {
-    pairs.push_back("T" + std::to_string(tool) + " X");
-    pairs.push_back("T" + std::to_string(tool) + " Y");
-  }
-  for (const std::string& pair : pairs) {
-    const SheetPoint& plus = Named(plan, pair + "+").middle;
-    const SheetPoint& minus = Named(plan, pair + "-").middle;
-    EXPECT_GT(std::hypot(plus.u_mm - minus.u_mm, plus.v_mm - minus.v_mm), 40) << pair;
-  }
-}
-
 TEST(SheetCode, EveryNumberReadsBackAndNeverFromTheWrongEnd) {
   for (std::uint32_t id = 0; id <= 0xffff; ++id) {
     CodeCells cells = EncodeSheetId(static_cast<std::uint16_t>(id));
@@ -255,19 +241,6 @@ TEST(PhotoLayout, NothingTouchesAnythingElse) {
       }
     }
   }
-}
-
-TEST(PhotoLayout, AFileSaysItAndOthersDoNot) {
-  const SheetPlan plan = PlanSheet(ForPhoto(3));
-  const std::string gcode = WriteSheetGcode(plan).text;
-  const auto read = ReadSheetFile(gcode);
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_TRUE(read->for_photo);
-  EXPECT_EQ(PlanSheet(*read).sheet_id, plan.sheet_id);
-  SheetSettings settings = ForPhoto(3);
-  settings.for_photo = false;
-  EXPECT_EQ(WriteSheetGcode(PlanSheet(settings)).text.find("for_photo"), std::string::npos);
-  EXPECT_NE(PlanSheet(settings).sheet_id, plan.sheet_id);
 }
 
 }  // namespace

@@ -28,34 +28,6 @@ Point OnBed(const SheetPoint& point, double tilt_deg) {
           point.u_mm * std::sin(t) + point.v_mm * std::cos(t)};
 }
 
-TEST(SheetPlan, EachToolHasItsFourStructuresAndTheReferenceItsControlsAndBacklash) {
-  const SheetPlan plan = PlanSheet(WithTools(3));
-  std::set<std::string> names;
-  for (const Structure& structure : plan.structures) names.insert(structure.name);
-  EXPECT_EQ(names, (std::set<std::string>{"T1 X+", "T1 X-", "T1 Y+", "T1 Y-", "T2 X+", "T2 X-",
-                                          "T2 Y+", "T2 Y-", "control X+", "control X-",
-                                          "control Y+", "control Y-", "backlash X 1",
-                                          "backlash X 2", "backlash Y 1", "backlash Y 2"}));
-  EXPECT_EQ(names.size(), plan.structures.size());
-}
-
-TEST(SheetPlan, MinusStructuresSwapTheRolesOfTheTools) {
-  const SheetPlan plan = PlanSheet(WithTools(2));
-  const Structure& plus = Named(plan, "T1 X+");
-  EXPECT_EQ(plus.combs[0].tool, 0);
-  EXPECT_EQ(plus.combs[1].tool, 1);
-  EXPECT_EQ(plus.combs[0].direction, 1);
-  EXPECT_EQ(plus.combs[1].direction, 1);
-  const Structure& minus = Named(plan, "T1 X-");
-  EXPECT_EQ(minus.combs[0].tool, 1);
-  EXPECT_EQ(minus.combs[1].tool, 0);
-  EXPECT_EQ(minus.combs[0].direction, -1);
-  EXPECT_EQ(minus.combs[1].direction, -1);
-  const Structure& backlash = Named(plan, "backlash Y 2");
-  EXPECT_EQ(backlash.combs[0].direction, -1);
-  EXPECT_EQ(backlash.combs[1].direction, 1);
-}
-
 TEST(SheetPlan, EveryLegMovesTheBedAxisThatItMeasuresInTheCombsDirection) {
   for (const double tilt_deg : {15.0, -15.0, 5.0, 40.0}) {
     SheetSettings settings = WithTools(2);
@@ -101,42 +73,6 @@ TEST(SheetPlan, PlayOf60And40MicronsMovesTheCombsBy23Point8AsTheFactsSay) {
             ShiftByPlay_mm(FingerLegs(plan, control, 1, 0)[0], x.axis, 15));
 }
 
-TEST(SheetPlan, CombsHaveOnePitchAndStandHalfAPitchApart) {
-  const SheetPlan plan = PlanSheet(WithTools(2));
-  for (const Structure& structure : plan.structures) {
-    for (int finger = 0; finger < plan.settings.teeth; ++finger) {
-      const double low_mm = FingerPosition_mm(plan, structure, 0, finger);
-      EXPECT_NEAR(FingerPosition_mm(plan, structure, 1, finger) - low_mm,
-                  plan.settings.pitch_mm / 2, kRounding_mm);
-      const auto legs = FingerLegs(plan, structure, 0, finger);
-      const bool x = structure.axis == Axis::kX;
-      const double first_mm = x ? legs[0].start.u_mm : legs[0].start.v_mm;
-      const double second_mm = x ? legs[1].start.u_mm : legs[1].start.v_mm;
-      EXPECT_NEAR((first_mm + second_mm) / 2, low_mm, kRounding_mm);
-      EXPECT_NEAR(second_mm - first_mm, plan.settings.leg_spacing_mm, kRounding_mm);
-    }
-    const double across_mm =
-        structure.axis == Axis::kX ? structure.middle.u_mm : structure.middle.v_mm;
-    const int last = plan.settings.teeth - 1;
-    EXPECT_NEAR(
-        (FingerPosition_mm(plan, structure, 0, 0) + FingerPosition_mm(plan, structure, 1, last)) /
-            2,
-        across_mm, kRounding_mm);
-  }
-}
-
-TEST(SheetPlan, OuterPiecesHoldOneCombAlone) {
-  const SheetPlan plan = PlanSheet(WithTools(2));
-  const Structure& structure = Named(plan, "T1 X+");
-  const Leg low = FingerLegs(plan, structure, 0, 0)[0];
-  const Leg high = FingerLegs(plan, structure, 1, 0)[0];
-  const double v_mm = structure.middle.v_mm;
-  EXPECT_NEAR(std::min(low.start.v_mm, low.end.v_mm), v_mm - 4, kRounding_mm);
-  EXPECT_NEAR(std::max(low.start.v_mm, low.end.v_mm), v_mm + 2, kRounding_mm);
-  EXPECT_NEAR(std::min(high.start.v_mm, high.end.v_mm), v_mm - 2, kRounding_mm);
-  EXPECT_NEAR(std::max(high.start.v_mm, high.end.v_mm), v_mm + 4, kRounding_mm);
-}
-
 TEST(SheetPlan, SelfTestsMoveEachStructureByAnOffsetOfItsOwn) {
   SheetSettings settings;
   settings.tools = {0};
@@ -162,29 +98,6 @@ TEST(SheetPlan, SelfTestsMoveEachStructureByAnOffsetOfItsOwn) {
   }
   EXPECT_EQ(offsets_mm[Axis::kX].size(), 8u);
   EXPECT_EQ(offsets_mm[Axis::kY].size(), 8u);
-}
-
-TEST(SheetPlan, EachToolIsSetAgainstItselfAfterEachPickUp) {
-  SheetSettings settings = WithTools(2);
-  settings.pick_ups = 2;
-  const SheetPlan plan = PlanSheet(settings);
-  for (const char* name :
-       {"T0 X pick-up 1", "T1 X pick-up 2", "T0 Y pick-up 2", "T1 Y pick-up 1"}) {
-    const Structure& structure = Named(plan, name);
-    EXPECT_EQ(structure.combs[0].tool, structure.combs[1].tool);
-    EXPECT_EQ(structure.combs[0].pick_up, 0);
-    EXPECT_EQ(structure.combs[1].pick_up, name[std::string(name).size() - 1] - '0');
-  }
-}
-
-TEST(SheetPlan, TheCodeLiesWhereNoTurnedOrMirroredSheetHasOne) {
-  const SheetPlan plan = PlanSheet(WithTools(5));
-  // Below the middle by more than a structure: turned round or mirrored in v it is elsewhere, and
-  // mirrored in u it reads backwards.
-  for (const CodeCell& cell : plan.code) {
-    EXPECT_LT(cell.middle.v_mm, -plan.height_mm / 4);
-    EXPECT_EQ(cell.middle.v_mm, plan.code.front().middle.v_mm);
-  }
 }
 
 TEST(SheetPlan, TheNumberChangesWithAllThatIsMeasured) {

@@ -31,42 +31,50 @@ TEST(SheetValidate, DefaultsAreGoodAndWarnOfNothing) {
   EXPECT_THAT(FindWarnings(SheetSettings{}), IsEmpty());
 }
 
-TEST(SheetValidate, ToolsAreNamedOnceAndHoldTheReference) {
-  const auto with_tools = [](std::vector<int> tools) {
-    return ProblemAfter([&](SheetSettings& s) { s.tools = tools; });
+TEST(SheetValidate, EachFaultIsNamedWithItsBound) {
+  const struct {
+    const char* says;
+    void (*change)(SheetSettings&);
+  } faults[] = {
+      {"tools: 0 tool(s)", [](SheetSettings& s) { s.tools = {}; }},
+      {"self_test", [](SheetSettings& s) { s.tools = {0}; }},
+      {"tools: 1 stands twice",
+       [](SheetSettings& s) {
+         s.tools = {0, 1, 1};
+       }},
+      {"reference_tool: 0 is not among tools = [1, 2]",
+       [](SheetSettings& s) {
+         s.tools = {1, 2};
+       }},
+      {"2 ... 8", [](SheetSettings& s) { s.tools = {0, 1, 2, 3, 4, 5, 6, 7, 8}; }},
+      {"tools: -1 is outside 0 ... 31",
+       [](SheetSettings& s) {
+         s.tools = {0, -1};
+       }},
+      {"has one", [](SheetSettings& s) { s.self_test = true; }},
+      {"pick_ups",
+       [](SheetSettings& s) {
+         s.self_test = true;
+         s.tools = {0};
+         s.pick_ups = 1;
+       }},
+      {"nozzle_temperatures: 1 value(s) for 2 tool(s)",
+       [](SheetSettings& s) { s.nozzle_temperatures_c = {200}; }},
+      {"overlap: 6 mm is above 5 mm", [](SheetSettings& s) { s.overlap_mm = 6; }},
+      {"pitch: 2.5 mm leaves 0.100 mm", [](SheetSettings& s) { s.pitch_mm = 2.5; }},
+      {"would merge", [](SheetSettings& s) { s.leg_spacing_mm = 0.35; }},
+      {"tilt: 3°", [](SheetSettings& s) { s.tilt_deg = 3; }},
+      {"run_in: 2 mm is below 2.3 mm", [](SheetSettings& s) { s.tilt_deg = 5; }},
+      {"take 4", [](SheetSettings& s) { s.controls = 3; }},
+      {"z_hop: 0 mm is below 0.2 mm", [](SheetSettings& s) { s.printer.z_hop_mm = 0; }},
+      {"layer_height", [](SheetSettings& s) { s.layer_height_mm = 0.5; }},
+      {"names neither {tool} nor {extruder}", [](SheetSettings& s) { s.tool_change_gcode = "T1"; }},
+      {"unknown placeholder {tol}", [](SheetSettings& s) { s.tool_change_gcode = "T{tol}"; }},
+      {"start_gcode", [](SheetSettings& s) { s.start_gcode = "T{tool}"; }},
+      {"position_x: the sheet for 2 tool(s)", [](SheetSettings& s) { s.position_x_mm = 40; }},
+      {"fits without position_x", [](SheetSettings& s) { s.position_x_mm = 40; }},
   };
-  EXPECT_THAT(with_tools({}), HasSubstr("tools: 0 tool(s)"));
-  EXPECT_THAT(with_tools({0}), HasSubstr("self_test"));
-  EXPECT_THAT(with_tools({0, 1, 1}), HasSubstr("tools: 1 stands twice"));
-  EXPECT_THAT(with_tools({1, 2}), HasSubstr("reference_tool: 0 is not among tools = [1, 2]"));
-  EXPECT_THAT(with_tools({0, 1, 2, 3, 4, 5, 6, 7, 8}), HasSubstr("2 ... 8"));
-  EXPECT_THAT(with_tools({0, -1}), HasSubstr("tools: -1 is outside 0 ... 31"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.self_test = true; }), HasSubstr("has one"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) {
-                s.self_test = true;
-                s.tools = {0};
-                s.pick_ups = 1;
-              }),
-              HasSubstr("pick_ups"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.nozzle_temperatures_c = {200}; }),
-              HasSubstr("nozzle_temperatures: 1 value(s) for 2 tool(s)"));
-}
-
-TEST(SheetValidate, CombsThatCannotBeReadAreRefusedWithTheBound) {
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.overlap_mm = 6; }),
-              HasSubstr("overlap: 6 mm is above 5 mm"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.pitch_mm = 2.5; }),
-              HasSubstr("pitch: 2.5 mm leaves 0.100 mm"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.leg_spacing_mm = 0.35; }),
-              HasSubstr("would merge"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.tilt_deg = 3; }), HasSubstr("tilt: 3°"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.tilt_deg = 5; }),
-              HasSubstr("run_in: 2 mm is below 2.3 mm"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.controls = 3; }), HasSubstr("take 4"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.printer.z_hop_mm = 0; }),
-              HasSubstr("z_hop: 0 mm is below 0.2 mm"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.layer_height_mm = 0.5; }),
-              HasSubstr("layer_height"));
+  for (const auto& fault : faults) EXPECT_THAT(ProblemAfter(fault.change), HasSubstr(fault.says));
 }
 
 TEST(SheetValidate, WhatPitchIsAdvisedIsTaken) {
@@ -106,10 +114,6 @@ TEST(SheetValidate, ASheetThatLeavesTheBedIsRefusedWithWhatWouldFit) {
     s.teeth = 30;
   });
   EXPECT_THAT(many, HasSubstr("would fit"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.position_x_mm = 40; }),
-              HasSubstr("position_x: the sheet for 2 tool(s)"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.position_x_mm = 40; }),
-              HasSubstr("fits without position_x"));
   EXPECT_EQ(ProblemAfter([](SheetSettings& s) {
               s.tools = {0, 1, 2, 3, 4, 5, 6, 7};
               s.printer.bed_size_x_mm = 300;
@@ -128,15 +132,6 @@ TEST(SheetValidate, ARoundBedHoldsNoCorners) {
   }
   EXPECT_NEAR(SheetReach(settings, plan.width_mm, plan.height_mm), radius_mm / 120, 1e-9);
   EXPECT_FALSE(FindProblem(settings));
-}
-
-TEST(SheetValidate, GcodeOfTheUserIsChecked) {
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.tool_change_gcode = "T1"; }),
-              HasSubstr("names neither {tool} nor {extruder}"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.tool_change_gcode = "T{tol}"; }),
-              HasSubstr("unknown placeholder {tol}"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.start_gcode = "T{tool}"; }),
-              HasSubstr("start_gcode"));
 }
 
 /// Combs drawn with a periodic error of both motors, one after the other, at every phase: the
