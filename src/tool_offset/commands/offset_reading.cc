@@ -85,12 +85,12 @@ Result<void> ReadFile(const std::string& file, int sheet, const ReadingOptions& 
   limits.most_pixels = static_cast<std::int64_t>(1e6 * asked.most_megapixels);
   const tool_offset::SheetPlan& plan = sheets.analysis.plan;
   std::vector<report::OffsetScan> scans;
-  std::vector<report::OffsetScanPictures> drawn;
+  std::vector<report::DrawnFigure> drawn;
   auto read = machine::ForEachPage(file, limits, [&](const Page& page) -> Result<void> {
     const int number = static_cast<int>(scans.size()) + 1;
     auto result = TRY(AnalysePage(page, file, number, plan, asked));
-    drawn.push_back(pictures ? report::DrawOffsetScan(page.view(), plan, result)
-                             : report::OffsetScanPictures{});
+    drawn.push_back(pictures ? report::DrawnPage(page.view(), plan, result)
+                             : report::DrawnFigure{});
     scans.push_back({file, number, sheet, std::move(result)});
     return {};
   });
@@ -181,9 +181,7 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
     add("", report::Drawn(figure));
   }
   for (std::size_t i = 0; i < input.pictures.size(); ++i) {
-    const std::string prefix = fmt::format("scan{}-", i + 1);
-    add(prefix, input.pictures[i].page);
-    for (const report::DrawnFigure& figure : input.pictures[i].structures) add(prefix, figure);
+    add(fmt::format("scan{}-", i + 1), input.pictures[i]);
   }
   return WriteOutputs(files, force);
 }

@@ -33,9 +33,9 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options);
 inline constexpr const char* kNextSheet = "+";
 
 struct ReadSheets {
-  report::OffsetAnalysis analysis;                   ///< combined where there is any scan
-  std::vector<report::OffsetScanPictures> pictures;  ///< one for each scan; empty where not wanted
-  std::vector<Error> errors;                         ///< one for each refused file
+  report::OffsetAnalysis analysis;            ///< combined where there is any scan
+  std::vector<report::DrawnFigure> pictures;  ///< of the pages; empty where not wanted
+  std::vector<Error> errors;                  ///< one for each refused file
 };
 
 /// Reads every page of all files, and combines them by their sheets; photos of one print answer as

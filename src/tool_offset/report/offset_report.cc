@@ -114,12 +114,10 @@ int LeftOut(const to::Structure& structure, const to::StructureReading& reading)
       }));
 }
 
-/// One line per structure; its picture, where it has one, opens below.
-std::string StructureDetails(const to::Structure& structure, const to::StructureReading& reading,
-                             const std::string& picture) {
-  const bool good = reading.offset_mm.good();
+/// One line per structure.
+std::string StructureLine(const to::Structure& structure, const to::StructureReading& reading) {
   std::string words = OffsetWords(reading.offset_mm);
-  if (good) {
+  if (reading.offset_mm.good()) {
     words += fmt::format(", residuals {:.1f} µm rms", reading.residual_rms_mm * kUmPerMm);
   } else {
     words += ": " + reading.offset_mm.reason();
@@ -127,34 +125,15 @@ std::string StructureDetails(const to::Structure& structure, const to::Structure
   if (const int count = LeftOut(structure, reading); count > 0) {
     words += fmt::format(", {} {} left out", count, count == 1 ? "tooth" : "teeth");
   }
-  const std::string line = fmt::format("<b>{}</b> {}", EscapeHtml(reading.name), EscapeHtml(words));
-  if (picture.empty()) return fmt::format("<p class=\"plain\">{}</p>\n", line);
-  return fmt::format("<details{}>\n<summary>{}</summary>\n{}</details>\n",
-                     good ? "" : " open=\"open\"", line, picture);
+  return fmt::format("<p class=\"plain\"><b>{}</b> {}</p>\n", EscapeHtml(reading.name),
+                     EscapeHtml(words));
 }
 
 /// Scans that a page draws at every step: of more only the numbers are on it.
 constexpr std::size_t kMostDrawn = 5;
 
-std::string StructuresCard(const to::SheetPlan& plan, const OffsetScan& scan,
-                           const OffsetScanPictures& pictures, bool drawn, std::size_t step) {
-  std::string details = fmt::format(
-      "<p class=\"quiet\">{}trammel offset analyze --figures FOLDER draws them all.</p>\n",
-      drawn ? "Open one to see its teeth on the sheet and what the fit leaves. Pictured "
-              "are those that ask most to be looked at; "
-            : "This page would be too large with the pictures of all scans; ");
-  const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const to::StructureReading& reading = scan.result.structures[i];
-    details += StructureDetails(plan.structures[reading.structure], reading,
-                                drawn ? pictures.structures[i].html[step] : std::string());
-  }
-  return Card("Structures", details);
-}
-
 std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::size_t step) {
   const OffsetScan& scan = input.analysis->scans[index];
-  const OffsetScanPictures& pictures = input.pictures[index];
   const bool photo = scan.result.photo.has_value();
   const std::string name =
       input.analysis->scans.size() > 1
@@ -163,9 +142,13 @@ std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::si
   const bool drawn = index < kMostDrawn || step + 1 < kPhotoSteps.size();
   std::string html =
       Card(name, fmt::format("<p class=\"facts\">{}</p>\n{}", EscapeHtml(ScanFacts(scan)),
-                             drawn ? pictures.page.html[step] : ""));
+                             drawn ? input.pictures[index].html[step] : ""));
   if (drawn) html += Card("", FigureHtml(StructureOffsetsFigure(scan)));
-  return html + StructuresCard(input.analysis->plan, scan, pictures, drawn, step);
+  std::string lines;
+  for (const to::StructureReading& reading : scan.result.structures) {
+    lines += StructureLine(input.analysis->plan.structures[reading.structure], reading);
+  }
+  return html + Card("Structures", lines);
 }
 
 std::string Opening(const OffsetAnalysis& analysis) {

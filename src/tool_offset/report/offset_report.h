@@ -20,7 +20,7 @@ struct KeptChange {
 
 struct OffsetReportInput {
   const OffsetAnalysis* analysis = nullptr;  ///< REQUIRED
-  std::vector<OffsetScanPictures> pictures;  ///< one for each of its scans
+  std::vector<DrawnFigure> pictures;         ///< of the pages, one for each of its scans
   std::vector<KeptChange> kept = {};         ///< where the printer's own offsets are known
 };
 

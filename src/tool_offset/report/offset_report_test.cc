@@ -4,14 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <limits>
 
 #include "document/parsers_test_support.h"
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/original/original_sheet.h"
 #include "tool_offset/reading/sheet_scene_test_support.h"
-#include "tool_offset/report/sheet_picture.h"
 
 namespace trammel::report {
 namespace {
@@ -54,7 +52,7 @@ const Drawn& Sheet() {
     auto result = to::AnalyseSheet(scan.view(), made->analysis.plan);
     if (!result) ADD_FAILURE() << result.error().message;
     if (result) {
-      made->input.pictures.push_back(DrawOffsetScan(scan.view(), made->analysis.plan, *result));
+      made->input.pictures.push_back(DrawnPage(scan.view(), made->analysis.plan, *result));
       made->analysis.scans.push_back({"a & b <\xff>.png", 1, 1, std::move(*result)});
       const std::vector<std::vector<to::SheetResult>> sheets = {{made->analysis.scans[0].result}};
       made->analysis.combined = to::Combine(sheets);
@@ -107,26 +105,13 @@ TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
   EXPECT_FALSE(ToolArrowsFigure(none));
 }
 
-TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
-  const Drawn& sheet = Sheet();
-  ASSERT_EQ(sheet.input.pictures.size(), 1U);
-  const OffsetScanPictures& pictures = sheet.input.pictures[0];
-  EXPECT_EQ(pictures.page.name, "page");
-  EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
-  const auto pictured =
-      std::count_if(pictures.structures.begin(), pictures.structures.end(),
-                    [](const DrawnFigure& figure) { return !figure.html[0].empty(); });
-  EXPECT_EQ(pictured, 8) << "of " << pictures.structures.size();
-  std::vector<DrawnFigure> figures = pictures.structures;
-  figures.push_back(pictures.page);
-  for (const DrawnFigure& figure : figures) {
-    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
-    EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
-    if (figure.html[0].empty()) continue;
-    EXPECT_THAT(figure.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")))
-        << figure.name;
-    EXPECT_LT(figure.html.back().size(), figure.html.front().size()) << figure.name;
-  }
+TEST(OffsetReport, HasAPictureOfThePageForEveryStep) {
+  const DrawnFigure& page = Sheet().input.pictures.at(0);
+  EXPECT_EQ(page.name, "page");
+  EXPECT_EQ(test::XmlProblem(page.svg), "");
+  EXPECT_THAT(page.svg, HasSubstr("data:image/jpeg;base64,"));
+  EXPECT_THAT(page.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")));
+  EXPECT_LT(page.html.back().size(), page.html.front().size());
 }
 
 TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
@@ -142,7 +127,7 @@ TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
   result.structures[1].offset_mm = Measured::Refused("gone");
   result.chi_square_per_freedom = nan;
   const to::ScannedScene scan = ScanOf(sheet.analysis.plan, 0.1);
-  sheet.input.pictures.push_back(DrawOffsetScan(scan.view(), sheet.analysis.plan, result));
+  sheet.input.pictures.push_back(DrawnPage(scan.view(), sheet.analysis.plan, result));
   EXPECT_EQ(test::XmlProblem(OffsetReport(sheet.input)), "");
 }
 
