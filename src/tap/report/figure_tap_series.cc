@@ -264,40 +264,6 @@ void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double 
                .align = Align::kMiddle});
 }
 
-/// Where taps were, and none has a height.
-std::vector<tap::Place> RefusedPlaces(std::span<const PlottedTap> taps,
-                                      const std::vector<tap::Place>& places) {
-  constexpr std::size_t kMost = 1000;
-  std::vector<tap::Place> refused;
-  const auto among = [](const tap::Recording& at, const std::vector<tap::Place>& known) {
-    return std::any_of(known.begin(), known.end(), [&](const tap::Place& place) {
-      return std::hypot(place.x_mm - at.x_mm, place.y_mm - at.y_mm) <= tap::kSamePlace_mm;
-    });
-  };
-  for (const PlottedTap& tap : taps) {
-    const tap::Recording& at = tap.recording;
-    if (tap.contact.verdict == Verdict::kGood || refused.size() >= kMost) continue;
-    if (!std::isfinite(at.x_mm) || !std::isfinite(at.y_mm)) continue;
-    if (among(at, places) || among(at, refused)) continue;
-    tap::Place place;
-    place.x_mm = at.x_mm;
-    place.y_mm = at.y_mm;
-    refused.push_back(place);
-  }
-  return refused;
-}
-
-void DrawRefusedTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double half_mm) {
-  const double left = plot.X(place.x_mm - half_mm);
-  const double right = plot.X(place.x_mm + half_mm);
-  const double top = plot.Y(place.y_mm + half_mm);
-  canvas.StrokeRect({left, top, right - left, plot.Y(place.y_mm - half_mm) - top},
-                    {.color = kMuted, .width_px = 1});
-  const TextStyle style{.size_px = 12, .color = kMuted, .align = Align::kMiddle};
-  const std::string text = canvas.TextWidth("refused", style) < right - left - 4 ? "refused" : "×";
-  canvas.Text({(left + right) / 2, plot.Y(place.y_mm) + 4}, text, style);
-}
-
 std::vector<tap::Place> KnownPlaces(const tap::Ensemble& ensemble) {
   std::vector<tap::Place> places;
   for (const tap::Place& place : ensemble.places) {
@@ -306,20 +272,16 @@ std::vector<tap::Place> KnownPlaces(const tap::Ensemble& ensemble) {
   return places;
 }
 
-Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>& places,
-                double width_px) {
+Canvas DrawMesh(const std::vector<tap::Place>& places, double width_px) {
   double mean_mm = 0;
   std::vector<double> heights;
   for (const tap::Place& place : places)
     mean_mm += place.z_mm.value / static_cast<double>(places.size());
   for (const tap::Place& place : places) heights.push_back((place.z_mm.value - mean_mm) * kUmPerMm);
   const Range height = RangeOf(heights);
-  const std::vector<tap::Place> refused = RefusedPlaces(taps, places);
-  std::vector<tap::Place> all = places;
-  all.insert(all.end(), refused.begin(), refused.end());
-  const double tile = TileSize(all);
-  const Range x = Spread(all, &tap::Place::x_mm, tile * 0.6);
-  const Range y = Spread(all, &tap::Place::y_mm, tile * 0.6);
+  const double tile = TileSize(places);
+  const Range x = Spread(places, &tap::Place::x_mm, tile * 0.6);
+  const Range y = Spread(places, &tap::Place::y_mm, tile * 0.6);
   const bool broad = width_px >= kFigureWidthPx;
   const RectPx bed = BedRect(broad ? RectPx{70, 34, width_px - 220, kMeshPx - 90}
                                    : RectPx{54, 52, width_px - 148, kSeriesPx - 108},
@@ -336,21 +298,19 @@ Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>&
   for (const tap::Place& place : places) {
     DrawTile(canvas, plot, place, tile / 2, height, mean_mm, text_px);
   }
-  for (const tap::Place& place : refused) DrawRefusedTile(canvas, plot, place, tile / 2);
   DrawColorBar(canvas, {bed.right() + 24, bed.y, 18, bed.height}, height, "height (µm)");
   return canvas;
 }
 
 }  // namespace
 
-std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble) {
+std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble) {
   const std::vector<tap::Place> places = KnownPlaces(ensemble);
   if (places.size() < 3) return std::nullopt;
   Figure figure{"mesh",
                 "Each square is a place that was tapped, with its height above the mean of all. "
-                "Nothing is drawn between them: there nothing was measured. An empty square is a "
-                "place where every tap was refused.",
-                DrawMesh(taps, places, kFigureWidthPx)};
+                "Nothing is drawn between them: there nothing was measured.",
+                DrawMesh(places, kFigureWidthPx)};
   const auto [low, high] = std::minmax_element(
       places.begin(), places.end(),
       [](const tap::Place& a, const tap::Place& b) { return a.z_mm.value < b.z_mm.value; });
@@ -359,7 +319,7 @@ std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::En
       "{:.0f}, y {:.0f}.",
       places.size(), low->z_mm.value, low->x_mm, low->y_mm, high->z_mm.value, high->x_mm,
       high->y_mm);
-  figure.narrow = DrawMesh(taps, places, kNarrowWidthPx);
+  figure.narrow = DrawMesh(places, kNarrowWidthPx);
   return figure;
 }
 

@@ -39,10 +39,8 @@ struct PlottedTap {
 [[nodiscard]] std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
                                                  const tap::Ensemble& ensemble);
 
-/// "mesh": heights over the bed, and where every tap was refused. Nothing with fewer than three
-/// places that have a height.
-[[nodiscard]] std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps,
-                                               const tap::Ensemble& ensemble);
+/// "mesh": heights over the bed. Nothing with fewer than three places that have a height.
+[[nodiscard]] std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble);
 
 /// "noise": amplitude against frequency, with its lines named. Nothing without frequencies.
 [[nodiscard]] std::optional<Figure> NoiseFigure(const tap::NoiseSpectrum& spectrum);

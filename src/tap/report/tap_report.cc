@@ -103,7 +103,7 @@ std::string TableOf(std::span<const PlottedTap> taps) {
 std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps) {
   std::vector<Figure> figures;
   if (auto figure = SeriesFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
-  if (auto figure = MeshFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
+  if (auto figure = MeshFigure(input.ensemble)) figures.push_back(std::move(*figure));
   for (std::size_t i = 0; i < std::min(input.taps.size(), most_taps); ++i) {
     figures.push_back(TapFigure(input.taps[i]));
     // The first one's caption explains them all.

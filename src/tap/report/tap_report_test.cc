@@ -1,11 +1,9 @@
 // Reports on taps of which everything is made up; no claim about any method.
 #include "tap/report/tap_report.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
