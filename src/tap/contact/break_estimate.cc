@@ -7,6 +7,7 @@
 #include "tap/contact/break_interval.h"
 #include "tap/contact/break_models.h"
 #include "tap/contact/break_search.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 namespace {
@@ -18,14 +19,6 @@ constexpr double kCubicPoint = 8;
 constexpr double kPowerPoint = 8;
 constexpr double kZonesPoint = 20;
 constexpr double kZonesShape = 16;  // as the form that is taken out of the residuals
-
-// 97.5 % quantile of Student's t (Cornish-Fisher; Abramowitz & Stegun 26.7.5): 0.2 % off at 6.
-double Quantile(double freedom) {
-  constexpr double z = 1.959964;
-  constexpr double z3 = z * z * z;
-  constexpr double z5 = z3 * z * z;
-  return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom);
-}
 
 double Average(const Candidates& candidates, std::size_t& order) {
   constexpr std::array<double, kModels> kPenalty = {kLinearPoint, 0, kCubicPoint, kPowerPoint,
@@ -89,14 +82,6 @@ double PressShape::Slope(double y) const {
   return -(c[0] + d * (2 * c[1] + 3 * d * c[2]) + by_power + by_kink);
 }
 
-bool PressShape::GrowsTo(double depth) const {
-  const auto slope = [&](double d) { return c[0] + d * (2 * c[1] + 3 * d * c[2]); };
-  const double vertex = std::clamp(c[2] != 0 ? -c[1] / (3 * c[2]) : 0, 0.0, depth);
-  const double below_kink = std::max(0.0, kink_t - t + depth);
-  const double added = std::min({0.0, added_slope, added_slope + 2 * below_kink * added_curve});
-  return power_c >= 0 && std::min({slope(0), slope(vertex), slope(depth)}) + added >= 0;
-}
-
 double PressShape::OuterSlope() const {
   constexpr double kPart = 0.25;
   return At((1 - kPart) * t) / (kPart * t);
@@ -113,11 +98,8 @@ BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
   if (scan.empty()) {
     return result;
   }
-  result.candidates = task.known != nullptr
-                          ? *task.known
-                          : FindCandidates(profile, scan, task.inflation, task.neighbours);
-  Candidates& candidates = result.candidates;
-  candidates.variance = task.inflation * candidates.noise_variance;
+  result.candidates = FindCandidates(profile, scan, task.inflation);
+  const Candidates& candidates = result.candidates;
   if (candidates.variance == 0) {
     result.outcome = BreakEstimate::Outcome::kNoPress;
     return result;
@@ -129,7 +111,7 @@ BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
   result.outer_ratio = candidates.OuterRatio();
   result.t = Average(candidates, result.order);
   if (task.interval) {
-    const double quantile = Quantile(candidates.freedom);
+    const double quantile = Student95(candidates.freedom);
     BreakInterval interval(profile, candidates, quantile * quantile);
     if (!interval.Find(scan)) {
       result.outcome = BreakEstimate::Outcome::kAtEdge;

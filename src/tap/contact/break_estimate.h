@@ -37,8 +37,6 @@ struct PressShape {
   }
   /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
   [[nodiscard]] double Slope(double y) const;
-  /// Whether the force surely grows with every step down to a depth.
-  [[nodiscard]] bool GrowsTo(double depth) const;
   /// Mean slope over the last quarter of the depth.
   [[nodiscard]] double OuterSlope() const;
 };
@@ -63,10 +61,8 @@ struct BreakEstimate {
   double cubic_t = 0;      ///< of this one NaN where it is out of the question,
   double power_t = 0;      ///< and of this one.
   double outer_ratio =
-      1;  ///< Slope of an outer zone over the inner one's, where the press has two.
-  bool deep_kink =
-      false;         ///< The press bends at once, far down: the drive may not yet follow there.
-  PressShape shape;  ///< Of the press that explains the samples best.
+      1;                  ///< Slope of an outer zone over the inner one's, where the press has two.
+  PressShape shape;       ///< Of the press that explains the samples best.
   Candidates candidates;  ///< The models' answers, for a BreakTask.
 };
 
@@ -75,11 +71,6 @@ struct BreakTask {
   /// Without it the point is not held inside the interval, and one at the samples' edge is found
   /// too: for a fit whose residuals alone are of interest.
   bool interval = true;
-  /// Without them the polynomial presses alone answer: as good for residuals in which hum is
-  /// sought.
-  bool neighbours = true;
-  /// Answers of the models for the same samples, where they are known; the inflation may differ.
-  const Candidates* known = nullptr;
 };
 
 /// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a

@@ -35,7 +35,7 @@ TwoZonePress LookBeyond(const PressProfile& profile, double last_t, TwoZonePress
   for (const double beyond : kBeyond) {
     const double t = price.smooth_t * (1 + beyond);
     for (std::size_t i = 0; i < kTried.size() && t < last_t; ++i) {
-      const TwoZonePress press = FitTwoZones(profile, t, 0, kNever, kTried[i]);
+      const TwoZonePress press = FitTwoZones(profile, OuterZone(profile, t), 0, kTried[i]);
       guess = price.Cost(press) < price.Cost(guess) ? press : guess;
     }
   }
@@ -56,17 +56,15 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   }
   // The rounding that explains the samples best at the guess is followed along the break.
   const auto fit = [&](double t, double near_s, std::size_t rounding) {
-    return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
+    return FitTwoZones(profile, OuterZone(profile, t), near_s, kRoundings[rounding]);
   };
   // More and more of it, as long as that explains them better.
   ZonesMode mode;
   double least_at_guess = kNever;
-  const double far = found.price.Far(guess.t);
   mode.kinks.s.fill(guess.s);
-  const Breaks end(profile, guess.t);
+  const OuterZone outer(profile, guess.t);
   for (std::size_t i = 0; i < kRoundings.size() && mode.kinks.best + 1 >= i; ++i) {
-    const TwoZonePress press =
-        FitTwoZones(profile, end, guess.s, least_at_guess - far, kRoundings[i]);
+    const TwoZonePress press = FitTwoZones(profile, outer, guess.s, kRoundings[i]);
     const double of_press = found.price.Cost(press);
     if (press.found) {
       mode.kinks.s[i] = press.s;
@@ -131,10 +129,10 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
 }
 
 double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near) const {
-  const Breaks end(profile, t);
+  const OuterZone outer(profile, t);
   double least = kNever;
   for (std::size_t i = 0; i < kRoundings.size(); ++i) {
-    least = std::min(least, Cost(FitTwoZones(profile, end, near.s[i], kNever, kRoundings[i])));
+    least = std::min(least, Cost(FitTwoZones(profile, outer, near.s[i], kRoundings[i])));
   }
   return least;
 }
@@ -148,11 +146,10 @@ double ZonesPrice::Allowance(const TwoZonePress& press) const {
 
 double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
-  const Breaks end(profile, t);
+  const OuterZone outer(profile, t);
   double margin = -kNever;
   const auto cost = [&](std::size_t k) {
-    const TwoZonePress press =
-        FitTwoZones(profile, end, near.s[k], allowed + stiff - Far(t), kRoundings[k]);
+    const TwoZonePress press = FitTwoZones(profile, outer, near.s[k], kRoundings[k]);
     const double of_press = Cost(press);
     margin = std::max(margin, allowed + Allowance(press) - of_press);
     return of_press;
@@ -197,8 +194,7 @@ bool Candidates::Near(double t) const {
   return std::abs(t - model[kQuadratic].t) <= kMostShift * model[kQuadratic].t;
 }
 
-Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
-                          bool neighbours) {
+Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation) {
   Candidates found;
   for (const std::size_t m : {kLinear, kQuadratic, kCubic}) {
     found.model[m] = FindMinimum(profile, scan, m);
@@ -207,9 +203,7 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   if (quadratic.sum_squares == kNever) {
     return found;
   }
-  if (neighbours) {
-    found.power = FitPowerPress(profile, quadratic.t);
-  }
+  found.power = FitPowerPress(profile, quadratic.t);
   if (found.power.found) {
     found.model[kPower] = {found.power.t, found.power.sum_squares};
   }
@@ -233,10 +227,8 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   found.toe = found.bends && found.flat_start && at_least < found.model[kPower].sum_squares;
   const double far = found.toe ? 0 : found.bends ? kZonesFarOfBent : kZonesFar;
   found.price = {kZonesCurve * unit, far * unit, quadratic.t, kStiff * unit};
-  if (neighbours) {
-    for (const ZonesStart start : kZonesStarts) {
-      FindZones(profile, scan, start, smooth, found);
-    }
+  for (const ZonesStart start : kZonesStarts) {
+    FindZones(profile, scan, start, smooth, found);
   }
   found.least = smooth;
   if (freedom > 2 * kZonesUnknowns) {

@@ -87,8 +87,6 @@ struct Candidates {
 
 /// @param scan       Of the profile.
 /// @param inflation   By which correlation of the noise raises the variance of means; >= 1.
-/// @param neighbours  Whether the power law and the press in two zones are asked too.
-[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
-                                        bool neighbours = true);
+[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation);
 
 }  // namespace trammel::tap

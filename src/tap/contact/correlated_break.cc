@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "base/statistics.h"
 #include "tap/contact/press_profile.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 namespace {
@@ -28,19 +29,7 @@ bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<doub
     w[i] = d > 0 ? 1 : 0;
   }
   const auto product = [n](const double* a, const double* b) {
-    // Runs side by side: one addition need not wait for the one before it.
-    constexpr std::size_t kRuns = 4;
-    std::array<double, kRuns> sums{};
-    std::size_t i = 0;
-    for (; i + kRuns <= n; i += kRuns) {
-      for (std::size_t k = 0; k < kRuns; ++k) {
-        sums[k] += a[i + k] * b[i + k];
-      }
-    }
-    for (; i < n; ++i) {
-      sums[0] += a[i] * b[i];
-    }
-    return sums[0] + sums[1] + sums[2] + sums[3];
+    return std::inner_product(a, a + n, b, 0.0);
   };
   for (std::size_t k = 0; k < kColumns; ++k) {
     const double* const column = &columns[k * n];
@@ -74,52 +63,21 @@ std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean)
 
 using OfLags = std::array<double, kMostBlocks>;
 
-// Sums of x_i x_(i + lag) for each lag from 1 on.
-// @param lags  The first that is not asked for; those beyond the values have no sum.
-void SumProducts(std::span<const double> x, std::size_t lags, OfLags& sums) {
-  for (std::size_t lag = 1; lag < std::min(lags, x.size()); ++lag) {
-    sums[lag] = 0;
-    for (std::size_t i = 0; i + lag < x.size(); ++i) sums[lag] += x[i] * x[i + lag];
-  }
-}
-
 struct Variogram {
   OfLags sum{};
   OfLags pairs{};
 
-  // From products and squares, of values about their mean: less work than differences.
-  void Add(std::span<double> x, std::size_t lags) {
-    const std::size_t n = x.size();
-    double mean = 0;
-    for (const double value : x) {
-      mean += value / static_cast<double>(n);
-    }
-    double earlier = 0;  // squares of the values that have one a lag later,
-    for (double& value : x) {
-      value -= mean;
-      earlier += value * value;
-    }
-    double later = earlier;  // and of those that have one a lag before
-    OfLags products;
-    SumProducts(x, lags, products);
-    for (std::size_t lag = 1; lag < std::min(lags, n); ++lag) {
-      earlier -= x[n - lag] * x[n - lag];
-      later -= x[lag - 1] * x[lag - 1];
-      sum[lag] += 0.5 * (earlier + later) - products[lag];
-      pairs[lag] += static_cast<double>(n - lag);
+  void Add(std::span<const double> x, std::size_t lags) {
+    for (std::size_t lag = 1; lag < std::min(lags, x.size()); ++lag) {
+      for (std::size_t i = lag; i < x.size(); ++i) {
+        sum[lag] += 0.5 * (x[i] - x[i - lag]) * (x[i] - x[i - lag]);
+      }
+      pairs[lag] += static_cast<double>(x.size() - lag);
     }
   }
   [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kLeastPairs; }
   [[nodiscard]] double At(std::size_t lag) const { return sum[lag] / pairs[lag]; }
 };
-
-// 97.5 % quantile of Student's t over the normal's, squared (Abramowitz & Stegun 26.7.5).
-double StudentFactor(double freedom) {
-  constexpr double z2 = kNormal95 * kNormal95;
-  const double ratio =
-      1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom);
-  return ratio * ratio;
-}
 
 }  // namespace
 
@@ -157,19 +115,19 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   }
   nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
   const std::span<double> w = Blocks(weights, block, false);
-  OfLags products;
-  SumProducts(w, w.size(), products);
   double excess = 0;
   double width = 1;
   double at_lag = variogram.At(1);
   for (std::size_t lag = 1; lag < w.size(); ++lag) {
+    const double product = std::inner_product(&w[lag], &w[0] + w.size(), &w[0], 0.0);
     at_lag = variogram.Knows(lag) ? variogram.At(lag) : at_lag;
-    excess -= 2 * products[lag] * (at_lag - variogram.At(1));
-    const double share = products[lag] / (static_cast<double>(block) * square);
+    excess -= 2 * product * (at_lag - variogram.At(1));
+    const double share = product / (static_cast<double>(block) * square);
     width += 2 * share * share;
   }
   const double factor = (nugget + excess / square) / (fit.noise * fit.noise);
-  return std::max(1.0, factor * StudentFactor(std::max(3.0, contrasts / width)));
+  const double student = Student95(std::max(3.0, contrasts / width)) / kNormal95;
+  return std::max(1.0, factor * student * student);
 }
 
 }  // namespace trammel::tap

@@ -28,7 +28,6 @@ struct BreakFit {
 /// @param free  Forces of a nozzle that touches nothing, evenly sampled, in order of time, without
 ///              drift and wild samples; overwritten. Fewer than 16 tell nothing: samples, or blocks
 ///              of as many samples as average the fit's to 128 at most.
-/// Cost: O(samples + 128^2), 8 us for stretches of 128 and more.
 [[nodiscard]] double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> free,
                                       Workspace& workspace);
 

@@ -1,7 +1,6 @@
 #include "tap/contact/cruise_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -21,8 +20,8 @@ constexpr double kDoubtful = 10;
 
 // One wild sample bends the first fit, so that weighing is repeated. A pass that finds none leaves
 // the weights as the fit has them.
-void ForgetOutliers(const BreakTask& task, PressStretch& stretch, CruiseFit& fit,
-                    Workspace& workspace, TapAnalysis& result) {
+void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
+                    TapAnalysis& result) {
   constexpr int kPasses = 3;
   std::size_t forgotten = 0;
   for (int pass = 0; pass < kPasses && fit.Found(); ++pass) {
@@ -38,21 +37,11 @@ void ForgetOutliers(const BreakTask& task, PressStretch& stretch, CruiseFit& fit
     forgotten = wild;
     std::copy(stretch.scratch.begin(), stretch.scratch.end(), stretch.weight.begin());
     stretch.weighted = true;
-    fit = FitStretch(stretch, task, workspace);
+    fit = FitStretch(stretch, {.interval = false}, workspace);
   }
   if (forgotten > 0) {
     result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
   }
-}
-
-// Whether the free force has shown hum already.
-bool ShowsHum(const TapAnalysis& result) {
-  constexpr std::array kHum = {FindingCode::kHum50Hz, FindingCode::kHum60Hz, FindingCode::kHum100Hz,
-                               FindingCode::kHum120Hz};
-  const auto notices = result.Notices();
-  return std::any_of(notices.begin(), notices.end(), [&](const Finding& notice) {
-    return std::find(kHum.begin(), kHum.end(), notice.code) != kHum.end();
-  });
 }
 
 // The last fit is without an interval: correlation that is yet to be looked for widens it.
@@ -65,8 +54,7 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses && fit.Found(); ++pass) {
     RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
-    const bool last = pass + 1 == kPasses;  // of the others the residuals alone are of interest
-    fit = FitStretch(stretch, {.interval = false, .neighbours = last}, workspace);
+    fit = FitStretch(stretch, {.interval = false}, workspace);
   }
   result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
   return hum;
@@ -78,8 +66,7 @@ struct ShorterPress {
   CruiseFit fit;
 };
 
-ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, const BreakTask& task,
-                        Workspace& workspace) {
+ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, Workspace& workspace) {
   ShorterPress shorter = {stretch, {}};
   shorter.stretch.y = workspace.Take<double>(stretch.y.size());
   shorter.stretch.residual = workspace.Take<double>(stretch.y.size());
@@ -87,7 +74,7 @@ ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, const Br
       !shorter.stretch.residual.empty()) {
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.stretch.y.begin());
     TrimStart(count, shorter.stretch);
-    shorter.fit = FitStretch(shorter.stretch, task, workspace);
+    shorter.fit = FitStretch(shorter.stretch, {}, workspace);
   }
   return shorter;
 }
@@ -100,11 +87,7 @@ bool TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapA
   for (const double share : {0.15, 0.3}) {
     const auto count = static_cast<std::size_t>(share * below);
     const Workspace::Scope scope(workspace);
-    ShorterPress shorter = FitShorter(stretch, count, {.interval = false}, workspace);
-    if (shorter.fit.Found() && shorter.fit.traits.White()) {
-      const Candidates known = shorter.fit.estimate.candidates;
-      shorter.fit = FitStretch(shorter.stretch, {.known = &known}, workspace);
-    }
+    const ShorterPress shorter = FitShorter(stretch, count, workspace);
     if (shorter.fit.Found() && shorter.fit.traits.White()) {
       TrimStart(count, stretch);
       std::copy(shorter.stretch.residual.begin(), shorter.stretch.residual.end(),
@@ -134,7 +117,7 @@ std::optional<Interval> ReadWithoutOnset(const PressStretch& stretch, const Brea
   const auto count = static_cast<std::size_t>(
       std::lower_bound(stretch.y.begin(), stretch.y.end(), from) - stretch.y.begin());
   const Workspace::Scope scope(workspace);
-  const ShorterPress rest = FitShorter(stretch, count, {}, workspace);
+  const ShorterPress rest = FitShorter(stretch, count, workspace);
   const BreakEstimate& read = rest.fit.estimate;
   const Interval later = {rest.stretch.Z(read.lo), rest.stretch.Z(read.hi)};
   const double longest_mm = kTooLong * stretch.span_mm * (e.hi - e.lo);
@@ -222,16 +205,14 @@ void Hold(const AveragedBreaks& averaged, const PressStretch& stretch, BreakEsti
 
 CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
-  const bool shows_hum = ShowsHum(result);
-  const BreakTask first = {.interval = !shows_hum, .neighbours = !shows_hum};
-  CruiseFit fit = FitStretch(stretch, first, workspace);
-  ForgetOutliers(first, stretch, fit, workspace, result);
+  CruiseFit fit = FitStretch(stretch, {.interval = false}, workspace);
+  ForgetOutliers(stretch, fit, workspace, result);
   MainsHum hum;
   if (fit.Found() && fit.traits.portmanteau > kPortmanteauLimit) {
     hum = TakeOutHum(stretch, fit, workspace, result);
   }
   const bool hum_removed = hum.frequency_hz > 0;
-  if (shows_hum && !hum_removed) {
+  if (fit.Found() && !hum_removed) {
     fit = FitStretch(stretch, {}, workspace);
   }
   AveragedBreaks averaged;
@@ -250,8 +231,7 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
                                {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
                                workspace));
   if (inflation > 1 || hum_removed) {
-    const Candidates known = fit.estimate.candidates;
-    fit = FitStretch(stretch, {.inflation = inflation, .known = &known}, workspace);
+    fit = FitStretch(stretch, {.inflation = inflation}, workspace);
   }
   if (inflation > 1) {
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});

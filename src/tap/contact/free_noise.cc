@@ -49,33 +49,19 @@ struct Line {
 
   template <class T>
   explicit Line(std::span<const T> values) {
-    // Runs side by side: one addition need not wait for the one before it.
-    constexpr std::size_t kRuns = 4;
     const auto n = static_cast<double>(values.size());
     middle = 0.5 * (n - 1);
-    std::array<double, kRuns> sums{};
-    std::array<double, kRuns> moments{};
-    std::array<double, kRuns> place{-middle, 1 - middle, 2 - middle, 3 - middle};
-    std::size_t i = 0;
-    for (; i + kRuns <= values.size(); i += kRuns) {
-      for (std::size_t k = 0; k < kRuns; ++k) {
-        const double value = values[i + k];
-        sums[k] += value;
-        moments[k] += place[k] * value;
-        place[k] += kRuns;
-      }
+    double sum = 0;
+    double moment = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sum += values[i];
+      moment += (static_cast<double>(i) - middle) * values[i];
     }
-    for (std::size_t k = 0; i < values.size(); ++i, ++k) {
-      sums[k] += values[i];
-      moments[k] += place[k] * values[i];
-    }
-    const double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-    const double moment = (moments[0] + moments[1]) + (moments[2] + moments[3]);
     mean = sum / n;
     slope = moment * 12 / (n * (n * n - 1));
   }
   [[nodiscard]] double At(std::size_t i) const {
-    return mean + slope * (static_cast<int>(i) - middle);  // which a processor converts in pairs
+    return mean + slope * (static_cast<double>(i) - middle);
   }
 };
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <span>
 
+#include "tap/contact/normal_equations.h"
 #include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
@@ -26,9 +26,8 @@ constexpr std::size_t kLeastRest = 4;
 constexpr std::size_t kMostInRange = 96;
 constexpr int kMostSteps = 8;
 
-// Base, scale, latency, offset, force at rest; the force last.
-constexpr std::size_t kUnknowns = 5;
-using Normal = std::array<std::array<double, kUnknowns + 1>, kUnknowns + 1>;
+// The unknowns are base, scale, latency, offset, force at rest.
+constexpr std::size_t kUnknowns = kNormalUnknowns;
 
 struct State {
   double scale = 1;
@@ -68,14 +67,9 @@ double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPres
   if (!(step > 0) || !(rest_g > 0)) {
     return 0;
   }
-  const auto reaches = [&](int i) { return press.shape.At(halt_y + i * step) >= rest_g; };
-  int i = 0;
-  int none = kHeights + 1;
-  // By halves where the force grows all the way down; else from the break on.
-  const bool grows = press.shape.GrowsTo(press.shape.t - halt_y);
-  while (none - i > 1) {
-    const int at = grows ? (i + none) / 2 : none - 1;
-    (reaches(at) ? i : none) = at;
+  int i = kHeights;
+  while (i > 0 && !(press.shape.At(halt_y + i * step) >= rest_g)) {
+    --i;
   }
   return i * step * press.span_mm;
 }
@@ -95,26 +89,11 @@ class Fit {
   [[nodiscard]] Normal Sum(const State& state, double variance) const {
     Normal m{};
     const double first_g = clean_.samples.force_g[range_.first];
-    Resting resting;
     for (std::size_t i = range_.first; i < range_.end; ++i) {
       const double y = Y(i, state);
       const double g = press_.sign * (clean_.samples.force_g[i] - first_g);
-      if (!(y < press_.shape.t)) {  // no press: the sample tells of the base alone
-        m[0][0] += 1;
-        m[0][kUnknowns] += g;
-        m[kUnknowns][kUnknowns] += g * g;
-        continue;
-      }
-      const bool rests = !(Time(i, state) < motion_.approach_end_s);
-      if (rests && (resting.count == 0 || y == resting.y)) {
-        resting.Add(y, g);
-        continue;
-      }
+      const bool rests = y < press_.shape.t && !(Time(i, state) < motion_.approach_end_s);
       AddRow(RowOf(y, rests, g, state), 1, m);
-    }
-    if (resting.count > 0) {
-      AddRow(RowOf(resting.y, true, resting.Mean(), state), resting.count, m);
-      m[kUnknowns][kUnknowns] += resting.Scatter();
     }
     const double weight = 1 / variance;
     for (auto& row : m) {
@@ -156,33 +135,8 @@ class Fit {
   }
 
  private:
-  using Row = std::array<double, kUnknowns + 1>;
-
-  // Samples at rest: at one height, they are as good as their mean.
-  struct Resting {
-    double y = 0;
-    double first_g = 0;
-    double count = 0;
-    double sum_g = 0;       // from the first
-    double squares_g2 = 0;  // likewise
-
-    void Add(double at, double g) {
-      if (count == 0) {
-        y = at;
-        first_g = g;
-      }
-      count += 1;
-      sum_g += g - first_g;
-      squares_g2 += (g - first_g) * (g - first_g);
-    }
-    [[nodiscard]] double Mean() const { return first_g + sum_g / count; }
-    [[nodiscard]] double Scatter() const {
-      return std::max(0.0, squares_g2 - sum_g * sum_g / count);
-    }
-  };
-
   // Derivatives of a pressed sample's force, and what the state leaves of it.
-  [[nodiscard]] Row RowOf(double y, bool rests, double g, const State& state) const {
+  [[nodiscard]] NormalRow RowOf(double y, bool rests, double g, const State& state) const {
     const double p = press_.shape.At(y);
     const double by_offset = state.scale * press_.shape.Slope(y) / press_.span_mm;
     const double speed = rests ? 0 : motion_.approach_speed_mm_s;
@@ -192,16 +146,6 @@ class Fit {
             by_offset,
             rests ? 1.0 : 0.0,
             g - state.scale * p - (rests ? state.rest_g : 0)};
-  }
-  static void AddRow(const Row& row, double weight, Normal& m) {
-#pragma GCC unroll 6
-    for (std::size_t a = 0; a <= kUnknowns; ++a) {
-      const double weighted = weight * row[a];
-#pragma GCC unroll 6
-      for (std::size_t b = a; b <= kUnknowns; ++b) {
-        m[a][b] += weighted * row[b];
-      }
-    }
   }
   [[nodiscard]] double Left(std::size_t i, const State& state) const {
     const bool rests = !(Time(i, state) < motion_.approach_end_s);
@@ -234,25 +178,6 @@ class Fit {
   double prior_s_;
   double play_mm_;
 };
-
-// Solves in place, rows divided by their pivots, which stay on the diagonal.
-bool Eliminate(Normal& m) {
-  for (std::size_t k = 0; k < kUnknowns; ++k) {
-    if (!(m[k][k] > 0)) {
-      return false;
-    }
-    for (std::size_t i = k + 1; i <= kUnknowns; ++i) {
-      const double factor = m[k][i] / m[k][k];
-      for (std::size_t j = i; j <= kUnknowns; ++j) {
-        m[i][j] -= factor * m[k][j];
-      }
-    }
-    for (std::size_t j = k + 1; j <= kUnknowns; ++j) {
-      m[k][j] /= m[k][k];
-    }
-  }
-  return true;
-}
 
 }  // namespace
 

@@ -16,24 +16,6 @@ constexpr Part kParts[] = {{1, 0.5}, {0.5, 2}, {0.4, 0.4}, {0.25, 1}};
 constexpr std::size_t kLeastBelow = 8;
 constexpr std::size_t kLeastAbove = 6;
 constexpr double kSignificant = 2.8;
-constexpr double kMargin = 1.1;  // for the slope between points of the scan
-
-// Whether the part may read a break that is `near` from t or farther. Not where the least of its
-// scan lies next to t and the sum of squares rises from t to both sides within `near`: the search
-// for the minimum would end between them.
-bool MayReadBeyond(const PressProfile& profile, Scan scan, std::size_t best, double t,
-                   double near) {
-  const double from = std::max(scan[best - 1].t, t - near);
-  const double to = std::min(scan[best + 1].t, t + near);
-  if (!(from < t && t < to)) {
-    return true;
-  }
-  const auto cost = [&](double at) {
-    return SumSquares(profile.Evaluate(at, profile.Below(at)), 1);
-  };
-  const double least = cost(t);
-  return !(least < cost(from) && least < cost(to));
-}
 
 // Variance of the break for unit noise and slope: of the ends of a parabola and of a line.
 double Variance(std::size_t below, std::size_t above) {
@@ -73,11 +55,6 @@ LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise, d
     }
     const double variance = std::max(0.1 * whole, Variance(middle - first, end - middle) - whole);
     const double force = 1.3 * noise * std::sqrt(inflation * variance);
-    const double steepest = std::max(
-        {scan[best - 1].start_slope[0], scan[best].start_slope[0], scan[best + 1].start_slope[0]});
-    if (!MayReadBeyond(profile, scan, best, t, kSignificant * force / (kMargin * steepest))) {
-      continue;
-    }
     const Minimum found = FindMinimum(profile, scan, 1);
     if (!(found.sum_squares < kNever) || !(found.t > scan.front().t) ||
         !(found.t < scan.back().t)) {

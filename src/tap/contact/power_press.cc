@@ -1,11 +1,9 @@
 #include "tap/contact/power_press.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 
-#include "tap/contact/float_lanes.h"
+#include "tap/contact/normal_equations.h"
 
 namespace trammel::tap {
 namespace {
@@ -17,106 +15,20 @@ constexpr double kStraight = 0.02;  // nearer to 1 the straight press says the s
 constexpr double kEnough = 0.02;    // of the break's standard deviation, the last step
 
 // Columns: 1, y, d^p, derivative by t / c, derivative by p / c; the force last.
-constexpr std::size_t kColumns = 6;
-using Matrix = std::array<std::array<double, kColumns>, kColumns>;
-
-// Depths below a break with their logarithms and powers, four at a time.
-struct Powers {
-  static constexpr std::size_t kGroups = 8;
-  std::array<Floats, kGroups> logs;
-  std::array<Floats, kGroups> powers;
-
-  // Single precision, in which a processor works out four: 1e-7 of the press is far below any
-  // noise. By themselves, because each of these waits for many steps one after the other, and a
-  // processor begins with the next ones meanwhile only if they are near.
-  void Take(std::span<const double> y, std::size_t first, double t, double p) {
-    for (std::size_t g = 0; g < kGroups && first + g * kLanes < y.size(); ++g) {
-      Floats depth;
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        depth[k] = static_cast<float>(t - y[std::min(first + g * kLanes + k, y.size() - 1)]);
-      }
-      logs[g] = Log(depth);
-      powers[g] = Exp(static_cast<float>(p) * logs[g]);
+Normal NormalEquations(const BreakSamples& samples, double t, double p) {
+  Normal m{};
+  for (std::size_t i = 0; i < samples.y.size(); ++i) {
+    NormalRow columns = {1, samples.y[i], 0, 0, 0, samples.force[i]};
+    if (const double d = t - samples.y[i]; d > 0) {
+      const double log_d = std::log(d);
+      const double power = std::exp(p * log_d);
+      columns[2] = power;
+      columns[3] = p * power / d;
+      columns[4] = power * log_d;
     }
+    AddRow(columns, samples.weight.empty() ? 1 : samples.weight[i], m);
   }
-};
-
-void Sum(const PressProfile& profile, double t, double p, Matrix& m) {
-  const BreakSamples& samples = profile.samples();
-  const std::array<double, 6> all = profile.Totals();
-  std::array<Pair, 15> sums{};
-  const std::size_t below = profile.Below(t);
-  Powers at_once;
-  for (std::size_t i = 0; i < below; i += kLanes) {
-    const std::size_t group = i / kLanes % Powers::kGroups;
-    if (group == 0) {
-      at_once.Take(samples.y.first(below), i, t, p);
-    }
-    // Where the last ones are missing, the very last is looked at again, and counts once.
-    const auto at = [&](std::size_t k) { return std::min(i + k, below - 1); };
-    const Floats& logs = at_once.logs[group];
-    const Floats& powers = at_once.powers[group];
-    for (std::size_t k = 0; k < kLanes; k += 2) {
-      const Pair y = {samples.y[at(k)], samples.y[at(k + 1)]};
-      const Pair f = {samples.force[at(k)], samples.force[at(k + 1)]};
-      Pair w = {i + k < below ? 1.0 : 0.0, i + k + 1 < below ? 1.0 : 0.0};
-      if (!samples.weight.empty()) {
-        w *= Pair{samples.weight[at(k)], samples.weight[at(k + 1)]};
-      }
-      const Pair d = t - y;
-      const Pair log_d = {logs[k], logs[k + 1]};
-      const Pair power = {powers[k], powers[k + 1]};
-      const Pair by_t = p * power / d;
-      const Pair by_p = power * log_d;
-      const Pair wa = w * power;
-      const Pair wt = w * by_t;
-      const Pair wp = w * by_p;
-      sums[0] += wa;
-      sums[1] += wt;
-      sums[2] += wp;
-      sums[3] += wa * y;
-      sums[4] += wt * y;
-      sums[5] += wp * y;
-      sums[6] += wa * power;
-      sums[7] += wa * by_t;
-      sums[8] += wa * by_p;
-      sums[9] += wt * by_t;
-      sums[10] += wt * by_p;
-      sums[11] += wp * by_p;
-      sums[12] += wa * f;
-      sums[13] += wt * f;
-      sums[14] += wp * f;
-    }
-  }
-  std::array<double, sums.size()> s;
-  std::transform(sums.begin(), sums.end(), s.begin(),
-                 [](const Pair& two) { return two[0] + two[1]; });
-  m[0] = {all[0], all[1], s[0], s[1], s[2], all[3]};
-  m[1] = {0, all[2], s[3], s[4], s[5], all[4]};
-  m[2] = {0, 0, s[6], s[7], s[8], s[12]};
-  m[3] = {0, 0, 0, s[9], s[10], s[13]};
-  m[4] = {0, 0, 0, 0, s[11], s[14]};
-  m[5] = {0, 0, 0, 0, 0, all[5]};
-}
-
-// Rows end up divided by their pivots, which stay on the diagonal.
-bool Eliminate(Matrix& m) {
-  for (std::size_t k = 0; k + 1 < kColumns; ++k) {
-    if (!(m[k][k] > 0)) {
-      return false;
-    }
-    const double inverse = 1 / m[k][k];
-    for (std::size_t i = k + 1; i < kColumns; ++i) {
-      const double factor = m[k][i] * inverse;
-      for (std::size_t j = i; j < kColumns; ++j) {
-        m[i][j] -= factor * m[k][j];
-      }
-    }
-    for (std::size_t j = k + 1; j < kColumns; ++j) {
-      m[k][j] *= inverse;
-    }
-  }
-  return true;
+  return m;
 }
 
 }  // namespace
@@ -134,8 +46,7 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
   double t = start_t;
   double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 0.6, 1.9);
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    Matrix m;
-    Sum(profile, t, p, m);
+    Normal m = NormalEquations(profile.samples(), t, p);
     if (!Eliminate(m)) {
       return press;
     }

@@ -64,10 +64,6 @@ class PressProfile {
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
-  /// Of two.
-  [[nodiscard]] std::array<std::size_t, 2> Below(const Pair& t) const {
-    return {Below(t[0]), Below(t[1])};
-  }
   /// Over the first samples, so many.
   [[nodiscard]] const Moments& Sums(std::size_t below) const { return prefix_[below]; }
   [[nodiscard]] const Baseline& baseline() const { return baseline_; }

@@ -1,287 +1,211 @@
 #include "tap/contact/two_zone_press.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <span>
-
-#include "tap/contact/break_search.h"
 
 namespace trammel::tap {
 namespace {
 
-constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one
-// Widths of the outer zone that are tried, of the depth; steps around the best, of its width, and
-// by what they shrink where they lead nowhere.
+// Widths of the outer zone that are tried, of the depth.
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
-constexpr double kStep = 0.25;
-constexpr double kShrink = 0.4;
-constexpr int kMostSteps = 14;
-constexpr std::size_t kMostTrials = 36;  // of one search: two starts, four widths, both ways on
-// From a kink close by: the second width that is tried, the first step from there, which doubles,
-// and the longest to less.
-constexpr double kSlightlyWider = 1.15;
-constexpr double kNearStep = 0.15;
-constexpr double kMostNarrower = 0.4;
-// Between two widths that cost more: how far from the least is near, of the way to its neighbour,
-// how much farther than the parabola's least is looked, and how far towards what is not allowed.
-constexpr double kNear = 0.1;
-constexpr double kBeyond = 0.2;
-constexpr double kTowardsEdge = 0.4;
-// To a hundredth of the noise variance, or to a thousandth of the width.
-constexpr double kEnough = 0.01;
-constexpr int kLeastRounds = 1;
-constexpr double kLeastStep = 0.001;
-// By which less may be found than a parabola promises.
-constexpr double kSurprise = 6;
 
-// Presses that were tried. Which of them is better nobody can predict: all are written down, and
-// the place of the best is kept without branches.
-class Trials {
- public:
-  // Sums of squares of two; kNever where a zone is too short or does not press.
-  [[gnu::noinline]] Pair Try(const PressProfile& profile, const Breaks& breaks, Pair s,
-                             double rounding = 0) {
-    const Pair round = rounding * (breaks.outer.t - s);
-    const TwoZones at = rounding > 0 ? EvaluateRounded(profile, breaks.outer, s + round, s - round)
-                                     : EvaluateTwoZones(profile, breaks.outer, s);
-    const Pair inner = at.outer_slope + at.added_slope;
-    const auto allowed = (s > breaks.above) & (s <= breaks.up_to) & (inner > 0) &
-                         (at.outer_slope >= kLeastRatio * inner);
-    const Pair never = {kNever, kNever};
-    const Pair least = at.sum_squares_curved > 0 ? at.sum_squares_curved : Pair{0, 0};
-    const Pair costs = allowed ? least : never;
-    trials_[count_] = {breaks.outer.t, s, at, costs};
-    for (std::size_t i = 0; i < 2; ++i) {
-      best_ = costs[i] < least_ ? 2 * count_ + i : best_;
-      least_ = costs[i] < least_ ? costs[i] : least_;
-    }
-    ++count_;
-    return costs;
-  }
-  [[nodiscard]] bool Found() const { return least_ < kNever; }
-  [[nodiscard]] double Least() const { return least_; }
-  [[nodiscard]] double BestKink() const { return trials_[best_ / 2].s[best_ % 2]; }
-  [[nodiscard]] TwoZonePress Best() const {
-    if (!Found()) {
-      return {};
-    }
-    const Trial& trial = trials_[best_ / 2];
-    const std::size_t i = best_ % 2;
-    const TwoZones& at = trial.at;
-    return {trial.t[i],        trial.s[i],
-            at.outer_slope[i], at.outer_slope[i] + at.added_slope[i],
-            at.added_curve[i], std::max(0.0, at.sum_squares[i]),
-            trial.costs[i],    true};
+// A column of the inner zone: its sum, that times y - mean, and its products with the outer zone's
+// column and with the force.
+struct Column {
+  double sum = 0;
+  double sum_y = 0;
+  double by_outer = 0;
+  double by_force = 0;
+};
+
+// Sums over the samples below s, of powers of s - y.
+struct Kink {
+  Kink(const PressProfile& profile, double at)
+      : s(at),
+        e(Shifted<5>(profile.Sums(profile.Below(at)).y, at)),
+        force(Shifted<3>(profile.Sums(profile.Below(at)).force, at)) {}
+  [[nodiscard]] Column Power(const OuterZone& outer, double mean_y, std::size_t i) const {
+    return {e[i], (s - mean_y) * e[i] - e[i + 1], (outer.t - s) * e[i] + e[i + 1], force[i]};
   }
 
- private:
-  struct Trial {
-    Pair t, s;
-    TwoZones at;
-    Pair costs;
+  double s;
+  std::array<double, 5> e;
+  std::array<double, 3> force;
+};
+
+// Solves for the columns k and q, whose products with each other are p11, p12 and p22.
+TwoZones Solve(const PressProfile::Baseline& baseline, const OuterZone& outer, const Column& first,
+               const Column& second, double p11, double p12, double p22) {
+  // Without the baseline and the outer column.
+  const auto together = [&](double sum, double sum_y, const Column& other) {
+    return baseline.inverse_count * sum * other.sum + baseline.inverse_spread * sum_y * other.sum_y;
   };
-  // Without values to begin with.
-  std::array<Trial, kMostTrials> trials_;
-  std::size_t count_ = 0;
-  std::size_t best_ = 0;
-  double least_ = kNever;
-};
-
-// A width of the outer zone, of the depth, and what it costs. Worked on as a pair: which of two
-// costs less nobody can predict, and a processor that guesses wrongly loses more than the rest
-// takes.
-using Width = Pair;
-using Mask = decltype(Pair{} < Pair{});
-constexpr std::size_t kOfDepth = 0;
-constexpr std::size_t kCost = 1;
-
-Mask Both(const Mask& mask, std::size_t i) { return Mask{mask[i], mask[i]}; }
-
-// A least between its neighbours, which may be out of the question.
-struct Bracket {
-  Width below, least, above;
-
-  // To the neighbours' widths.
-  [[nodiscard]] Pair Apart() const {
-    return {least[kOfDepth] - below[kOfDepth], above[kOfDepth] - least[kOfDepth]};
-  }
-  void Take(const Width& width) {
-    const Mask inside = Both((width > below) & (width < above), kOfDepth);
-    const Mask narrower = Both(width < least, kOfDepth);
-    const Mask lower = Both(width < least, kCost);
-    const Width neighbour = lower ? least : width;
-    below = inside & (lower ^ narrower) ? neighbour : below;
-    above = inside & ~(lower ^ narrower) ? neighbour : above;
-    least = inside & lower ? width : least;
-  }
-};
-
-// Where next to a least a lower one is expected, and by how much lower: of the parabola through the
-// three; where a neighbour is out of the question, of the line from the other.
-struct Expected {
-  double apart = 0;
-  double gain = 0;
-};
-
-Expected Expect(const Bracket& bracket) {
-  const auto apart = bracket.Apart();
-  const double left = apart[0];
-  const double right = apart[1];
-  const double to_below = bracket.below[kCost] - bracket.least[kCost];
-  const double to_above = bracket.above[kCost] - bracket.least[kCost];
-  if (to_below == kNever || to_above == kNever) [[unlikely]] {
-    const bool leftwards = to_below == kNever;
-    return {leftwards ? -kTowardsEdge * left : kTowardsEdge * right,
-            leftwards ? to_above / right * left : to_below / left * right};
-  }
-  const double below = to_below * right;
-  const double above = to_above * left;
-  const double sum = below + above;
-  const double to_least = sum > 0 ? 0.5 * (below * right - above * left) / sum : 0;
-  return {to_least, sum / (left * right * (left + right)) * to_least * to_least};
+  const auto by_outer = [&](const Column& column) {
+    return column.by_outer - together(outer.sum, outer.sum_y, column);
+  };
+  const double g12 = by_outer(first);
+  const double g13 = by_outer(second);
+  const auto by_force = [&](const Column& column, double outer_part) {
+    return column.by_force - baseline.mean_force * column.sum - baseline.slope * column.sum_y -
+           outer.slope * outer_part;
+  };
+  const double l12 = g12 * outer.inverse;
+  const double l13 = g13 * outer.inverse;
+  const double g22 = p11 - together(first.sum, first.sum_y, first) - l12 * g12;
+  const double inverse = Invert(g22, p11);
+  const double g23 = p12 - together(first.sum, first.sum_y, second) - l12 * g13;
+  const double l23 = g23 * inverse;
+  const double g33 = p22 - together(second.sum, second.sum_y, second) - l13 * g13 - l23 * g23;
+  const double h2 = by_force(first, g12);
+  const double h3 = by_force(second, g13) - l23 * h2;
+  const double q = h3 * Invert(g33, p22);
+  const double k = h2 * inverse - l23 * q;
+  const double straight = outer.sum_squares - h2 * h2 * inverse;
+  return {straight, straight - h3 * q, outer.slope - l12 * k - l13 * q, k, q};
 }
 
-// The search for the best kink below a break, along the width of the outer zone.
-class KinkSearch {
- public:
-  KinkSearch(const PressProfile& profile, const Breaks& end, double rounding)
-      : profile_(profile), end_(end), rounding_(rounding) {}
-
-  [[nodiscard]] const Trials& trials() const { return trials_; }
-  // What two widths cost.
-  Pair Try(Pair of_depth) {
-    return trials_.Try(profile_, end_, end_.outer.t * (1 - of_depth), rounding_);
+// Not found where a zone is too short or does not press.
+TwoZonePress PressAt(const PressProfile& profile, const OuterZone& outer, double s,
+                     double rounding = 0) {
+  constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one
+  if (!(s > outer.above && s <= outer.up_to)) {
+    return {};
   }
-  // Goes down from the better of two widths, while less than that is to be expected.
-  void Refine(const Pair& of_depth, const Pair& costs, double of_interest) {
-    const auto samples = static_cast<double>(profile_.samples().y.size());
-    const Width one = {of_depth[0], costs[0]};
-    const Width other = {of_depth[1], costs[1]};
-    const Mask first = Both(one < other, kCost);
-    Bracket bracket = Enclose(first ? other : one, first ? one : other);
-    for (int i = 0; i < kMostSteps; ++i) {
-      const Expected expected = Expect(bracket);
-      const double least = bracket.least[kCost];
-      if (least - kSurprise * expected.gain > of_interest ||
-          (i >= kLeastRounds && expected.gain < kEnough * least / samples) ||
-          !(bracket.above[kOfDepth] - bracket.below[kOfDepth] >
-            kLeastStep * bracket.least[kOfDepth])) {
-        return;
-      }
-      const Pair inside = Inside(bracket, expected.apart);
-      const Pair found = Try(inside);
-      bracket.Take({inside[1], found[1]});
-      bracket.Take({inside[0], found[0]});
-    }
+  const double round = rounding * (outer.t - s);
+  const TwoZones at = EvaluateTwoZones(profile, outer, s + round, s - round);
+  const double inner = at.outer_slope + at.added_slope;
+  if (!(inner > 0 && at.outer_slope >= kLeastRatio * inner)) {
+    return {};
   }
-
- private:
-  // Steps onwards from a width that costs less than the one behind it until the costs rise.
-  Bracket Enclose(Width behind, Width least) {
-    const Mask narrower = Both(least < behind, kOfDepth);
-    double step = narrower[0] != 0 ? -kNearStep : kNearStep;
-    Width next = least;
-    for (int i = 0; i < kMostSteps; ++i) {
-      const Pair of_depth = least[kOfDepth] * (1 + Pair{step, 2 * step});
-      const Pair costs = Try(of_depth);
-      next = {of_depth[0], costs[0]};
-      const Width after = {of_depth[1], costs[1]};
-      if (!(costs[0] < least[kCost] && costs[1] < costs[0])) {
-        const Mask lower = Both(next < least, kCost);
-        behind = lower ? least : behind;
-        least = lower ? next : least;
-        next = lower ? after : next;
-        break;
-      }
-      behind = next;
-      least = after;
-      step = std::max(2 * step, -kMostNarrower);
-      next = {least[kOfDepth] * (1 + step), kNever};
-    }
-    return {narrower ? next : behind, least, narrower ? behind : next};
-  }
-  // Two widths where the least is expected: at that place and a bit farther out, or to both sides.
-  static Pair Inside(const Bracket& bracket, double apart) {
-    const Pair sides = bracket.Apart() * Pair{-1, 1};
-    const double side = apart < 0 ? sides[0] : sides[1];
-    const Pair onwards = {apart, apart + kBeyond * (side - apart)};
-    const Pair near = {std::abs(apart), std::abs(apart)};
-    const Pair far = Pair{} + kNear * std::abs(side);
-    return bracket.least[kOfDepth] + (near < far ? kNear * sides : onwards);
-  }
-
-  const PressProfile& profile_;
-  const Breaks& end_;
-  double rounding_;
-  Trials trials_;
-};
-
-}  // namespace
-
-TwoZonePress FitTwoZones(const PressProfile& profile, const Breaks& end, double near_s,
-                         double of_interest, double rounding) {
-  KinkSearch search(profile, end, rounding);
-  const double t = end.outer.t[0];
-  double width = near_s > 0 && near_s < t ? 1 - near_s / t : 0;
-  constexpr Pair kStart = {1, kSlightlyWider};
-  Pair costs = search.Try(width * kStart);
-  if (!search.trials().Found()) {
-    for (std::size_t i = 0; i < kWidths.size(); i += 2) {
-      search.Try(Pair{kWidths[i], kWidths[i + 1]});
-    }
-    if (search.trials().Found()) {
-      width = 1 - search.trials().BestKink() / t;
-      costs = search.Try(width * kStart);
-    }
-  }
-  if (search.trials().Found()) {
-    search.Refine(width * kStart, costs, of_interest);
-  }
-  return search.trials().Best();
+  return {outer.t,
+          s,
+          at.outer_slope,
+          inner,
+          at.added_curve,
+          std::max(0.0, at.sum_squares),
+          std::max(0.0, at.sum_squares_curved),
+          true};
 }
 
-namespace {
-
-// Some steps of break and kink from the best of some trials, each in turn.
-TwoZonePress Improve(const PressProfile& profile, Trials& trials) {
-  constexpr int kSteps = 4;
-  double step = kStep;
-  Breaks same(profile, trials.Best().t);
-  for (int i = 0; trials.Found() && i < kSteps; ++i) {
-    const TwoZonePress centre = trials.Best();
-    if (centre.t != same.outer.t[0]) {
-      same = Breaks(profile, centre.t);
-    }
-    const double apart = step * (centre.t - centre.s);
-    const Pair kink = {centre.s, centre.s};
-    trials.Try(profile, Breaks(profile, Pair{centre.t - apart, centre.t + apart}), kink);
-    trials.Try(profile, same, kink + Pair{apart, -apart});
-    step *= trials.Least() < centre.sum_squares_curved ? 1 : kShrink;
+// Keeps the better of two presses.
+void Keep(const TwoZonePress& press, TwoZonePress& best) {
+  if (press.sum_squares_curved < best.sum_squares_curved) {
+    best = press;
   }
-  return trials.Best();
 }
 
 }  // namespace
+
+OuterZone::OuterZone(const PressProfile& profile, double break_t) : t(break_t) {
+  constexpr std::size_t kLeastPart = 3;  // samples of each zone
+  const PressProfile::Baseline& baseline = profile.baseline();
+  const std::size_t below = profile.Below(t);
+  const auto d = Shifted<3>(profile.Sums(below).y, t);
+  const auto f = Shifted<2>(profile.Sums(below).force, t);
+  sum = d[1];
+  sum_y = (t - baseline.mean_y) * d[1] - d[2];
+  const double force = f[1] - baseline.mean_force * sum - baseline.slope * sum_y;
+  inverse = Invert(
+      d[2] - baseline.inverse_count * sum * sum - baseline.inverse_spread * sum_y * sum_y, d[2]);
+  slope = force * inverse;
+  sum_squares = baseline.sum_squares - force * slope;
+  if (below >= 2 * kLeastPart) {
+    above = profile.samples().y[kLeastPart - 1];
+    up_to = profile.samples().y[below - kLeastPart];
+  }
+}
+
+TwoZones EvaluateTwoZones(const PressProfile& profile, const OuterZone& outer, double u, double v) {
+  const PressProfile::Baseline& baseline = profile.baseline();
+  const Kink end(profile, v);
+  const Column square = end.Power(outer, baseline.mean_y, 2);
+  if (!(u > v)) {
+    return Solve(baseline, outer, end.Power(outer, baseline.mean_y, 1), square, end.e[2], end.e[3],
+                 end.e[4]);
+  }
+  const Kink begin(profile, u);
+  const Column h = begin.Power(outer, baseline.mean_y, 2);
+  const double length = u - v;
+  const double half = 0.5 / length;
+  const Column ramp{half * (h.sum - square.sum), half * (h.sum_y - square.sum_y),
+                    half * (h.by_outer - square.by_outer), half * (h.by_force - square.by_force)};
+  const double squares = begin.e[4] - end.e[4] - 2 * length * (2 * end.e[3] + length * end.e[2]);
+  return Solve(baseline, outer, ramp, square, half * half * squares,
+               end.e[3] + 0.5 * length * end.e[2], end.e[4]);
+}
+
+TwoZonePress FitTwoZones(const PressProfile& profile, const OuterZone& outer, double near_s,
+                         double rounding) {
+  constexpr double kApart = 1.15;           // of a width, the next one that is tried
+  constexpr double kEnoughOfWidth = 0.015;  // to which the least is searched
+  const double t = outer.t;
+  TwoZonePress best;
+  const auto cost = [&](double width) {
+    const TwoZonePress press = PressAt(profile, outer, t * (1 - width), rounding);
+    Keep(press, best);
+    return press.sum_squares_curved;
+  };
+  if (!(near_s > 0 && near_s < t) || cost(1 - near_s / t) == kNever) {
+    for (const double width : kWidths) {
+      cost(width);
+    }
+  }
+  if (!best.found) {
+    return best;
+  }
+  const auto at = [&cost](double width) { return Minimum{width, cost(width)}; };
+  Minimum middle{1 - best.s / t, best.sum_squares_curved};
+  Minimum narrower = at(middle.t / kApart);
+  Minimum wider = at(middle.t * kApart);
+  while (narrower.sum_squares < middle.sum_squares) {
+    wider = middle;
+    middle = narrower;
+    narrower = at(middle.t / kApart);
+  }
+  while (wider.sum_squares < middle.sum_squares) {
+    narrower = middle;
+    middle = wider;
+    wider = at(middle.t * kApart);
+  }
+  (void)FindMinimum(narrower, middle, wider, cost,
+                    [&](double) { return kEnoughOfWidth * middle.t; });
+  return best;
+}
 
 TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t, ZonesStart start) {
   constexpr std::size_t kNarrowWidths = 3;
   // By how much of its width a zone ends beyond the smooth break.
-  constexpr Pair kStiffEnds = {-0.15, 0};
-  constexpr Pair kSoftEnds = {0.3, 0.8};
-  const Pair ends = start == ZonesStart::kClose ? kStiffEnds : kSoftEnds;
+  constexpr std::array<double, 2> kStiffEnds = {-0.15, 0};
+  constexpr std::array<double, 2> kSoftEnds = {0.3, 0.8};
   std::span<const double> widths = kWidths;
   if (start == ZonesStart::kNarrow) {
     widths = widths.first(kNarrowWidths);
   } else if (start == ZonesStart::kBeyond) {
     widths = widths.subspan(kNarrowWidths);
   }
-  Trials trials;
+  TwoZonePress best;
+  const auto attempt = [&](double t, double s) {
+    Keep(PressAt(profile, OuterZone(profile, t), s), best);
+  };
   for (const double width : widths) {
-    const Breaks breaks(profile, smooth_t * (1 + ends * width));
-    trials.Try(profile, breaks, breaks.outer.t * (1 - width));
+    for (const double end : start == ZonesStart::kClose ? kStiffEnds : kSoftEnds) {
+      const double t = smooth_t * (1 + end * width);
+      attempt(t, t * (1 - width));
+    }
   }
-  return Improve(profile, trials);
+  // Some steps of break and kink from the best, each in turn.
+  constexpr int kSteps = 4;
+  constexpr double kShrink = 0.4;  // of a step that leads nowhere
+  double step = 0.25;              // of the width
+  for (int i = 0; best.found && i < kSteps; ++i) {
+    const TwoZonePress centre = best;
+    for (const double apart : {-step * (centre.t - centre.s), step * (centre.t - centre.s)}) {
+      attempt(centre.t + apart, centre.s);
+      attempt(centre.t, centre.s + apart);
+    }
+    step *= best.sum_squares_curved < centre.sum_squares_curved ? 1 : kShrink;
+  }
+  return best;
 }
 
 }  // namespace trammel::tap

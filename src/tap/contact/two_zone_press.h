@@ -4,15 +4,46 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <limits>
 
 #include "tap/contact/break_search.h"
 #include "tap/contact/press_profile.h"
-#include "tap/contact/two_zone_sums.h"
 
 namespace trammel::tap {
 
+/// The outer zone of presses that break at t: what kinks below t need to know of its column
+/// max(0, t - y).
+struct OuterZone {
+  OuterZone(const PressProfile& profile, double t);
+
+  double t = 0;
+  double sum = 0;          ///< Of the column,
+  double sum_y = 0;        ///< and of it times y - mean.
+  double inverse = 0;      ///< Of its sum of squares, the baseline taken out.
+  double slope = 0;        ///< Of the press without an inner zone,
+  double sum_squares = 0;  ///< and what it leaves.
+  /// Kinks between these leave samples enough to either zone.
+  double above = std::numeric_limits<double>::infinity();
+  double up_to = 0;
+};
+
+/// The press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t: the outer zone straight.
+struct TwoZones {
+  double sum_squares = 0;         ///< With q = 0, >= 0 but for rounding,
+  double sum_squares_curved = 0;  ///< and with q as it comes.
+  double outer_slope = 0;         ///< c, with q as it comes,
+  double added_slope = 0;         ///< k
+  double added_curve = 0;         ///< and q.
+};
+
+/// A kink at s = u = v; or one that is rounded from u to v, v < u <= t, between which the slope
+/// changes evenly: k (h^2 - e^2) / (2 (u - v)) + q e^2, h = max(0, u - y), e = max(0, v - y).
+[[nodiscard]] TwoZones EvaluateTwoZones(const PressProfile& profile, const OuterZone& outer,
+                                        double u, double v);
+
 /// force = a + b y + c max(0, t - y) + k e (+ q e^2), e = max(0, s - y), s < t: an outer zone that
-/// is straight, and below the kink s a press that is straight or quadratic. EvaluateRounded says
+/// is straight, and below the kink s a press that is straight or quadratic. EvaluateTwoZones says
 /// what a rounded kink is; s is its middle then.
 struct TwoZonePress {
   double t = 0;                        ///< The break,
@@ -29,26 +60,16 @@ struct TwoZonePress {
   [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
 };
 
-/// The best kink for a break at t. Both zones must press: the outer one by at least 5 % of
-/// the inner one's slope, for less cannot be told from none.
-/// @param near_s  The best kink for a break close by, from where a better one is looked for; where
-///                it is none for t, or 0, zones of several widths are tried first.
-/// @param of_interest  A sum of squares, with the inner press quadratic: where no lower one is to
-///                     be expected, the search ends early.
-/// @param rounding     Part of the outer zone, 0 to 1, over which to either side of the kink the
-///                     slope changes evenly and not at once: a film that is pressed flat, a round
-///                     tip in plastic.
-/// Cost: half a microsecond, whatever the number of samples; less from a kink close by.
-/// @param end  Breaks at t, the same twice: they serve for several fits.
-[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, const Breaks& end,
-                                       double near_s = 0, double of_interest = kNever,
-                                       double rounding = 0);
-/// The same for one fit alone.
-[[nodiscard]] inline TwoZonePress FitTwoZones(const PressProfile& profile, double t,
-                                              double near_s = 0, double of_interest = kNever,
-                                              double rounding = 0) {
-  return FitTwoZones(profile, Breaks(profile, t), near_s, of_interest, rounding);
-}
+/// The best kink for a break. Both zones must press: the outer one by at least 5 % of the inner
+/// one's slope, for less cannot be told from none.
+/// @param near_s    The best kink for a break close by, from where a better one is looked for;
+/// where
+///                  it is none for this break, or 0, zones of several widths are tried first.
+/// @param rounding  Part of the outer zone, 0 to 1, over which to either side of the kink the slope
+///                  changes evenly and not at once: a film that is pressed flat, a round tip in
+///                  plastic.
+[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, const OuterZone& outer,
+                                       double near_s = 0, double rounding = 0);
 
 /// Where the search for a press in two zones begins.
 enum class ZonesStart : std::size_t {

@@ -48,7 +48,7 @@ TwoZonePress Fit(const World& world, double t) {
   Workspace workspace(memory);
   const PressProfile profile({world.y, world.force, {}}, workspace);
   EXPECT_TRUE(profile.Ready());
-  return FitTwoZones(profile, t);
+  return FitTwoZones(profile, OuterZone(profile, t));
 }
 
 TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
@@ -68,13 +68,11 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
       columns[3].push_back(e);
       columns[4].push_back(e * e);
     }
-    const Breaks end(profile, t);
-    const double other = 0.5 * s;  // works beside it and leaves it alone
-    const TwoZones at = EvaluateTwoZones(profile, end.outer, Pair{other, s});
+    const TwoZones at = EvaluateTwoZones(profile, OuterZone(profile, t), s, s);
     constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
-    EXPECT_NEAR(at.sum_squares_curved[1], test::Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares_curved, test::Unexplained(columns, world.force), kRounding);
     columns.pop_back();
-    EXPECT_NEAR(at.sum_squares[1], test::Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares, test::Unexplained(columns, world.force), kRounding);
   }
 }
 
@@ -109,10 +107,9 @@ TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
   const double t = 0.437;
   const std::array<double, 2> u = {0.41, t};
   const std::array<double, 2> v = {0.12, -0.1};  // from within the samples, and from beyond
-  const Breaks end(profile, t);
-  const TwoZones at = EvaluateRounded(profile, end.outer, Pair{u[0], u[1]}, Pair{v[0], v[1]});
   constexpr double kRounding = 1e-6;
   for (std::size_t side = 0; side < u.size(); ++side) {
+    const TwoZones at = EvaluateTwoZones(profile, OuterZone(profile, t), u[side], v[side]);
     std::vector<std::vector<double>> columns(4);
     std::vector<double> curve;
     for (const double y : world.y) {
@@ -123,12 +120,12 @@ TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
       }
       curve.push_back(e * e);
     }
-    EXPECT_NEAR(at.sum_squares[side], test::Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares, test::Unexplained(columns, world.force), kRounding);
     if (v[side] > 0) {
       columns.push_back(curve);
-      EXPECT_NEAR(at.sum_squares_curved[side], test::Unexplained(columns, world.force), kRounding);
+      EXPECT_NEAR(at.sum_squares_curved, test::Unexplained(columns, world.force), kRounding);
     } else {
-      EXPECT_EQ(at.sum_squares_curved[side], at.sum_squares[side]);
+      EXPECT_EQ(at.sum_squares_curved, at.sum_squares);
     }
   }
 }
@@ -147,10 +144,10 @@ TEST(RoundedKink, ExplainsASlopeThatGrowsOverTheOuterZone) {
     }
     Workspace workspace(memory);
     const PressProfile profile({world.y, world.force, {}}, workspace);
-    const TwoZonePress rounded = FitTwoZones(profile, place.t, 0, kNever, rounding);
+    const TwoZonePress rounded = FitTwoZones(profile, OuterZone(profile, place.t), 0, rounding);
     ASSERT_TRUE(rounded.found);
     EXPECT_LT(rounded.sum_squares, kSearched);
-    EXPECT_GT(FitTwoZones(profile, place.t).sum_squares, 10 * kSearched);
+    EXPECT_GT(FitTwoZones(profile, OuterZone(profile, place.t)).sum_squares, 10 * kSearched);
     EXPECT_NEAR(rounded.s, 0.3, 4e-3);
     EXPECT_NEAR(rounded.outer_slope, 40, 1.2);
     EXPECT_NEAR(rounded.inner_slope, 300, 9);

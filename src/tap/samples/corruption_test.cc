@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "tap/samples/finding.h"
 #include "tap/samples/hum.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstddef>
 #include <numbers>
 
@@ -14,7 +15,6 @@ constexpr double kFalseAlarm = 1e-4;
 constexpr double kLeastOfNoise = 0.5;
 // Fewer periods than these on the flat part are told from a slope or from each other by chance.
 constexpr double kLeastPeriods = 3;
-constexpr double kSamePlace_hz = 1.0;
 
 double Fold(double frequency_hz, double rate_hz) {
   const double folded = std::fmod(frequency_hz, rate_hz);
@@ -22,43 +22,25 @@ double Fold(double frequency_hz, double rate_hz) {
 }
 
 struct Power {
-  std::array<float, kLines_hz.size()> amplitude{};
+  std::array<double, kLines_hz.size()> amplitude{};
   double noise_g2 = 0;  // with all the power in it
 };
 
-// Rotates a phasor per line from sample to sample; single precision keeps it true to 10^-4 over
-// thousands of samples, and the four lines run side by side.
 Power FitSines(const Samples& samples, std::size_t first, std::size_t end, const LineFit& line,
                double period_s) {
-  std::array<float, kLines_hz.size()> c;
-  std::array<float, kLines_hz.size()> s{};
-  std::array<float, kLines_hz.size()> step_c;
-  std::array<float, kLines_hz.size()> step_s;
-  std::array<float, kLines_hz.size()> sum_c{};
-  std::array<float, kLines_hz.size()> sum_s{};
-  c.fill(1);
-  for (std::size_t k = 0; k < kLines_hz.size(); ++k) {
-    const double angle = 2 * std::numbers::pi * kLines_hz[k] * period_s;
-    step_c[k] = static_cast<float>(std::cos(angle));
-    step_s[k] = static_cast<float>(std::sin(angle));
-  }
-  float squares = 0;
-  for (std::size_t i = first; i < end; ++i) {
-    const auto residual = static_cast<float>(samples.force_g[i] - line.Force(samples.time_s[i]));
-    squares += residual * residual;
-    for (std::size_t k = 0; k < kLines_hz.size(); ++k) {
-      sum_c[k] += residual * c[k];
-      sum_s[k] += residual * s[k];
-      const float turned = c[k] * step_c[k] - s[k] * step_s[k];
-      s[k] = s[k] * step_c[k] + c[k] * step_s[k];
-      c[k] = turned;
-    }
-  }
   const auto n = static_cast<double>(end - first);
   Power power;
-  power.noise_g2 = squares / n;
+  std::array<std::complex<double>, kLines_hz.size()> sums{};
+  for (std::size_t i = first; i < end; ++i) {
+    const double residual = samples.force_g[i] - line.Force(samples.time_s[i]);
+    power.noise_g2 += residual * residual / n;
+    const double turns = 2 * std::numbers::pi * period_s * static_cast<double>(i - first);
+    for (std::size_t k = 0; k < kLines_hz.size(); ++k) {
+      sums[k] += residual * std::polar(1.0, kLines_hz[k] * turns);
+    }
+  }
   for (std::size_t k = 0; k < kLines_hz.size(); ++k) {
-    power.amplitude[k] = static_cast<float>(2 / n * std::hypot(sum_c[k], sum_s[k]));
+    power.amplitude[k] = 2 / n * std::abs(sums[k]);
   }
   return power;
 }
@@ -85,13 +67,7 @@ Hum FindHum(const Samples& samples, std::size_t first, std::size_t end, const Li
         amplitude * amplitude <= kLeastOfNoise * kLeastOfNoise * rest_g2) {
       continue;
     }
-    hum = {kLines_hz[k], seen_hz, amplitude, 0};
-  }
-  for (const double other_hz : kLines_hz) {
-    if (hum.mains_hz > 0 && other_hz != hum.mains_hz &&
-        std::abs(Fold(other_hz, 1 / period_s) - hum.seen_hz) < kSamePlace_hz) {
-      hum.ambiguous_hz = other_hz;
-    }
+    hum = {kLines_hz[k], seen_hz, amplitude};
   }
   return hum;
 }

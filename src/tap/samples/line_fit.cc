@@ -1,7 +1,6 @@
 #include "tap/samples/line_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace trammel::tap {
@@ -34,34 +33,8 @@ void Add(Sums& sums, double t, double f) {
 }
 
 Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Frame& frame) {
-  // Four runs side by side: one addition need not wait for the one before it, and the processor
-  // takes several in one instruction.
-  constexpr std::size_t kRuns = 4;
-  std::array<double, kRuns> t{};
-  std::array<double, kRuns> tt{};
-  std::array<double, kRuns> f{};
-  std::array<double, kRuns> tf{};
-  std::array<double, kRuns> ff{};
-  std::size_t i = first;
-  for (; i + kRuns <= end; i += kRuns) {
-    const float* const times = samples.time_s.data() + i;
-    const float* const forces = samples.force_g.data() + i;
-    for (std::size_t k = 0; k < kRuns; ++k) {
-      const double time = times[k] - frame.time_s;
-      const double force = forces[k] - frame.force_g;
-      t[k] += time;
-      tt[k] += time * time;
-      f[k] += force;
-      tf[k] += time * force;
-      ff[k] += force * force;
-    }
-  }
   Sums sum;
-  for (std::size_t k = 0; k < kRuns; ++k) {
-    sum.t += t[k], sum.tt += tt[k], sum.f += f[k], sum.tf += tf[k], sum.ff += ff[k];
-  }
-  sum.n = static_cast<double>(i - first);
-  for (; i < end; ++i) {
+  for (std::size_t i = first; i < end; ++i) {
     Add(sum, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
   }
   return sum;
@@ -151,6 +124,13 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
     }
   }
   return elbow;
+}
+
+double Student95(double freedom) {
+  constexpr double z = 1.959964;
+  constexpr double z3 = z * z * z;
+  constexpr double z5 = z3 * z * z;
+  return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom);
 }
 
 Crossing Intersect(const LineFit& left, const LineFit& right) {

@@ -1,7 +1,6 @@
 #include "tap/samples/motion.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -160,34 +159,16 @@ constexpr std::size_t kLeastSamples = 5;
 constexpr double kMostOutside = 0.5;
 constexpr double kMostForce_g = 1e12;  // counts of a 32-bit converter, not yet scaled, lie below
 
-// Samples of which something does not hold. Counted in numbers as wide as the samples and without
-// branches, so that the processor compares several in one instruction.
-template <class Holds>
-std::size_t CountUnless(std::size_t first, std::size_t end, const Holds& holds) {
-  constexpr std::size_t kRuns = 4;
-  std::array<double, kRuns> counts{};
-  std::size_t i = first;
-  for (; i + kRuns <= end; i += kRuns) {
-    for (std::size_t k = 0; k < kRuns; ++k) {
-      counts[k] += holds(i + k) ? 0.0 : 1.0;
-    }
-  }
-  for (; i < end; ++i) {
-    counts[0] += holds(i) ? 0.0 : 1.0;
-  }
-  return static_cast<std::size_t>(counts[0] + counts[1] + counts[2] + counts[3]);
-}
-
 Finding CheckSamples(const TapView& tap) {
-  const double* const time_s = tap.time_s.data();
-  const double* const force_g = tap.force_g.data();
-  const std::size_t n = tap.time_s.size();
-  // Written so that NaN counts.
-  const std::size_t not_finite = CountUnless(0, n, [=](std::size_t i) {
-    return (std::abs(time_s[i]) <= kMostTime_s) & (std::abs(force_g[i]) <= kMostForce_g);
-  });
-  const std::size_t unsorted =
-      CountUnless(1, n, [=](std::size_t i) { return !(time_s[i] < time_s[i - 1]); });
+  std::size_t not_finite = 0;
+  std::size_t unsorted = 0;
+  for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
+    // Written so that NaN counts.
+    const bool finite =
+        std::abs(tap.time_s[i]) <= kMostTime_s && std::abs(tap.force_g[i]) <= kMostForce_g;
+    not_finite += finite ? 0 : 1;
+    unsorted += i > 0 && tap.time_s[i] < tap.time_s[i - 1] ? 1 : 0;
+  }
   if (not_finite > 0) {
     return {FindingCode::kNotFinite, static_cast<double>(not_finite), 0};
   }

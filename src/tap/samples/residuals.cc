@@ -22,65 +22,15 @@ struct Line {
 };
 using Lines = std::array<Line, MainsHum::kLines>;
 
-// A phasor that turns with time: by multiplication from sample to sample, since they are nearly
-// evenly spaced; anew after gaps.
-class Phasor {
- public:
-  Phasor(std::span<const double> time_s, double omega) : omega_(omega), start_s_(time_s.front()) {
-    const auto steps = static_cast<double>(std::max<std::size_t>(time_s.size(), 2) - 1);
-    even_s_ = (time_s.back() - time_s.front()) / steps;
-    even_cosine_ = std::cos(omega * even_s_);
-    even_sine_ = std::sin(omega * even_s_);
-  }
-  [[nodiscard]] double cosine() const { return cosine_; }
-  [[nodiscard]] double sine() const { return sine_; }
-  void Turn(double from_s, double to_s) {
-    constexpr double kSmall = 0.1;  // rad: the series end at 10^-9 of it
-    const double rest = omega_ * (to_s - from_s - even_s_);
-    if (std::abs(rest) > kSmall) {
-      cosine_ = std::cos(omega_ * (to_s - start_s_));
-      sine_ = std::sin(omega_ * (to_s - start_s_));
-      return;
-    }
-    const double square = rest * rest;
-    const double c = 1 - square * (1.0 / 2 - square / 24);
-    const double s = rest * (1 - square * (1.0 / 6 - square / 120));
-    const double step_c = even_cosine_ * c - even_sine_ * s;
-    const double step_s = even_sine_ * c + even_cosine_ * s;
-    const double turned = cosine_ * step_c - sine_ * step_s;
-    sine_ = sine_ * step_c + cosine_ * step_s;
-    cosine_ = turned;
-  }
-
- private:
-  double omega_;
-  double start_s_;
-  double even_s_ = 0;
-  double even_cosine_ = 1;
-  double even_sine_ = 0;
-  double cosine_ = 1;
-  double sine_ = 0;
-};
-
 // Calls visit(i, k, cosine, sine) for every sample and the first `count` harmonics of a frequency.
 template <class Visit>
 void ForHarmonics(std::span<const double> time_s, double frequency_hz, std::size_t count,
                   const Visit& visit) {
-  if (time_s.empty()) {
-    return;
-  }
-  Phasor first(time_s, 2 * std::numbers::pi * frequency_hz);
   for (std::size_t i = 0; i < time_s.size(); ++i) {
-    if (i > 0) {
-      first.Turn(time_s[i - 1], time_s[i]);
-    }
-    double c = first.cosine();
-    double s = first.sine();
+    const double angle = 2 * std::numbers::pi * frequency_hz * (time_s[i] - time_s[0]);
     for (std::size_t k = 0; k < count; ++k) {
-      visit(i, k, c, s);
-      const double next = c * first.cosine() - s * first.sine();
-      s = s * first.cosine() + c * first.sine();
-      c = next;
+      const double of_harmonic = static_cast<double>(k + 1) * angle;
+      visit(i, k, std::cos(of_harmonic), std::sin(of_harmonic));
     }
   }
 }

@@ -79,16 +79,6 @@ Finding CheckBreak(const CleanTap& clean, const TapMotion& motion, const TapLine
   return {};
 }
 
-// Two-sided 95 % point of Student's t by its expansion in 1 / degrees (Fisher & Cornish 1960);
-// within 1 % from 3 degrees on.
-double Student95(double degrees) {
-  constexpr double z = 1.959964;
-  constexpr double first = (z * z * z + z) / 4;
-  constexpr double second = (5 * z * z * z * z * z + 16 * z * z * z + 3 * z) / 96;
-  const double n = std::max(degrees, 2.0);
-  return z + first / n + second / (n * n);
-}
-
 void AddPoint(Corner corner, const Crossing& at, const CleanTap& clean, const TapMotion& motion,
               TapAnalysis& result) {
   if (result.point_count < TapAnalysis::kMaxPoints && std::isfinite(at.time_s)) {
@@ -152,7 +142,7 @@ void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapM
   result.contact_mm.standard_uncertainty =
       motion.pull_back_speed_mm_s * std::hypot(lines.let_go.standard_uncertainty_s,
                                                options.latency_uncertainty_s, kTimeResolution_s);
-  const double half_mm = Student95(degrees) * result.contact_mm.standard_uncertainty;
+  const double half_mm = Student95(std::max(degrees, 2.0)) * result.contact_mm.standard_uncertainty;
   result.contact_mm.interval95 = {result.contact_mm.value - half_mm,
                                   result.contact_mm.value + half_mm};
 }
