@@ -13,7 +13,6 @@
 
 #include "base/measured.h"
 #include "base/statistics.h"
-#include "geometry/decompositions.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 
@@ -106,7 +105,6 @@ PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
   const auto columns = static_cast<Eigen::Index>(column.size()) + 2;
   double degrees = 0;
   const Eigen::VectorXd variance = Variances(combs, degrees);
-  const Eigen::VectorXd root = variance.cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, columns);
   Eigen::VectorXd y(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
@@ -116,31 +114,16 @@ PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
     design(i, column.at(comb.of)) = 1;
     y[i] = comb.mean_mm;
   }
-  const double scale = root.maxCoeff();
-  const Eigen::MatrixXd weighted = (root / scale).asDiagonal() * design;
-  const geometry::SingularValues of = geometry::DecomposeSingular(weighted.transpose() * weighted);
-  const auto rank = (of.values.array() > 1e-9 * of.values.maxCoeff()).count();
-  const Eigen::MatrixXd known = of.v.leftCols(rank);
-  const Eigen::MatrixXd unknowable = of.v.rightCols(columns - rank);
-  const Eigen::MatrixXd inverse =
-      known * of.values.head(rank).cwiseInverse().asDiagonal() * known.transpose();
-  const Eigen::VectorXd solution =
-      inverse * weighted.transpose() * ((root / scale).cwiseProduct(y));
-  const double chi_square = root.cwiseProduct(y - design * solution).squaredNorm();
-  const auto freedom = static_cast<int>(rows - rank);
-  const bool widened = freedom > 0 && ChiSquareTail(chi_square, freedom) < kContradiction;
-  const double widening = widened ? chi_square / freedom : 1;
+  const WeightedFit fit = FitWeighted(design, y, variance);
+  const bool widened =
+      fit.freedom > 0 && ChiSquareTail(fit.chi_square, fit.freedom) < kContradiction;
+  const double widening = widened ? fit.chi_square / fit.freedom : 1;
+  const double factor = StudentT95(widened ? fit.freedom : std::max(1.0, degrees));
   const auto answer = [&](Eigen::Index axis) -> std::optional<Quantity> {
     constexpr double kDetermined = 1e-6;
-    const bool determined = rank == columns || unknowable.row(axis).norm() <= kDetermined;
-    if (!determined) return std::nullopt;
-    Quantity play;
-    play.value = solution[axis];
-    play.standard_uncertainty = std::sqrt(widening * inverse(axis, axis)) / scale;
-    const double half =
-        StudentT95(widened ? freedom : std::max(1.0, degrees)) * play.standard_uncertainty;
-    play.interval95 = {play.value - half, play.value + half};
-    return play;
+    if (fit.unknowable.row(axis).norm() > kDetermined) return std::nullopt;
+    const double of_mean = fit.influence.row(axis).cwiseAbs2().dot(variance);
+    return Around(fit.unknowns[axis], std::sqrt(widening * of_mean), factor);
   };
   return {answer(0), answer(1)};
 }
@@ -176,15 +159,6 @@ std::string FirstReason(const SheetPlan& plan, const SheetResult& result, int to
   return "too few of its structures could be read";
 }
 
-Measured CoarseAnswer(double value_mm, double standard_uncertainty_mm) {
-  Quantity quantity;
-  quantity.value = value_mm;
-  quantity.standard_uncertainty = standard_uncertainty_mm;
-  const double half = 2 * standard_uncertainty_mm;
-  quantity.interval95 = {value_mm - half, value_mm + half};
-  return Measured::Good(quantity);
-}
-
 void Refuse(const std::string& reason, ToolReading& tool) {
   tool.dx_mm = tool.dy_mm = Measured::Refused(reason);
 }
@@ -211,8 +185,10 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
         tool);
   }
   tool.coarse = true;
-  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.coarse_reading.standard_uncertainty_mm);
-  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.coarse_reading.standard_uncertainty_mm);
+  tool.dx_mm =
+      Measured::Good(Around(tool.coarse_mm.u_mm, tool.coarse_reading.standard_uncertainty_mm, 2));
+  tool.dy_mm =
+      Measured::Good(Around(tool.coarse_mm.v_mm, tool.coarse_reading.standard_uncertainty_mm, 2));
   tool.notice = fmt::format(
       "T{} is {:+.2f} / {:+.2f} mm off, too far for its combs (up to {:.2f} mm): apply this coarse "
       "value, then print and scan the sheet again",
@@ -375,13 +351,9 @@ void AnswerScale(const SheetPlan& plan, SheetResult& result) {
       answer = Measured::CannotTell("fewer than two structures along this axis could be read");
       continue;
     }
-    Quantity quantity;
     const auto count = static_cast<double>(scale.size());
-    quantity.value = Mean(scale);
-    quantity.standard_uncertainty = StandardDeviation(scale) / std::sqrt(count);
-    const double half = StudentT95(count - 1) * quantity.standard_uncertainty;
-    quantity.interval95 = {quantity.value - half, quantity.value + half};
-    answer = Measured::Good(quantity);
+    answer = Measured::Good(
+        Around(Mean(scale), StandardDeviation(scale) / std::sqrt(count), StudentT95(count - 1)));
   }
 }
 

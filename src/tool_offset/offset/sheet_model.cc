@@ -97,6 +97,25 @@ struct Columns {
 
 }  // namespace
 
+WeightedFit FitWeighted(const Eigen::MatrixXd& design, const Eigen::VectorXd& y,
+                        const Eigen::VectorXd& variance) {
+  const Eigen::VectorXd root = variance.cwiseSqrt().cwiseInverse();
+  const double scale = root.size() > 0 ? root.maxCoeff() : 1;
+  const Eigen::MatrixXd weighted = (root / scale).asDiagonal() * design;
+  const geometry::SingularValues of = geometry::DecomposeSingular(weighted.transpose() * weighted);
+  const double smallest = 1e-9 * std::max(1e-300, of.values.maxCoeff());
+  const auto rank = (of.values.array() > smallest).count();
+  const Eigen::MatrixXd known = of.v.leftCols(rank);
+  WeightedFit fit;
+  fit.unknowable = of.v.rightCols(design.cols() - rank);
+  fit.influence = known * of.values.head(rank).cwiseInverse().asDiagonal() * known.transpose() *
+                  weighted.transpose() * (root / scale).asDiagonal();
+  fit.unknowns = fit.influence * y;
+  fit.chi_square = root.cwiseProduct(y - design * fit.unknowns).squaredNorm();
+  fit.freedom = static_cast<int>(design.rows() - rank);
+  return fit;
+}
+
 SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, const Leg& leg) {
   const double tilt_rad = plan.settings.tilt_deg * std::numbers::pi / 180;
   const double c = std::cos(tilt_rad);
@@ -118,11 +137,7 @@ struct SheetModel::Solution {
   std::map<int, ToolScatter> scatter;
   std::vector<Equation> equations;
   std::optional<Columns> columns;
-  Eigen::VectorXd unknowns;
-  Eigen::MatrixXd influence;   ///< of each equation on each unknown
-  Eigen::MatrixXd unknowable;  ///< directions that no equation determines, one per column
-  double chi_square = 0;
-  int freedom = 0;
+  WeightedFit fit;
   double widening = 1;          ///< of all variances
   double assumed_variance = 1;  ///< of heights and colours, in parts of the stated one
 
@@ -379,27 +394,16 @@ void SheetModel::Solution::Solve(bool bias_by_direction) {
   const auto rows = static_cast<Eigen::Index>(equations.size());
   Eigen::MatrixXd design(rows, columns->count);
   Eigen::VectorXd y(rows);
-  Eigen::VectorXd root(rows);  // of each weight
+  Eigen::VectorXd variance(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Equation& equation = equations[static_cast<std::size_t>(i)];
     Eigen::VectorXd row(columns->count);
     columns->Row(equation.combination, row);
     design.row(i) = row.transpose();
     y[i] = equation.value_mm;
-    root[i] = 1 / std::sqrt(equation.variance_mm2);
+    variance[i] = equation.variance_mm2;
   }
-  const double scale = rows > 0 ? root.maxCoeff() : 1;
-  const Eigen::MatrixXd weighted = (root / scale).asDiagonal() * design;
-  const geometry::SingularValues of = geometry::DecomposeSingular(weighted.transpose() * weighted);
-  const double smallest = 1e-9 * std::max(1e-300, of.values.maxCoeff());
-  const auto rank = (of.values.array() > smallest).count();
-  const Eigen::MatrixXd known = of.v.leftCols(rank);
-  unknowable = of.v.rightCols(columns->count - rank);
-  influence = known * of.values.head(rank).cwiseInverse().asDiagonal() * known.transpose() *
-              weighted.transpose() * (root / scale).asDiagonal();
-  unknowns = influence * y;
-  chi_square = root.cwiseProduct(y - design * unknowns).squaredNorm();
-  freedom = static_cast<int>(rows - rank);
+  fit = FitWeighted(design, y, variance);
 }
 
 void SheetModel::Solution::ScaleAssumed(const RadialSpread& spread, bool bias_by_direction) {
@@ -430,8 +434,8 @@ double SheetModel::Solution::LinesAgainstAssumed(double freedom_before) {
   for (const Equation& equation : equations) {
     if (equation.tool[0] != kAssumed) continue;
     columns->Row(equation.combination, row);
-    const Eigen::VectorXd gain = influence.transpose() * row;
-    const double value = row.dot(unknowns);
+    const Eigen::VectorXd gain = fit.influence.transpose() * row;
+    const double value = row.dot(fit.unknowns);
     squares += value * value / equation.variance_mm2;
     freedom_of_lines += std::max(0.0, 1 - gain.cwiseAbs2().dot(variance) / equation.variance_mm2);
   }
@@ -485,13 +489,8 @@ Quantity SheetModel::Solution::Spread(double value_mm, const Eigen::VectorXd& ga
     fourth += share * share / std::max(1.0, scatter.at(tool).freedom);
   }
   double degrees = fourth > 0 ? variance_mm2 * variance_mm2 / fourth : 1e6;
-  if (widening > 1) degrees = std::min(degrees, std::max(1.0, static_cast<double>(freedom)));
-  Quantity quantity;
-  quantity.value = value_mm;
-  quantity.standard_uncertainty = std::sqrt(variance_mm2 * widening);
-  const double half = StudentT95(degrees) * quantity.standard_uncertainty;
-  quantity.interval95 = {value_mm - half, value_mm + half};
-  return quantity;
+  if (widening > 1) degrees = std::min(degrees, std::max(1.0, static_cast<double>(fit.freedom)));
+  return Around(value_mm, std::sqrt(variance_mm2 * widening), StudentT95(degrees));
 }
 
 SheetModel::SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures,
@@ -509,8 +508,8 @@ SheetModel::SheetModel(const SheetPlan& plan,
       plan.original ? solution_->HasEveryControl() : solution_->ControlsDisagree();
   solution_->Solve(by_direction);
   solution_->ScaleAssumed(spread, by_direction);
-  if (ChiSquareTail(solution_->chi_square, solution_->freedom) < kContradiction) {
-    solution_->widening = solution_->chi_square / solution_->freedom;
+  if (ChiSquareTail(solution_->fit.chi_square, solution_->fit.freedom) < kContradiction) {
+    solution_->widening = solution_->fit.chi_square / solution_->fit.freedom;
   }
 }
 
@@ -520,8 +519,9 @@ std::optional<Quantity> SheetModel::Estimate(const Combination& combination) con
   constexpr double kDetermined = 1e-6;
   Eigen::VectorXd row(solution_->columns->count);
   if (!solution_->columns->Row(combination, row)) return std::nullopt;
-  if ((solution_->unknowable.transpose() * row).norm() > kDetermined) return std::nullopt;
-  return solution_->Spread(row.dot(solution_->unknowns), solution_->influence.transpose() * row);
+  if ((solution_->fit.unknowable.transpose() * row).norm() > kDetermined) return std::nullopt;
+  return solution_->Spread(row.dot(solution_->fit.unknowns),
+                           solution_->fit.influence.transpose() * row);
 }
 
 std::optional<Quantity> SheetModel::WithoutBias(const SheetPlan& plan,
@@ -531,20 +531,15 @@ std::optional<Quantity> SheetModel::WithoutBias(const SheetPlan& plan,
   bias.bias = StructureEquation(plan, plan.structures[reading.structure]).bias;
   const auto known = Estimate(bias);
   if (!known) return std::nullopt;
-  Quantity quantity = reading.offset_mm.quantity();
-  const double widest =
-      StudentT95(std::max(1.0, reading.comb_freedom[0] + reading.comb_freedom[1]));
-  quantity.value -= known->value;
-  quantity.standard_uncertainty =
-      std::hypot(quantity.standard_uncertainty, known->standard_uncertainty);
-  const double half = widest * quantity.standard_uncertainty;
-  quantity.interval95 = {quantity.value - half, quantity.value + half};
-  return quantity;
+  const Quantity& quantity = reading.offset_mm.quantity();
+  return Around(quantity.value - known->value,
+                std::hypot(quantity.standard_uncertainty, known->standard_uncertainty),
+                StudentT95(std::max(1.0, reading.comb_freedom[0] + reading.comb_freedom[1])));
 }
 
 double SheetModel::line_spread() const { return std::sqrt(solution_->assumed_variance); }
-double SheetModel::chi_square() const { return solution_->chi_square; }
-int SheetModel::freedom() const { return solution_->freedom; }
+double SheetModel::chi_square() const { return solution_->fit.chi_square; }
+int SheetModel::freedom() const { return solution_->fit.freedom; }
 bool SheetModel::bias_by_direction() const { return solution_->columns->by_direction; }
 bool SheetModel::widened() const { return solution_->widening > 1; }
 

@@ -1,6 +1,7 @@
 // All structures of a sheet together: offsets of the tools, play of the axes, bias of the method.
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +12,18 @@
 #include "tool_offset/reading/sheet_result.h"
 
 namespace trammel::tool_offset {
+
+/// Least squares of equations that need not determine every unknown.
+struct WeightedFit {
+  Eigen::VectorXd unknowns;
+  Eigen::MatrixXd influence;   ///< of each equation on each unknown
+  Eigen::MatrixXd unknowable;  ///< directions that no equation determines, one per column
+  double chi_square = 0;
+  int freedom = 0;
+};
+/// @param variance  of each equation's value, > 0.
+[[nodiscard]] WeightedFit FitWeighted(const Eigen::MatrixXd& design, const Eigen::VectorXd& y,
+                                      const Eigen::VectorXd& variance);
 
 /// A weighted sum of the sheet's unknowns, in mm. Weights in the sheet's or the bed's axes, as
 /// named.

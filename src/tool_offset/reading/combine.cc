@@ -16,10 +16,6 @@ double Factor(const Quantity& quantity) {
   return (quantity.interval95.hi - quantity.interval95.lo) / 2 / quantity.standard_uncertainty;
 }
 
-Quantity Around(double value, double uncertainty, double factor) {
-  return {value, uncertainty, {value - factor * uncertainty, value + factor * uncertainty}};
-}
-
 /// One sheet's value, and what its scans differ by.
 struct SheetValue {
   Quantity quantity;

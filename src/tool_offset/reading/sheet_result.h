@@ -15,6 +15,11 @@
 
 namespace trammel::tool_offset {
 
+/// A value with an interval of so many standard uncertainties to either side.
+[[nodiscard]] inline Quantity Around(double value, double uncertainty, double factor) {
+  return {value, uncertainty, {value - factor * uncertainty, value + factor * uncertainty}};
+}
+
 /// One finger of a comb.
 struct FingerReading {
   std::size_t comb = 0;

@@ -379,13 +379,10 @@ void Report(const Fit& fit, StructureReading& structure) {
   structure.growth_gain = {std::sqrt(growth[0]), std::sqrt(growth[1])};
   structure.stretch = fit.stretch;
   structure.residual_rms_mm = std::sqrt(squares / freedom);
-  Quantity offset;
-  offset.value = fit.offset_mm / (1 + fit.stretch);
-  offset.standard_uncertainty =
+  const double uncertainty =
       structure.residual_rms_mm * std::hypot(structure.gain[0], structure.gain[1]);
-  const double half = StudentT95(freedom) * offset.standard_uncertainty;
-  offset.interval95 = {offset.value - half, offset.value + half};
-  structure.offset_mm = Measured::Good(offset);
+  structure.offset_mm =
+      Measured::Good(Around(fit.offset_mm / (1 + fit.stretch), uncertainty, StudentT95(freedom)));
 }
 
 }  // namespace
