@@ -10,7 +10,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "image/png_test_support.h"
 #include "machine/page/page_file.h"

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <csignal>
-
 #include "support/run_trammel.h"
 #include "support/trammel_process.h"
 

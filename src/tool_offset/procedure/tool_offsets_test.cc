@@ -12,7 +12,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using tool_offset::KeptOffset;
 
 // Keeps the offset of tool 1 alone, which has a name of its own.
 class ToolPrinter : public testing::FakePrinter {

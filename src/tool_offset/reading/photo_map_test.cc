@@ -3,11 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <vector>
 
 #include "tool_offset/reading/photo_checks.h"
 
@@ -54,64 +52,40 @@ std::string KindOf(const Seen& seen, bool for_photo = false) {
   return *kind == PageKind::kScan ? "scan" : "photo";
 }
 
-TEST(PageKind, AScannersOwnFileIsAScan) {
-  Seen scan;
-  for (const double dpi : {150.0, 213.0, 300.0, 600.0, 4800.0}) {
-    scan.dpi_x = scan.dpi_y = 1.005 * dpi;
-    scan.stated = {dpi, dpi, false};
-    EXPECT_EQ(KindOf(scan), "scan") << dpi;
-    EXPECT_EQ(KindOf(scan, true), "scan") << dpi;  // a sheet for photos may be scanned, too
+TEST(PageKind, IsToldByResolutionPerspectiveSizeAndWhatTheFileStates) {
+  const struct {
+    const char* what;
+    Seen seen;
+    const char* kind;
+    const char* of_sheet_for_photo = nullptr;
+  } rows[] = {
+      {"a scanner's own file", {2480, 3508, 150.8, 150.8, 0, 0, {150, 150, false}}, "scan", "scan"},
+      {"finer", {2480, 3508, 4824, 4824, 0, 0, {4800, 4800, false}}, "scan", "scan"},
+      {"a fax states rows and columns", {2480, 3508, 204, 196, 0, 0, {204, 196, false}}, "scan"},
+      {"in a camera's size", {4032, 3024, 400.5, 400.5, 0, 0, {400, 400, false}}, "scan"},
+      {"a scanner's resolution that is not stated", {}, "scan"},
+      {"cropped", {2011, 1937}, "scan"},
+      {"an editor's resolution", {2011, 1937, 300.5, 300.5, 0, 0, {72, 72, false}}, "scan"},
+      {"a photo without the camera's data", {4032, 3024, 391, 392, 0.02}, "photo"},
+      {"what JPEGs state of nothing", {4032, 3024, 391, 392, 0.02, 0, {72, 72, false}}, "photo"},
+      {"straight from above", {4032, 3024, 391, 392, 0.001, 0, {72, 72, false}}, "photo"},
+      {"by chance in a scanner's resolution", {4032, 3024, 396.5, 397, 0.001}, "either", "photo"},
+      {"through a lens", {4032, 3024, 396.5, 397, 0.001, 0.2}, "photo"},
+      {"cropped", {3011, 2777, 391, 392, 0.02}, "photo"},
+      {"cropped, a little aslant", {3011, 2777, 391, 392, 0.005}, "photo"},
+      {"cropped, straight from above", {3011, 2777, 391, 392, 0.001}, "either"},
+      {"a camera's focal length", {3011, 2777, 300.5, 300.5, 0, 0, {{}, {}, true}}, "photo"},
+      {"in a scanner's file", {2480, 3508, 300.5, 300.5, 0, 0, {300, 300, true}}, "either"},
+      // What a scan app made square again, of the size of the paper.
+      {"not flat", {1654, 2339, 201, 200, 0.005, 0, {200, 200, false}}, "either"},
+      {"bent", {1654, 2339, 201, 200, 0.001, 0.2, {200, 200, false}}, "either"},
+      {"far from flat", {1654, 2339, 201, 200, 0.02, 0, {200, 200, false}}, "photo"},
+  };
+  for (const auto& row : rows) {
+    EXPECT_EQ(KindOf(row.seen), row.kind) << row.what;
+    if (row.of_sheet_for_photo == nullptr) continue;
+    EXPECT_EQ(KindOf(row.seen, true), row.of_sheet_for_photo) << row.what;
   }
-  // A fax has other rows than columns, and states both.
-  scan.dpi_x = 204;
-  scan.dpi_y = 196;
-  scan.stated = {204, 196, false};
-  EXPECT_EQ(KindOf(scan), "scan");
-  // In a size that cameras store.
-  scan = {4032, 3024, 400.5, 400.5, 0, 0, {400, 400, false}};
-  EXPECT_EQ(KindOf(scan), "scan");
-}
-
-TEST(PageKind, AScanWithoutItsResolutionIsOneInAScannersResolution) {
-  EXPECT_EQ(KindOf({}), "scan");
-  Seen cropped;
-  cropped.width_px = 2011;
-  cropped.height_px = 1937;
-  EXPECT_EQ(KindOf(cropped), "scan");
-  cropped.stated = {72, 72, false};  // of an editor
-  EXPECT_EQ(KindOf(cropped), "scan");
-}
-
-TEST(PageKind, APhotoWithoutTheCamerasDataIsOne) {
-  Seen photo{4032, 3024, 391, 392, 0.02, 0, {}};
-  EXPECT_EQ(KindOf(photo), "photo");
-  photo.stated = {72, 72, false};  // that JPEGs state of nothing
-  EXPECT_EQ(KindOf(photo), "photo");
-  photo.aslant = 0.001;  // straight from above
-  EXPECT_EQ(KindOf(photo), "photo");
-  // By chance with a resolution that scanners have: the sheet was laid out for a photo.
-  photo.dpi_x = 396.5;
-  photo.dpi_y = 397;
-  EXPECT_EQ(KindOf(photo, true), "photo");
-  EXPECT_EQ(KindOf(photo, false), "either");
-  photo.barrel_mm = 0.2;  // a lens
-  EXPECT_EQ(KindOf(photo, false), "photo");
-  // Cropped.
-  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.02, 0, {}}), "photo");
-  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.005, 0, {}}), "photo");
-  EXPECT_EQ(KindOf({3011, 2777, 391, 392, 0.001, 0, {}}), "either");
-}
-
-TEST(PageKind, ACamerasFocalLengthMakesItAPhotoButForAScannersFile) {
-  EXPECT_EQ(KindOf({3011, 2777, 300.5, 300.5, 0, 0, {{}, {}, true}}), "photo");
-  EXPECT_EQ(KindOf({2480, 3508, 300.5, 300.5, 0, 0, {300, 300, true}}), "either");
-}
-
-// What a scan app made square again, of the size of the paper.
-TEST(PageKind, APageWhoseResolutionFitsAndThatIsNotFlatMayBeEither) {
-  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.005, 0, {200, 200, false}}), "either");
-  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.001, 0.2, {200, 200, false}}), "either");
-  EXPECT_EQ(KindOf({1654, 2339, 201, 200, 0.02, 0, {200, 200, false}}), "photo");
 }
 
 TEST(PageKind, SqueezedPagesAreNamedAsSuch) {

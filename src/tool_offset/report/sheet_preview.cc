@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "base/check.h"
-#include "base/text.h"
 #include "document/plot.h"
-#include "settings/material.h"
 #include "settings/printer.h"
 #include "tool_offset/sheet/sheet_bed.h"
 #include "tool_offset/sheet/sheet_layout.h"
@@ -61,23 +59,6 @@ Plot BedPlot(Canvas& canvas, const RectPx& room, const settings::PrinterSettings
                fmt::format("Bed {:.4g} × {:.4g} mm", printer.bed_size_x_mm, printer.bed_size_y_mm));
   DrawPlate(canvas, plot.inner(), printer.bed_shape);
   return plot;
-}
-
-/// What a print is heated to as G-code says it, in letters that a picture can have: "PLA: nozzle
-/// 215, bed 60 °C" for "pla: nozzle 215, bed 60 degC".
-std::string SpelledOut(std::string temperatures) {
-  const auto replace = [&temperatures](const std::string& plain, const std::string& spelled) {
-    const std::size_t at = temperatures.find(plain);
-    if (at != std::string::npos) temperatures.replace(at, plain.size(), spelled);
-  };
-  for (const settings::Material& material : settings::Materials()) {
-    const std::string name(material.name);
-    const std::string capitals = UpperCase(name);
-    if (temperatures.starts_with(name + ":")) replace(name, capitals);
-    for (int value = 0; value < 2; ++value) replace("(" + name + ")", "(" + capitals + ")");
-  }
-  replace("degC", "°C");
-  return temperatures;
 }
 
 namespace to = tool_offset;
@@ -221,8 +202,7 @@ Canvas SheetPreview(const to::SheetPlan& plan) {
   DrawOnBed(canvas, {70, 40, 370, 370}, plan);
   DrawSheet(canvas, {540, 40, 620, 600}, plan);
   if (!to::FindTemperatureProblem(plan.settings)) {
-    canvas.Text({24, kHeightPx - 52},
-                "Heated to " + SpelledOut(to::DescribeTemperatures(plan.settings)),
+    canvas.Text({24, kHeightPx - 52}, "Heated to " + to::DescribeTemperatures(plan.settings),
                 {.size_px = kLabelTextPx});
   }
   std::vector<LegendEntry> entries;

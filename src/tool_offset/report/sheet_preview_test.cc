@@ -1,9 +1,7 @@
 #include "tool_offset/report/sheet_preview.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "base/check.h"
 #include "document/parsers_test_support.h"
 
 namespace trammel::report {
@@ -22,18 +20,6 @@ TEST(SheetPreview, DrawsEightToolsOnARoundBedAndASelfTest) {
   settings.pick_ups = 0;
   settings.self_test = true;
   EXPECT_EQ(test::XmlProblem(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg()), "");
-}
-
-TEST(SheetPreview, RequiresAPlan) { EXPECT_THROW((void)SheetPreview({}), Bug); }
-
-TEST(SheetPreview, WritesDegreesAndMaterialsAsAPictureCan) {
-  tool_offset::SheetSettings settings;
-  settings.filament.material = "pla";
-  EXPECT_THAT(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg(),
-              testing::HasSubstr("Heated to PLA: nozzle 215, bed 60 °C"));
-  settings.nozzle_temperatures_c = {215, 220};
-  EXPECT_THAT(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg(),
-              testing::AllOf(testing::HasSubstr("T1 220"), testing::HasSubstr("bed 60 °C")));
 }
 
 }  // namespace

@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
-#include <string>
 
 #include "tool_offset/sheet/sheet_plan_test_support.h"
 
