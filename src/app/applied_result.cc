@@ -41,6 +41,10 @@ Result<void> OrNothingSet(const Result<void>& noted) {
               noted.error().kind);
 }
 
+void SayNotNoted(const char* done, const Error& error) {
+  fmt::print(stderr, "trammel: {}, but not noted for trammel history: {}\n", done, error.message);
+}
+
 }  // namespace
 
 Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before,
@@ -49,10 +53,8 @@ Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before
 }
 
 void NoteApplied(const AppliedValue& applied) {
-  if (const auto noted = Note(applied, Application::Step::kApplied, {}, {}); !noted) {
-    fmt::print(stderr, "trammel: set, but not noted for trammel history: {}\n",
-               noted.error().message);
-  }
+  const auto noted = Note(applied, Application::Step::kApplied, {}, {});
+  if (!noted) SayNotNoted("set", noted.error());
 }
 
 namespace {
@@ -179,31 +181,20 @@ Result<void> NoteUndoing(Instrument instrument, const std::string& machine,
 }
 
 void NoteUndone(Instrument instrument, const std::string& machine, const Undoing& undoing) {
-  if (const auto noted = NoteUndo(instrument, machine, undoing, Step::kUndone); !noted) {
-    fmt::print(stderr, "trammel: taken back, but not noted for trammel history: {}\n",
-               noted.error().message);
-  }
+  const auto noted = NoteUndo(instrument, machine, undoing, Step::kUndone);
+  if (!noted) SayNotNoted("taken back", noted.error());
 }
 
 void NoteLastUndone(Instrument instrument, const std::string& machine) {
-  const auto noted = NotedOf(instrument, machine);
-  // Offsets that were set from what --json printed are no result, and stand in no history.
-  if (noted && (noted->empty() || noted->back().fingerprint.empty())) return;
-  Result<void> done;
-  if (noted) {
-    const auto path = AppliedFile();
-    if (!path) {
-      done = tl::unexpected(path.error());
-    } else {
-      done = files::NoteApplication(*path, instrument, noted->back().fingerprint,
-                                    {UtcNow(), WithoutSecrets(machine), Step::kUndone, {}, {}});
-    }
-  } else {
-    done = tl::unexpected(noted.error());
-  }
-  if (done) return;
-  fmt::print(stderr, "trammel: taken back, but not noted for trammel history: {}\n",
-             done.error().message);
+  const auto note = [&]() -> Result<void> {
+    const auto noted = TRY(NotedOf(instrument, machine));
+    // Offsets that were set from what --json printed are no result, and stand in no history.
+    if (noted.empty() || noted.back().fingerprint.empty()) return {};
+    const auto path = TRY(AppliedFile());
+    return files::NoteApplication(path, instrument, noted.back().fingerprint,
+                                  {UtcNow(), WithoutSecrets(machine), Step::kUndone, {}, {}});
+  };
+  if (const auto noted = note(); !noted) SayNotNoted("taken back", noted.error());
 }
 
 }  // namespace trammel::app

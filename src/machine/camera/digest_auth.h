@@ -12,9 +12,8 @@ struct DigestChallenge {
   std::string realm;
   std::string nonce;
   std::string opaque;
-  std::string algorithm;  ///< as the server wrote it: MD5, SHA-256, each also with -sess; may be ""
+  std::string algorithm;  ///< as the server wrote it: MD5, SHA-256 or ""
   bool sha256 = false;
-  bool session = false;  ///< -sess
   bool qop_auth = false;
 };
 
