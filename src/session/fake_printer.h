@@ -61,8 +61,8 @@ class FakePrinter : public machine::Printer {
     state.limits = {300, 5000, 0.5, 5};
     state.active_extruder = "extruder";
     state.pressure_advance["extruder"] = {0.031, 0.04, "extruder"};
-    state.heaters["extruder"] = {205, 205, true};
-    state.heaters["heater_bed"] = {60, 60, {}};
+    state.heaters["extruder"] = {205, 205};
+    state.heaters["heater_bed"] = {60, 60};
     state.print_state = "standby";
   }
 
@@ -88,7 +88,6 @@ class FakePrinter : public machine::Printer {
     state.readiness = machine::PrinterReadiness::kShutdown;
     return {};
   }
-  Result<void> Restart(const machine::WaitLimit&) override { return {}; }
   Result<machine::PrinterState> State(const machine::WaitLimit&) override { return LastState(); }
   machine::PrinterState LastState() const override {
     const std::lock_guard lock(mutex_);
@@ -159,7 +158,6 @@ class FakePrinter : public machine::Printer {
     methods[name] = std::move(callback);
     return {};
   }
-  void OnMessage(std::function<void(const std::string&)>) override {}
   void OnRequest(machine::RequestHandler) override {}
   void SendEvent(const std::string& event, nlohmann::json data) override {
     const std::lock_guard lock(mutex_);
@@ -174,7 +172,6 @@ class FakePrinter : public machine::Printer {
                                                     const machine::WaitLimit&) override {
     return std::vector<machine::TrapezoidMove>{};
   }
-  std::vector<std::string> RecentMessages() const override { return {}; }
 
  private:
   mutable std::mutex mutex_;

@@ -23,12 +23,6 @@ class PrintTest : public ::testing::Test {
   const Session session_{printer_, {}, {}};
 };
 
-TEST_F(PrintTest, AHeaterThatSomebodySwitchesOffEndsTheWaitWithTheCause) {
-  printer_.state.heaters["heater_bed"] = {26, 0, {}};
-  EXPECT_THAT(HeatError(), AllOf(HasSubstr("heater_bed was switched off in the middle"),
-                                 HasSubstr("Cooldown"), HasSubstr("was to have 60 degC")));
-}
-
 // It tells of the restart while somebody waits to see whether it is idle.
 class RestartingPrinter : public testing::FakePrinter {
  public:
@@ -45,25 +39,11 @@ class RestartingPrinter : public testing::FakePrinter {
 
 TEST_F(PrintTest, ARestartWhileItHeatsIsNobodysCooldown) {
   RestartingPrinter restarting;
-  restarting.state.heaters["heater_bed"] = {26, 0, {}};
+  restarting.state.heaters["heater_bed"] = {26, 0};
   const auto heated = HeatAndWait({restarting, {}, {}}, "heater_bed", 60, 900);
   ASSERT_FALSE(heated);
   EXPECT_THAT(heated.error().message,
               AllOf(HasSubstr("disconnected"), HasSubstr("Klipper restarts")));
-}
-
-TEST_F(PrintTest, ThePrintersIdleTimeOutIsNamedWithItsRemedy) {
-  printer_.state.heaters["heater_bed"] = {26, 0, {}};
-  printer_.state.idle_state = "Idle";
-  EXPECT_THAT(HeatError(), AllOf(HasSubstr("idle time-out"),
-                                 HasSubstr("set [idle_timeout] timeout in printer.cfg")));
-}
-
-TEST_F(PrintTest, AnotherTargetEndsTheWaitToo) {
-  printer_.state.heaters["heater_bed"] = {26, 45, {}};
-  EXPECT_THAT(HeatError(), HasSubstr("somebody set heater_bed to 45 degC in the middle"));
-  printer_.state.heaters["heater_bed"] = {59, 60, {}};
-  EXPECT_TRUE(HeatAndWait(session_, "heater_bed", 60, 900));
 }
 
 // PRINT_START heats by itself, and a run that dies then has to know it.
@@ -86,8 +66,8 @@ TEST_F(PrintTest, WhatTheFilesOwnMacrosHeatIsNotedAsItComes) {
 TEST(PrintProgress, IsWhatThePrinterDoesNotHowFarItHasRead) {
   machine::PrinterState state;
   state.print_progress = 0.06;
-  state.heaters["extruder"] = {143, 215, true};
-  state.heaters["heater_bed"] = {60, 60, {}};
+  state.heaters["extruder"] = {143, 215};
+  state.heaters["heater_bed"] = {60, 60};
   EXPECT_EQ(ProgressOfPrint(state, 200).text, "  heating extruder: 143 of 215 degC");
   EXPECT_EQ(ProgressOfPrint(state, 200).done, 0);
   state.heaters["extruder"].temperature_c = 214;
@@ -135,27 +115,6 @@ TEST_F(OwnPrint, IsEndedByClosingItsFileWhereNothingCanCancelIt) {
   EXPECT_THAT(End().failed, IsEmpty());
   EXPECT_THAT(printer_.scripts,
               ElementsAre("CANCEL_PRINT", "SDCARD_RESET_FILE", HasSubstr("G91\nG1 Z20.000")));
-}
-
-TEST_F(OwnPrint, ThatNothingEndsIsSaidToGoOnAndIsNotLiftedOff) {
-  printer_.cannot_cancel = true;
-  printer_.refused["SDCARD_RESET_FILE"] = "no";
-  EXPECT_THAT(End().failed,
-              ElementsAre(AllOf(HasSubstr("it goes on"), HasSubstr("cancel it at the printer"))));
-  EXPECT_THAT(printer_.scripts, ElementsAre("CANCEL_PRINT", "SDCARD_RESET_FILE"));
-}
-
-TEST_F(OwnPrint, LiftsNoHigherThanTheAxisGoes) {
-  printer_.state.print_state = "error";
-  printer_.state.position_mm = {5, 6, 245, 7};
-  EXPECT_THAT(End().failed, IsEmpty());
-  EXPECT_THAT(printer_.scripts, ElementsAre(HasSubstr("G1 Z5.000 F300\nG1 X0.000 Y0.000")));
-}
-
-TEST_F(OwnPrint, SaysSoWhereTheNozzleCannotBeLiftedBecauseNothingIsHomed) {
-  printer_.state.homed_axes = "";
-  EXPECT_THAT(End().lost, ElementsAre(HasSubstr("could not be lifted")));
-  EXPECT_THAT(printer_.scripts, ElementsAre("CANCEL_PRINT"));
 }
 
 TEST_F(OwnPrint, SaysSoWhereTheNozzleIsNotLiftedBecauseThePrinterShutDown) {

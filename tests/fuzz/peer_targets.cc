@@ -109,7 +109,6 @@ void RequireSense(const machine::PrinterState& state) {
 FUZZ_TARGET(moonraker_messages)(std::string_view text) {
   SetMessages(text);
   machine::MoonrakerPrinter printer(*machine::ParseMoonrakerAddress("localhost"), {});
-  printer.OnMessage([](const std::string&) {});
   printer.OnRequest([](const std::string& method, const nlohmann::json& params) {
     return method == "status" ? machine::RpcAnswer{.result = params}
                               : machine::RpcAnswer::UnknownMethod(method);

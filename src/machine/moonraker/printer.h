@@ -35,10 +35,9 @@ struct ClockLine {
   }
 };
 
-/// host: this process's CLOCK_MONOTONIC (std::chrono::steady_clock). event: the clock of the host
-/// that the firmware runs on (its CLOCK_MONOTONIC_RAW). print: the firmware's print time.
+/// host: this process's CLOCK_MONOTONIC (std::chrono::steady_clock). print: the firmware's print
+/// time.
 struct ClockRelation {
-  ClockLine event_from_host;
   ClockLine print_from_host;
   int samples = 0;  ///< that the relation rests on
 
@@ -58,8 +57,7 @@ enum class PrinterReadiness { kReady, kStartup, kShutdown, kError, kDisconnected
 
 struct Heater {
   double temperature_c = 0;
-  double target_c = 0;              ///< 0: off
-  std::optional<bool> can_extrude;  ///< extruders only
+  double target_c = 0;  ///< 0: off
 };
 
 /// How far the motor of an extruder or of an [extruder_stepper] runs ahead of the melt.
@@ -82,7 +80,6 @@ struct VelocityLimits {
 struct GcodeModes {
   bool absolute_coordinates = true;
   bool absolute_extrude = true;
-  double speed_mm_min = 0;                    ///< of the last F, before the speed factor
   double speed_factor = 1;                    ///< M220
   double extrude_factor = 1;                  ///< M221
   std::array<double, 4> homing_origin_mm{};   ///< G-code offset, x y z e
@@ -93,13 +90,10 @@ struct GcodeModes {
 /// printer has not told is absent, empty, or at its default where it cannot be doubted.
 struct PrinterState {
   PrinterReadiness readiness = PrinterReadiness::kDisconnected;
-  std::string message;     ///< the firmware's own words, for example why it shut down
-  double eventtime_s = 0;  ///< when this was true, on the server's clock (see PrintClock)
+  std::string message;  ///< the firmware's own words, for example why it shut down
 
-  std::string homed_axes;                    ///< of "xyz"; not to be trusted unless ready
-  std::array<double, 4> position_mm{};       ///< end of the last move that was planned
-  std::array<double, 4> live_position_mm{};  ///< where the head is; not to be trusted unless ready
-  double live_velocity_mm_s = 0;
+  std::string homed_axes;               ///< of "xyz"; not to be trusted unless ready
+  std::array<double, 4> position_mm{};  ///< end of the last move that was planned
   std::array<double, 3> axis_minimum_mm{};
   std::array<double, 3> axis_maximum_mm{};
   VelocityLimits limits;
@@ -110,9 +104,6 @@ struct PrinterState {
   GcodeModes gcode;
 
   std::map<std::string, Heater> heaters;  ///< "extruder", "heater_bed", "heater_generic chamber"
-  std::map<std::string, double> pins;     ///< "output_pin LASER" -> 0 … 1
-  /// "led case", "neopixel hotend" -> red green blue white of each light, 0 … 1.
-  std::map<std::string, std::vector<std::array<double, 4>>> lights;
 
   std::string print_state;    ///< "standby", "printing", "paused", "complete", "cancelled", "error"
   std::string print_file;     ///< the file being or last printed, empty where none
@@ -144,16 +135,12 @@ struct ObjectFields {
   std::vector<std::string> fields;
 };
 
-/// A camera as the server lists it. Flips and rotation say how to show it, not how it was taken.
+/// A camera as the server lists it.
 struct Webcam {
   std::string name;
   std::string service;  ///< "mjpegstreamer", "mjpegstreamer-adaptive", "webrtc-camerastreamer", …
-  std::string stream_url;    ///< absolute; the server's relative ones are resolved
-  std::string snapshot_url;  ///< absolute, or empty
+  std::string stream_url;  ///< absolute; the server's relative ones are resolved
   bool enabled = true;
-  bool flip_horizontal = false;
-  bool flip_vertical = false;
-  int rotation_deg = 0;  ///< 0, 90, 180 or 270
 };
 
 /// One piece of motion with constant acceleration, as the firmware planned it.
@@ -188,11 +175,8 @@ class Printer {
   [[nodiscard]] virtual Result<void> FinishMoves(const WaitLimit& limit) = 0;
 
   /// Stops everything at once: motion, heaters, pins. Does not queue behind running scripts. The
-  /// printer then needs Restart.
+  /// printer then needs a FIRMWARE_RESTART.
   [[nodiscard]] virtual Result<void> EmergencyStop(const WaitLimit& limit) = 0;
-
-  /// Restarts the firmware and waits until it is ready again. Nothing is homed afterwards.
-  [[nodiscard]] virtual Result<void> Restart(const WaitLimit& limit) = 0;
 
   /// Asks the printer now. Succeeds whatever the readiness is, as long as the server answers.
   [[nodiscard]] virtual Result<PrinterState> State(const WaitLimit& limit) = 0;
@@ -257,11 +241,6 @@ class Printer {
       const std::string& name, std::function<void(const nlohmann::json&)> callback,
       const WaitLimit& limit) = 0;
 
-  /// Called with every line that the printer says ("// …", "!! …", temperatures), on the
-  /// connection's own thread: it must return quickly and not call the printer. An empty function
-  /// ends it. Replaces an earlier one.
-  virtual void OnMessage(std::function<void(const std::string&)> callback) = 0;
-
   /// Answers requests that other clients make of us through the server (server.extensions.request),
   /// on the connection's own thread: it must return quickly and not call the printer. An empty
   /// function ends it; all are unknown then. Replaces an earlier one.
@@ -288,9 +267,6 @@ class Printer {
   [[nodiscard]] virtual Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s,
                                                                  double to_print_time_s,
                                                                  const WaitLimit& limit) = 0;
-
-  /// The last messages in both directions, oldest first, for a report of what went wrong.
-  [[nodiscard]] virtual std::vector<std::string> RecentMessages() const = 0;
 };
 
 }  // namespace trammel::machine

@@ -48,22 +48,6 @@ TEST_F(SpoolmanTest, OneThatHangsIsNamedAndThePrintersComputerIsNot) {
                     Not(HasSubstr("last messages")), Not(HasSubstr("come to be written"))));
 }
 
-TEST_F(SpoolmanTest, AWriteThatWasNotAnsweredMayYetComeToBeWritten) {
-  ConnectToHanging();
-  AnswerStatus();
-  const auto added = Spoolman(*printer_, kShort).AddField(SpoolmanEntity::kSpool, kField);
-  ASSERT_FALSE(added);
-  EXPECT_THAT(added.error().message, HasSubstr("may come to be written yet"));
-}
-
-TEST_F(SpoolmanTest, WhereMoonrakerHangsTooItIsNotPutDownToSpoolman) {
-  ConnectToHanging();
-  server_.Handle("server.spoolman.status", [](const json&) { return std::vector<json>(); });
-  const auto field = Spoolman(*printer_, kShort).HasField(SpoolmanEntity::kSpool, kField);
-  ASSERT_FALSE(field);
-  EXPECT_THAT(field.error().message, HasSubstr("the printer's computer may be overloaded"));
-}
-
 // Each question waited for its own ten seconds, and there are ten of them.
 TEST_F(SpoolmanTest, AllQuestionsTogetherHaveOneLimit) {
   Connect();

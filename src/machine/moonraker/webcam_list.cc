@@ -39,14 +39,6 @@ std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
   return web.HttpUrl() + path;
 }
 
-int Rotation(const json& webcam) {
-  const double rotation_deg = NumberOr(webcam, "rotation", 0);
-  for (const int allowed : {90, 180, 270}) {
-    if (rotation_deg == allowed) return allowed;
-  }
-  return 0;
-}
-
 }  // namespace
 
 std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& address) {
@@ -58,11 +50,7 @@ std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& addr
     webcam.name = Utf8OrReplaced(TextOr(entry, "name", ""), kLongestName);
     webcam.service = Utf8OrReplaced(TextOr(entry, "service", ""), kLongestName);
     webcam.stream_url = Absolute(TextOr(entry, "stream_url", ""), address);
-    webcam.snapshot_url = Absolute(TextOr(entry, "snapshot_url", ""), address);
     webcam.enabled = BoolOr(entry, "enabled", true);
-    webcam.flip_horizontal = BoolOr(entry, "flip_horizontal", false);
-    webcam.flip_vertical = BoolOr(entry, "flip_vertical", false);
-    webcam.rotation_deg = Rotation(entry);
     if (!webcam.name.empty() && webcams.size() < kMaxWebcams) webcams.push_back(std::move(webcam));
   }
   return webcams;

@@ -35,8 +35,8 @@ KlippyStreams::KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& o
                    .on_message = [this](std::string_view text) { OnMessage(text); },
                    .on_down = [this](const Error& error) { Failed(error); }}) {}
 
-bool KlippyStreams::MayWork(const MoonrakerAddress& address, const MoonrakerOptions& options) {
-  return address.transport != Transport::kUnix && options.one_shot_token.empty();
+bool KlippyStreams::MayWork(const MoonrakerAddress& address) {
+  return address.transport != Transport::kUnix;
 }
 
 void KlippyStreams::Settle(const std::optional<Error>& failed) {

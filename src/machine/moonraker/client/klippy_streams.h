@@ -38,8 +38,7 @@ class KlippyStreams {
                 std::vector<KlippyStream> streams, OnBatch on_batch, OnFirst on_first = {});
 
   /// Whether a connection of our own to Klipper may be possible.
-  [[nodiscard]] static bool MayWork(const MoonrakerAddress& address,
-                                    const MoonrakerOptions& options);
+  [[nodiscard]] static bool MayWork(const MoonrakerAddress& address);
 
   /// Connects and waits until every stream is subscribed to. Where that fails, nothing comes; where
   /// it went well once, a lost connection (each restart of Klipper) is taken up again by itself.

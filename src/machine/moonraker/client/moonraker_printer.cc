@@ -49,7 +49,6 @@ Result<void> CheckPrintable(std::string_view what, const std::string& text) {
 Result<void> CheckOptions(const MoonrakerOptions& options) {
   for (const auto& [what, text] :
        {std::pair<std::string_view, const std::string&>("API key", options.api_key),
-        {"one-shot token", options.one_shot_token},
         {"client name", options.client_name}}) {
     TRY(CheckPrintable(what, text));
   }
@@ -172,7 +171,7 @@ void MoonrakerPrinter::OnNotification(const std::string& method, const json& par
     OnStatus(params, received_s);
   } else if (method == "notify_gcode_response") {
     if (params.is_array() && !params.empty() && params.front().is_string()) {
-      OnResponse(params.front().get_ref<const std::string&>(), received_s);
+      OnResponse(params.front().get_ref<const std::string&>());
     }
   } else if (method == "notify_klippy_disconnected") {
     const std::lock_guard lock(mutex_);
@@ -194,18 +193,10 @@ void MoonrakerPrinter::OnNotification(const std::string& method, const json& par
   }
 }
 
-void MoonrakerPrinter::OnResponse(const std::string& response, double received_s) {
-  std::function<void(const std::string&)> callback;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const std::shared_ptr<Script>& script : scripts_) {
-      script->watch.OnResponse(response);
-      if (script->watch.complained() && !script->complained_s) script->complained_s = received_s;
-    }
-    callback = on_message_;
-    changed_.notify_all();
-  }
-  if (callback) callback(response);
+void MoonrakerPrinter::OnResponse(const std::string& response) {
+  const std::lock_guard lock(mutex_);
+  for (const std::shared_ptr<Script>& script : scripts_) script->watch.OnResponse(response);
+  changed_.notify_all();
 }
 
 void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
@@ -228,7 +219,7 @@ void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
 
 PrinterState MoonrakerPrinter::StateLocked() const {
   std::string fault;
-  PrinterState state = ReadStatus(status_, eventtime_s_, &fault);
+  PrinterState state = ReadStatus(status_, &fault);
   if (!fault.empty()) {
     state.readiness = PrinterReadiness::kError;
     state.message = NoPrinters(fault);
@@ -286,7 +277,7 @@ Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
 
 std::optional<Error> MoonrakerPrinter::StatusFault() const {
   std::string fault;
-  (void)ReadStatus(status_, eventtime_s_, &fault);
+  (void)ReadStatus(status_, &fault);
   if (fault.empty()) return std::nullopt;
   return Error{ErrorKind::kMachine, NoPrinters(fault)};
 }
@@ -315,13 +306,6 @@ Result<bool> MoonrakerPrinter::HasCommand(std::string_view name, const WaitLimit
   const json help = TRY(moonraker_.Call("printer.gcode.help", nullptr, limit));
   return help.is_object() && help.contains(wanted);
 }
-
-void MoonrakerPrinter::OnMessage(std::function<void(const std::string&)> callback) {
-  const std::lock_guard lock(mutex_);
-  on_message_ = std::move(callback);
-}
-
-std::vector<std::string> MoonrakerPrinter::RecentMessages() const { return moonraker_.log().All(); }
 
 Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& options,
                                                     const WaitLimit& limit) {

@@ -41,7 +41,6 @@ class MoonrakerPrinter : public Printer {
   Result<void> Run(std::string_view script, const WaitLimit& limit) override;
   Result<void> FinishMoves(const WaitLimit& limit) override;
   Result<void> EmergencyStop(const WaitLimit& limit) override;
-  Result<void> Restart(const WaitLimit& limit) override;
   Result<PrinterState> State(const WaitLimit& limit) override;
   PrinterState LastState() const override;
   Result<PrinterState> WaitUntil(const std::function<bool(const PrinterState&)>& done,
@@ -65,7 +64,6 @@ class MoonrakerPrinter : public Printer {
   Result<void> RegisterRemoteMethod(const std::string& name,
                                     std::function<void(const nlohmann::json&)> callback,
                                     const WaitLimit& limit) override;
-  void OnMessage(std::function<void(const std::string&)> callback) override;
   void OnRequest(RequestHandler callback) override;
   void SendEvent(const std::string& event, nlohmann::json data) override;
   Result<ClockRelation> Clock(double wanted_uncertainty_s, const WaitLimit& limit) override;
@@ -73,7 +71,6 @@ class MoonrakerPrinter : public Printer {
   std::vector<TrapezoidMove> MovesTold(double from_print_time_s, double to_print_time_s) override;
   Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s, double to_print_time_s,
                                            const WaitLimit& limit) override;
-  std::vector<std::string> RecentMessages() const override;
 
  private:
   /// Where the server moves files, and what it is told of us there.
@@ -90,8 +87,7 @@ class MoonrakerPrinter : public Printer {
   struct Script {
     ScriptWatch watch;
     std::optional<RpcAnswer> answer;
-    std::optional<double> complained_s;  ///< host time of the first `!!`
-    std::string broke;                   ///< why the printer left "ready" meanwhile
+    std::string broke;  ///< why the printer left "ready" meanwhile
     bool abandoned = false;
   };
 
@@ -100,7 +96,7 @@ class MoonrakerPrinter : public Printer {
   void Subscribe(const std::vector<std::string>& objects, std::function<void()> done);
   void OnNotification(const std::string& method, const nlohmann::json& params, double received_s);
   [[nodiscard]] RpcAnswer AnswerRequest(const std::string& method, const nlohmann::json& params);
-  void OnResponse(const std::string& response, double received_s);
+  void OnResponse(const std::string& response);
   void OnStatus(const nlohmann::json& params, double received_s);
   void OnReadiness(PrinterReadiness readiness, const std::string& message);
   void SampleClockBeforeNextUpdate();
@@ -155,7 +151,6 @@ class MoonrakerPrinter : public Printer {
   std::vector<std::shared_ptr<Script>> scripts_;
   int abandoned_scripts_ = 0;
   std::map<std::string, std::function<void(const nlohmann::json&)>> remote_methods_;
-  std::function<void(const std::string&)> on_message_;
   RequestHandler on_request_;
   PrintClock clock_;
   /// Whether moves come by themselves, since the link or Klipper began.

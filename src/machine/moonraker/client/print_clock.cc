@@ -150,14 +150,6 @@ ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
   }
 }
 
-std::vector<Reading> EventReadings(const std::deque<ClockSample>& samples) {
-  std::vector<Reading> readings;
-  for (const ClockSample& sample : samples) {
-    readings.push_back({sample.sent_s, sample.received_s, sample.eventtime_s});
-  }
-  return readings;
-}
-
 }  // namespace
 
 void PrintClock::Add(const ClockSample& sample) {
@@ -213,7 +205,6 @@ std::optional<ClockRelation> PrintClock::Relation() const {
   if (print.empty()) return std::nullopt;
   ClockRelation relation;
   relation.samples = static_cast<int>(print.size());
-  relation.event_from_host = Fit(EventReadings(samples_), options_);
   relation.print_from_host = Fit(std::move(print), options_);
   return relation;
 }

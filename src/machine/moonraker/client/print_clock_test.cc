@@ -88,33 +88,6 @@ class Listener {
   std::optional<double> pending_arrival_s_;
 };
 
-TEST(PrintClock, IsUnknownBeforeAMessage) {
-  PrintClock clock;
-  EXPECT_FALSE(clock.Relation());
-  clock.Add({.received_s = 5, .eventtime_s = 100});
-  EXPECT_FALSE(clock.Relation()) << "there was no print time";
-}
-
-TEST(PrintClock, OneAnswerBracketsTheTime) {
-  PrintClock clock;
-  clock.Add({.sent_s = 10, .received_s = 10.02, .eventtime_s = 500, .estimated_print_time_s = 30});
-  const auto relation = clock.Relation();
-  ASSERT_TRUE(relation);
-  // Half of the 20 ms round trip, the slack of a reading, and 0.01 s of drift.
-  const double kBound_s = 0.01 + 3e-4 + 0.02 * 1.5e-4;
-  EXPECT_NEAR(relation->PrintTimeOf(10.01), 30, 1e-5);
-  EXPECT_NEAR(relation->PrintTimeBound(10.01), kBound_s, 2e-5);
-}
-
-TEST(PrintClock, OneWayMessagesLeaveTheOtherSideOpenAndSaySo) {
-  PrintClock clock;
-  for (int i = 0; i < 10; ++i) {
-    clock.Add(
-        {.received_s = 10.0 + i, .eventtime_s = 500.0 + i, .estimated_print_time_s = 30.0 + i});
-  }
-  EXPECT_GT(clock.Relation()->PrintTimeBound(20), 1);
-}
-
 TEST(PrintClock, TruthIsWithinTheBoundAndTheBoundIsSmallDespite50MsOfJitter) {
   // About 20 queries have each lead in a minute. One with a lead of 9 ms is early enough with a
   // probability of 0.17, so that all 20 are late in 2 % of the worlds, and those with 16 ms too in
@@ -123,7 +96,6 @@ TEST(PrintClock, TruthIsWithinTheBoundAndTheBoundIsSmallDespite50MsOfJitter) {
   constexpr double kMedianError_s = 0.003;
   constexpr int kWorlds = 300;
   double worst_bound_s = 0;
-  double worst_error_s = 0;
   std::vector<double> errors_s;
   for (std::uint64_t seed = 1; seed <= kWorlds; ++seed) {
     Random random(seed);
@@ -141,32 +113,13 @@ TEST(PrintClock, TruthIsWithinTheBoundAndTheBoundIsSmallDespite50MsOfJitter) {
       const double error_s = std::abs(relation->PrintTimeOf(host_s) - world.Print(host_s));
       const double bound_s = relation->PrintTimeBound(host_s);
       EXPECT_LE(error_s, bound_s) << "seed " << seed << ", " << ago_s << " s ago";
-      worst_error_s = std::max(worst_error_s, error_s);
       worst_bound_s = std::max(worst_bound_s, bound_s);
       errors_s.push_back(error_s);
     }
-    const double event_error_s =
-        std::abs(relation->event_from_host.BFromA(now_s) - world.Event(now_s));
-    EXPECT_LE(event_error_s, relation->event_from_host.HalfWidth(now_s)) << "seed " << seed;
   }
   std::nth_element(errors_s.begin(), errors_s.begin() + errors_s.size() / 2, errors_s.end());
-  RecordProperty("worst_bound_us", static_cast<int>(1e6 * worst_bound_s));
-  RecordProperty("worst_error_us", static_cast<int>(1e6 * worst_error_s));
-  RecordProperty("median_error_us", static_cast<int>(1e6 * errors_s[errors_s.size() / 2]));
   EXPECT_LE(worst_bound_s, kWantedBound_s);
   EXPECT_LE(errors_s[errors_s.size() / 2], kMedianError_s);
-}
-
-TEST(PrintClock, AQuietNetworkGivesMilliseconds) {
-  Random random(7);
-  World world;
-  world.jitter_s = 0.001;
-  PrintClock clock;
-  Listener listener(world, random, clock);
-  listener.Listen(60);
-  // Half of: the shortest lead that is longer than a delay (3 ms), the timer's lateness, a delay.
-  constexpr double kBound_s = 0.003;
-  EXPECT_LE(clock.Relation()->PrintTimeBound(listener.now_s()), kBound_s);
 }
 
 TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
@@ -199,7 +152,6 @@ TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
       }
     }
   }
-  RecordProperty("worst_bound_us", static_cast<int>(1e6 * worst_bound_s));
   // Readings 4 ms old ask for 2 ms of slack on either side; of the slacks that are tried 2.4 ms is
   // the next, and four times that is allowed. Without any the bound is 3 ms, and a rate that is
   // less certain by as much over a minute adds the same again half a minute ago.
@@ -240,14 +192,6 @@ TEST(PrintClock, FollowsAServerThatRunsFasterThanTime) {
     EXPECT_LT(relation->PrintTimeBound(now_s), 0.02 * rate) << rate;
     EXPECT_NEAR(relation->print_from_host.rate, rate, 0.002 * rate);
   }
-}
-
-TEST(PrintClock, IgnoresNumbersThatAreNone) {
-  PrintClock clock;
-  clock.Add({.sent_s = 10, .received_s = 10.02, .eventtime_s = 500, .estimated_print_time_s = 30});
-  clock.Add({.received_s = NAN, .eventtime_s = 500, .estimated_print_time_s = 31});
-  clock.Add({.received_s = 11, .eventtime_s = INFINITY, .estimated_print_time_s = 31});
-  EXPECT_EQ(clock.Relation()->samples, 1);
 }
 
 }  // namespace

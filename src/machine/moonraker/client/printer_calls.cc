@@ -45,7 +45,7 @@ Result<void> MoonrakerPrinter::Run(std::string_view script, const WaitLimit& lim
   {
     const std::lock_guard lock(mutex_);
     running = std::make_shared<Script>(
-        Script{ScriptWatch(std::string(script), macros_), std::nullopt, std::nullopt, "", false});
+        Script{ScriptWatch(std::string(script), macros_), std::nullopt, "", false});
     scripts_.push_back(running);
   }
   const double began_s = HostNow();
@@ -146,26 +146,6 @@ Result<void> MoonrakerPrinter::EmergencyStop(const WaitLimit& limit) {
   if (!WaitFor(lock, Rest(limit, began_s),
                [this] { return readiness_ != PrinterReadiness::kReady; })) {
     return tl::unexpected(WaitError("the printer to say that it is shut down", limit));
-  }
-  return {};
-}
-
-Result<void> MoonrakerPrinter::Restart(const WaitLimit& limit) {
-  const double began_s = HostNow();
-  int before = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    before = restarts_;
-  }
-  TRY(moonraker_.Call("printer.firmware_restart", nullptr, limit));
-  std::unique_lock lock(mutex_);
-  if (!WaitFor(lock, Rest(limit, began_s), [this, before] {
-        return restarts_ > before && readiness_ == PrinterReadiness::kReady;
-      })) {
-    return tl::unexpected(
-        WaitError(fmt::format("the firmware to be ready after its restart (it is '{}': {})",
-                              ToString(readiness_), FirstLine(readiness_message_)),
-                  limit));
   }
   return {};
 }

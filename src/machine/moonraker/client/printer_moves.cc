@@ -63,7 +63,7 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
 }
 
 Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
-  if (!KlippyStreams::MayWork(moonraker_.address(), options_)) {
+  if (!KlippyStreams::MayWork(moonraker_.address())) {
     return Fail("no connection of our own can be made", ErrorKind::kMachine);
   }
   auto stream = std::make_unique<KlippyStreams>(

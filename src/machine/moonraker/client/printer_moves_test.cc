@@ -149,36 +149,6 @@ TEST_F(KlippyMovesTest, MovesComeOverAConnectionThatEndsWithTheRun) {
   EXPECT_EQ(server_.CountRequests("connection.register_remote_method"), 0);
 }
 
-TEST_F(KlippyMovesTest, AfterARestartOfKlipperTheyComeAgain) {
-  ConnectThrough();
-  server_.BreakConnections();
-  EXPECT_FALSE(server_.WaitForRequest(kOwnDump, 2).is_null());
-  ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
-  server_.Push(Batch({Row(104), Row(106)}, "moves"));
-  EXPECT_TRUE(printer_->Moves(104, 105, kPatience));
-}
-
-TEST_F(KlippyMovesTest, ABatchThatDoesNotComeIsAskedForOverANewConnection) {
-  ConnectThrough();
-  server_.Handle(kOwnDump, [](const json& request) {
-    return std::vector{ResultFor(request, json::object()), Batch(json::array({Row(200)}), "moves")};
-  });
-  server_.Push(StatusUpdate({{"toolhead", {{"estimated_print_time", 203.0}}}}, 3160));
-  const auto moves = printer_->Moves(200, 201, kPatience);
-  ASSERT_TRUE(moves) << moves.error().message;
-  EXPECT_EQ(moves->size(), 1) << server_.CountRequests(kOwnDump) << " requests";
-}
-
-TEST_F(MoonrakerMovesTest, AKlipperThatTellsNoMovesIsSaid) {
-  test::AnswerLikeMoonraker(server_);
-  server_.Answer("printer.objects.list", {{"objects", {"toolhead"}}});
-  auto printer = ConnectToMoonraker(OptionsFor(server_), kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  const auto recorded = (*printer)->RecordMoves(kPatience);
-  ASSERT_FALSE(recorded);
-  EXPECT_THAT(recorded.error().message, HasSubstr("motion_report"));
-}
-
 }  // namespace
 
 }  // namespace trammel::machine

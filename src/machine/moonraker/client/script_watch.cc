@@ -3,17 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
-#include <cstdlib>
 
 #include "base/text.h"
 
 namespace trammel::machine {
 namespace {
 
-constexpr double kSamePlace_mm = 0.0006;  // the firmware quotes positions with three decimals
 constexpr std::size_t kQuoted = 120;
 
 struct Line {
@@ -39,59 +34,6 @@ std::string FirstWord(std::string_view line) {
   return UpperCase(line.substr(0, line.find_first_of(" \t")));
 }
 
-bool IsMove(std::string_view line) {
-  const std::string word = FirstWord(line);
-  return word == "G0" || word == "G1" || word == "G2" || word == "G3";
-}
-
-/// The number behind a parameter's letter, as in X12.5.
-std::optional<double> Parameter(std::string_view line, char letter) {
-  for (std::size_t at = 1; at + 1 < line.size(); ++at) {
-    if (std::toupper(static_cast<unsigned char>(line[at])) == letter && line[at - 1] == ' ') {
-      const std::string number(line.substr(at + 1, 32));
-      char* end = nullptr;
-      const double value = std::strtod(number.c_str(), &end);
-      return end == number.c_str() ? std::nullopt : std::optional(value);
-    }
-  }
-  return std::nullopt;
-}
-
-/// "Move out of range: 999.000 50.000 0.300 [1.200]": the first move that ends there, as far as the
-/// script itself tells where its moves end.
-const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
-  const std::size_t colon = complaint.find(':');
-  if (colon == std::string_view::npos) return nullptr;
-  const std::string numbers(complaint.substr(colon + 1, 100));
-  std::array<double, 3> wanted_mm{};
-  const char* at = numbers.c_str();
-  for (double& coordinate_mm : wanted_mm) {
-    char* end = nullptr;
-    coordinate_mm = std::strtod(at, &end);
-    if (end == at) return nullptr;
-    at = end;
-  }
-  std::array<std::optional<double>, 3> place_mm;
-  for (const Line& line : lines) {
-    if (FirstWord(line.text) == "G91") {
-      return nullptr;  // relative: where moves end is not in the script
-    }
-    if (!IsMove(line.text)) continue;
-    bool there = false;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::optional<double> given_mm = Parameter(line.text, "XYZ"[axis]);
-      there = there || given_mm;
-      place_mm[axis] = given_mm ? given_mm : place_mm[axis];
-    }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      there =
-          there && (!place_mm[axis] || std::abs(*place_mm[axis] - wanted_mm[axis]) < kSamePlace_mm);
-    }
-    if (there) return &line;
-  }
-  return nullptr;
-}
-
 /// "Error on 'G1 X…': …" quotes the line itself.
 const Line* QuotedLine(const std::vector<Line>& lines, std::string_view complaint) {
   const std::size_t open = complaint.find('\'');
@@ -102,24 +44,6 @@ const Line* QuotedLine(const std::vector<Line>& lines, std::string_view complain
     if (UpperCase(line.text) == quoted) return &line;
   }
   return nullptr;
-}
-
-const Line* FirstLine(const std::vector<Line>& lines, bool (*wanted)(std::string_view)) {
-  const auto found = std::find_if(lines.begin(), lines.end(),
-                                  [wanted](const Line& line) { return wanted(line.text); });
-  return found == lines.end() ? nullptr : &*found;
-}
-
-const Line* Blame(const std::vector<Line>& lines, std::string_view complaint) {
-  if (lines.size() == 1) return &lines.front();
-  if (complaint.starts_with("Move out of range")) return MoveTo(lines, complaint);
-  if (complaint.starts_with("Must home")) return FirstLine(lines, IsMove);
-  if (complaint.starts_with("Extrude below")) {
-    return FirstLine(lines, [](std::string_view line) {
-      return IsMove(line) && Parameter(line, 'E').has_value();
-    });
-  }
-  return QuotedLine(lines, complaint);
 }
 
 std::string Remedy(std::string_view complaint) {
@@ -146,7 +70,8 @@ std::vector<std::string> CommandsOf(std::string_view script) {
 std::string BlamedLine(std::string_view script, std::string_view complaint) {
   const std::vector<Line> lines = LinesOf(script);
   if (lines.empty()) return "a script without commands";
-  if (const Line* line = Blame(lines, complaint)) {
+  const Line* line = lines.size() == 1 ? &lines.front() : QuotedLine(lines, complaint);
+  if (line != nullptr) {
     return fmt::format("line {}, '{}'", line->number, line->text.substr(0, kQuoted));
   }
   return fmt::format("one of its {} lines, from '{}' to '{}'", lines.size(),

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/utf8.h"
 #include "machine/net/json_field.h"
 
 namespace trammel::machine {
@@ -27,18 +28,6 @@ bool IsHeater(std::string_view object) {
   return IsExtruder(object) || object == "heater_bed" || object.starts_with("heater_generic ");
 }
 
-bool IsPin(std::string_view object) {
-  return object.starts_with("output_pin ") || object.starts_with("pwm_tool ") ||
-         object.starts_with("pwm_cycle_time ");
-}
-
-bool IsLight(std::string_view object) {
-  for (const std::string_view kind : {"led ", "neopixel ", "dotstar ", "pca9533 ", "pca9632 "}) {
-    if (object.starts_with(kind)) return true;
-  }
-  return false;
-}
-
 // What no printer goes beyond, generously: a value outside is the server's fault, and must not come
 // near a machine.
 struct Range {
@@ -48,19 +37,15 @@ struct Range {
 constexpr Range kPlace_mm{-1e5, 1e5};
 constexpr Range kFilament_mm{-1e9, 1e9};  // a place of the E axis, which only grows
 constexpr Range kSpeed_mm_s{0, 1e5};
-constexpr Range kLiveSpeed_mm_s{-1, 1e5};  // computed from a trapezoid: a little below 0 at its end
-constexpr Range kSpeed_mm_min{0, 1e8};
 constexpr Range kAcceleration_mm_s2{0, 1e8};
 constexpr Range kFactor{0, 1e4};
 constexpr Range kRatio{0, 1};
 constexpr Range kTime_s{0, 100};  // of pressure advance and its smoothing
 constexpr Range kTemperature_c{-300, 5000};
 constexpr Range kTarget_c{0, 2000};
-constexpr Range kOutput{0, 1000};  // of a pin or light: 0 … 1, but for forks that scale them
 constexpr std::size_t kMostHeaters = 100;
-constexpr std::size_t kMostOutputs = 500;  // pins and lights, each
-constexpr std::size_t kMostMotors = 100;   // that push filament
-constexpr std::size_t kMostDevices = kMostHeaters + kMostMotors + 2 * kMostOutputs + 1;
+constexpr std::size_t kMostMotors = 100;  // that push filament
+constexpr std::size_t kMostDevices = kMostHeaters + kMostMotors + 1;
 constexpr std::size_t kLongestName = 100;
 constexpr std::size_t kLongestText = 2000;
 constexpr std::size_t kLongestList = 2000;
@@ -70,15 +55,6 @@ bool IsPlainName(std::string_view name) {
   return name.size() <= kLongestName && std::all_of(name.begin(), name.end(), [](unsigned char c) {
            return c >= 0x20 && c != 0x7F;
          });
-}
-
-/// Cut between characters where it is too long.
-std::string Cut(std::string text) {
-  if (text.size() <= kLongestText) return text;
-  std::size_t end = kLongestText;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  text.resize(end);
-  return text + "…";
 }
 
 /// Reads fields of known objects; what is out of bounds reads as absent, and the first is noted.
@@ -99,7 +75,7 @@ class Reader {
   }
 
   [[nodiscard]] std::string Text(const std::string& object, const char* field) const {
-    return Cut(TextOr(Object(object), field, ""));
+    return Utf8OrReplaced(TextOr(Object(object), field, ""), kLongestText);
   }
 
   /// A text that may stand in G-code.
@@ -116,23 +92,14 @@ class Reader {
   template <std::size_t N>
   void List(const std::string& object, const char* field, std::array<double, N>& into) {
     const json* list = Member(Object(object), field);
-    if (list != nullptr) {
-      Numbers(object + "." + field, *list, {kPlace_mm, kPlace_mm, kPlace_mm, kFilament_mm}, into);
-    }
-  }
-
-  template <std::size_t N>
-  bool Numbers(const std::string& name, const json& list, const std::array<Range, 4>& ranges,
-               std::array<double, N>& into) {
-    if (!list.is_array() || list.size() < std::min<std::size_t>(N, 3)) return false;
+    if (list == nullptr || !list->is_array() || list->size() < 3) return;
     std::array<double, N> numbers = into;
-    for (std::size_t i = 0; i < std::min(N, list.size()); ++i) {
-      if (!list[i].is_number()) return false;
-      numbers[i] = list[i].get<double>();
-      if (!Check(name, "", numbers[i], ranges[i])) return false;
+    for (std::size_t i = 0; i < std::min(N, list->size()); ++i) {
+      if (!(*list)[i].is_number()) return;
+      numbers[i] = (*list)[i].get<double>();
+      if (!Check(object, field, numbers[i], i < 3 ? kPlace_mm : kFilament_mm)) return;
     }
     into = numbers;
-    return true;
   }
 
   /// Whether there is room for one more of a kind.
@@ -145,8 +112,8 @@ class Reader {
  private:
   bool Check(const std::string& object, std::string_view field, double number, Range range) {
     if (number >= range.lo && number <= range.hi) return true;
-    Fault(fmt::format("{}{}{} is {:g}, which lies outside {:g} … {:g}", object,
-                      field.empty() ? "" : ".", field, number, range.lo, range.hi));
+    Fault(fmt::format("{}.{} is {:g}, which lies outside {:g} … {:g}", object, field, number,
+                      range.lo, range.hi));
     return false;
   }
 
@@ -175,16 +142,12 @@ void ReadMotion(Reader& reader, PrinterState& state) {
   limits.square_corner_velocity_mm_s =
       reader.Within("toolhead", "square_corner_velocity", kSpeed_mm_s, 0);
   state.active_extruder = reader.Name("toolhead", "extruder");
-  reader.List("motion_report", "live_position", state.live_position_mm);
-  state.live_velocity_mm_s =
-      std::max(0.0, reader.Within("motion_report", "live_velocity", kLiveSpeed_mm_s, 0));
 }
 
 void ReadGcode(Reader& reader, GcodeModes& modes) {
   const json& move = reader.Object("gcode_move");
   modes.absolute_coordinates = BoolOr(move, "absolute_coordinates", true);
   modes.absolute_extrude = BoolOr(move, "absolute_extrude", true);
-  modes.speed_mm_min = reader.Within("gcode_move", "speed", kSpeed_mm_min, 0);
   modes.speed_factor = reader.Within("gcode_move", "speed_factor", kFactor, 1);
   modes.extrude_factor = reader.Within("gcode_move", "extrude_factor", kFactor, 1);
   reader.List("gcode_move", "homing_origin", modes.homing_origin_mm);
@@ -198,8 +161,6 @@ void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   Heater& heater = state.heaters[name];
   heater.temperature_c = *temperature_c;
   heater.target_c = target_c;
-  const json* can = Member(reader.Object(name), "can_extrude");
-  if (can != nullptr && can->is_boolean()) heater.can_extrude = can->get<bool>();
 }
 
 // Klipper reports no queue (null) for an extruder's own motor until that was synchronised with
@@ -220,35 +181,13 @@ void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& 
   }
 }
 
-void ReadLight(Reader& reader, const std::string& name, PrinterState& state) {
-  const json* colors = Member(reader.Object(name), "color_data");
-  if (colors == nullptr || !colors->is_array() || colors->empty() ||
-      !reader.Room("lights", state.lights.size(), kMostOutputs)) {
-    return;
-  }
-  std::vector<std::array<double, 4>>& light = state.lights[name];
-  for (const json& color : *colors) {
-    if (!reader.Room("colours of a light", light.size(), kLongestList)) return;
-    std::array<double, 4> rgbw{};
-    (void)reader.Numbers(name + ".color_data", color, {kOutput, kOutput, kOutput, kOutput}, rgbw);
-    light.push_back(rgbw);
-  }
-}
-
 void ReadDevices(const json& known, Reader& reader, PrinterState& state) {
   for (const auto& [name, object] : known.items()) {
     if (!IsPlainName(name)) {
       continue;  // never asked for
     }
     if (IsExtruder(name) || IsExtruderStepper(name)) ReadPressureAdvance(reader, name, state);
-    if (IsHeater(name)) {
-      ReadHeater(reader, name, state);
-    } else if (IsPin(name)) {
-      const auto value = reader.Within(name, "value", kOutput);
-      if (value && reader.Room("pins", state.pins.size(), kMostOutputs)) state.pins[name] = *value;
-    } else if (IsLight(name)) {
-      ReadLight(reader, name, state);
-    }
+    if (IsHeater(name)) ReadHeater(reader, name, state);
   }
 }
 
@@ -275,18 +214,17 @@ json WantedObjects(const std::vector<std::string>& available) {
   std::size_t devices = 0;
   for (const std::string& object : available) {
     if (!IsPlainName(object) || wanted.contains(object)) continue;
-    const bool device =
-        IsHeater(object) || IsExtruderStepper(object) || IsPin(object) || IsLight(object);
+    const bool device = IsHeater(object) || IsExtruderStepper(object);
     if (device && ++devices > kMostDevices) continue;
     if (object == "toolhead") {
       want(object, {"homed_axes", "position", "print_time", "estimated_print_time", "axis_minimum",
                     "axis_maximum", "max_velocity", "max_accel", "max_accel_to_decel",
                     "minimum_cruise_ratio", "square_corner_velocity", "extruder"});
     } else if (object == "motion_report") {
-      want(object, {"live_position", "live_velocity"});
+      want(object, {"live_velocity"});
     } else if (object == "gcode_move") {
-      want(object, {"absolute_coordinates", "absolute_extrude", "speed", "speed_factor",
-                    "extrude_factor", "homing_origin", "gcode_position"});
+      want(object, {"absolute_coordinates", "absolute_extrude", "speed_factor", "extrude_factor",
+                    "homing_origin", "gcode_position"});
     } else if (object == "print_stats") {
       want(object, {"state", "filename", "message", "total_duration", "filament_used"});
     } else if (object == "virtual_sdcard") {
@@ -298,12 +236,7 @@ json WantedObjects(const std::vector<std::string>& available) {
     } else if (IsExtruderStepper(object)) {
       want(object, {"pressure_advance", "smooth_time", "motion_queue"});
     } else if (IsHeater(object)) {
-      want(object, {"temperature", "target", "pressure_advance", "smooth_time", "motion_queue",
-                    "can_extrude"});
-    } else if (IsPin(object)) {
-      want(object, {"value"});
-    } else if (IsLight(object)) {
-      want(object, {"color_data"});
+      want(object, {"temperature", "target", "pressure_advance", "smooth_time", "motion_queue"});
     }
   }
   return wanted;
@@ -335,9 +268,8 @@ PrinterReadiness ReadinessOf(std::string_view state) {
   return PrinterReadiness::kDisconnected;
 }
 
-PrinterState ReadStatus(const json& known, double eventtime_s, std::string* fault) {
+PrinterState ReadStatus(const json& known, std::string* fault) {
   PrinterState state;
-  state.eventtime_s = eventtime_s;
   Reader reader(known);
   state.readiness = ReadinessOf(TextOr(reader.Object("webhooks"), "state", ""));
   state.message = reader.Text("webhooks", "state_message");

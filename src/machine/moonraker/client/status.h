@@ -11,8 +11,8 @@
 namespace trammel::machine {
 
 /// Which objects and fields a PrinterState is made of, in the form of printer.objects.subscribe:
-/// object -> list of fields. Of more heaters, pins and lights than any printer has, one more than
-/// ReadStatus takes; names that could not stand in G-code are left out.
+/// object -> list of fields. Of more heaters than any printer has, one more than ReadStatus
+/// takes; names that could not stand in G-code are left out.
 /// @param available  the answer of printer.objects.list: names of the printer's objects
 [[nodiscard]] nlohmann::json WantedObjects(const std::vector<std::string>& available);
 
@@ -28,7 +28,6 @@ void MergeStatus(nlohmann::json& known, const nlohmann::json& update, const nloh
 /// defaults. readiness and message come from `webhooks` and are kDisconnected without it.
 /// @param fault  where not null: the first value that no printer has, by field and value, or "".
 ///               A state with a fault is not to be used for anything but showing it.
-[[nodiscard]] PrinterState ReadStatus(const nlohmann::json& known, double eventtime_s,
-                                      std::string* fault = nullptr);
+[[nodiscard]] PrinterState ReadStatus(const nlohmann::json& known, std::string* fault = nullptr);
 
 }  // namespace trammel::machine

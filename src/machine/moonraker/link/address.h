@@ -18,9 +18,8 @@ struct MoonrakerOptions {
   std::string address = "localhost";
   /// Where files are uploaded when `address` is a Unix socket, which takes no files.
   std::string http_address = "http://localhost:7125";
-  std::string api_key = {};         ///< empty: none. Sent as X-Api-Key and in identify.
-  std::string one_shot_token = {};  ///< empty: none. Good for one connection, not for reconnecting.
-  std::string ca_file = {};         ///< PEM; empty: the system's authorities
+  std::string api_key = {};  ///< empty: none. Sent as X-Api-Key and in identify.
+  std::string ca_file = {};  ///< PEM; empty: the system's authorities
   bool accept_any_certificate =
       false;  ///< for self-signed ones; anyone could then pose as the printer
   std::string client_name = "trammel";  ///< as other clients see it; one agent per name

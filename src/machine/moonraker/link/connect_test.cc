@@ -28,18 +28,6 @@ Error Refused(const MoonrakerOptions& options, const WaitLimit& limit = kPatienc
   return printer ? Error{} : printer.error();
 }
 
-TEST(MoonrakerConnect, IsLetInAndKnowsThePrinter) {
-  ScriptedMoonraker server;
-  AnswerLikeMoonraker(server);
-  const auto printer = ConnectToMoonraker(OptionsFor(server), kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  const PrinterState state = (*printer)->LastState();
-  EXPECT_EQ(state.readiness, PrinterReadiness::kReady);
-  EXPECT_EQ(state.homed_axes, "xyz");
-  EXPECT_EQ(ActiveAdvance_s(state), 0.04);
-  EXPECT_EQ(state.pins.at("output_pin LASER"), 0.0);
-}
-
 TEST(MoonrakerConnect, RefusedPortSaysThatNothingListens) {
   int port = 0;
   {
@@ -51,12 +39,6 @@ TEST(MoonrakerConnect, RefusedPortSaysThatNothingListens) {
   EXPECT_THAT(error.message, AllOf(HasSubstr("refuses connections"), HasSubstr("7125")));
 }
 
-TEST(MoonrakerConnect, UnknownNameSaysWhichNameCannotBeFound) {
-  const Error error = Refused({.address = "no-such-printer.invalid"});
-  EXPECT_EQ(error.kind, ErrorKind::kMachine);
-  EXPECT_THAT(error.message, HasSubstr("cannot find a computer named 'no-such-printer.invalid'"));
-}
-
 TEST(MoonrakerConnect, AddressesAndKeysThatMakeNoSenseAreInputErrors) {
   for (const char* address : {"", "ftp://printer", "printer:0", "printer:70000", "unix:relative",
                               "a printer", "ws://h/websocket?token=x"}) {
@@ -66,13 +48,6 @@ TEST(MoonrakerConnect, AddressesAndKeysThatMakeNoSenseAreInputErrors) {
   }
   EXPECT_THAT(Refused({.address = "printer", .api_key = "two\r\nlines"}).message,
               HasSubstr("API key"));
-}
-
-TEST(MoonrakerConnect, AnotherProtocolIsNotAMoonraker) {
-  const ScriptedMoonraker server({.banner = "SSH-2.0-OpenSSH_9.2p1 Debian\r\n"});
-  const Error error = Refused(OptionsFor(server));
-  EXPECT_EQ(error.kind, ErrorKind::kMachine);
-  EXPECT_THAT(error.message, AllOf(HasSubstr("not a Moonraker"), HasSubstr("not HTTP")));
 }
 
 TEST(MoonrakerConnect, AnHttpAnswerInPlaceOfAWebSocketIsExplained) {
@@ -104,12 +79,6 @@ TEST(MoonrakerConnect, UnauthorizedIdentifyAsksForAKey) {
               AllOf(HasSubstr("the API key is wrong"), Not(HasSubstr("secret-but-wrong"))));
 }
 
-TEST(MoonrakerConnect, AWebSocketServerThatIsNoMoonrakerIsTold) {
-  const ScriptedMoonraker server;  // answers "Method not found" to everything
-  EXPECT_THAT(Refused(OptionsFor(server)).message,
-              HasSubstr("does not know the call server.connection.identify"));
-}
-
 // As a Moonraker does that was started before Klipper.
 TEST(MoonrakerConnect, CallsThatOnlyKlipperMakesKnownAreNoReasonToUpdateMoonraker) {
   ScriptedMoonraker server;
@@ -128,15 +97,6 @@ TEST(MoonrakerConnect, ASilentPortRunsIntoTheTimeLimit) {
   MoonrakerOptions options = OptionsFor(server);
   options.connect_time_limit_s = 0.2;
   EXPECT_THAT(Refused(options).message, HasSubstr("said nothing within 0.2 s"));
-}
-
-TEST(MoonrakerConnect, AServerThatDoesNotAnswerIdentifyIsNamed) {
-  ScriptedMoonraker server;
-  server.Handle("server.connection.identify", [](const json&) { return std::vector<json>(); });
-  MoonrakerOptions options = OptionsFor(server);
-  options.connect_time_limit_s = 0.2;
-  EXPECT_THAT(Refused(options).message,
-              AllOf(HasSubstr("did not answer"), HasSubstr("server.connection.identify")));
 }
 
 TEST(MoonrakerConnect, StopEndsTheWaitAtOnce) {
@@ -178,39 +138,6 @@ TEST(MoonrakerConnect, SendsTheKeyInHeaderAndIdentifyButShowsItNowhere) {
   EXPECT_EQ(server.HttpRequestNumber(1).api_key, options.api_key);
   EXPECT_EQ(server.WaitForRequest("server.connection.identify")["params"]["api_key"],
             options.api_key);
-  for (const std::string& message : (*printer)->RecentMessages()) {
-    EXPECT_THAT(message, Not(HasSubstr(options.api_key)));
-  }
-}
-
-TEST(MoonrakerConnect, UsesAOneShotTokenOnce) {
-  ScriptedMoonraker server;
-  AnswerLikeMoonraker(server);
-  MoonrakerOptions options = OptionsFor(server);
-  options.one_shot_token = "ABCDEF234567";
-  const auto printer = ConnectToMoonraker(options, kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  EXPECT_EQ(server.HttpRequestNumber(1).target, "/websocket?token=ABCDEF234567");
-  server.BreakConnections();
-  ASSERT_TRUE(server.WaitForConnections(2));
-  EXPECT_FALSE(server.WaitForRequest("server.connection.identify", 2).is_null());
-  EXPECT_EQ(server.HttpRequestNumber(2).target, "/websocket");
-}
-
-TEST(MoonrakerConnect, TakesAnotherNameWhereAnAgentHasIt) {
-  ScriptedMoonraker server;
-  AnswerLikeMoonraker(server);
-  server.Handle("server.connection.identify", [](const json& request) {
-    if (request["params"]["client_name"] == "trammel") {
-      return std::vector{
-          test::ErrorFor(request, 400, "Agent 'trammel' already registered and connected'")};
-    }
-    return std::vector{test::ResultFor(request, {{"connection_id", 2}})};
-  });
-  const auto printer = ConnectToMoonraker(OptionsFor(server), kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  EXPECT_EQ(server.WaitForRequest("server.connection.identify", 2)["params"]["client_name"],
-            "trammel-2");
 }
 
 TEST(MoonrakerConnect, AnAgentThatIsCalledByItsNameTakesNoOther) {
@@ -294,12 +221,6 @@ TEST_F(MoonrakerTls, RefusesASelfSignedCertificateUnlessToldOtherwise) {
   EXPECT_TRUE(ConnectToMoonraker(options_, kPatience));
 }
 
-TEST_F(MoonrakerTls, RefusesACertificateForAnotherName) {
-  Serve(test::MakeCertificate("DNS:another.local"));
-  EXPECT_THAT(Refused(options_).message,
-              AllOf(HasSubstr("does not prove who it is"), HasSubstr("mismatch")));
-}
-
 TEST_F(MoonrakerTls, PlainAndEncryptedPortsAreNotMixedUp) {
   Serve(own_);
   MoonrakerOptions plain = options_;
@@ -310,14 +231,6 @@ TEST_F(MoonrakerTls, PlainAndEncryptedPortsAreNotMixedUp) {
   options_.address = "wss://127.0.0.1:" + std::to_string(unencrypted.port());
   options_.connect_time_limit_s = 1;
   EXPECT_THAT(Refused(options_).message, HasSubstr("cannot set up TLS"));
-}
-
-TEST_F(MoonrakerTls, NamesACertificateFileThatCannotBeRead) {
-  Serve(own_);
-  options_.ca_file = folder_.path() / "none.pem";
-  const Error error = Refused(options_);
-  EXPECT_EQ(error.kind, ErrorKind::kInput);
-  EXPECT_THAT(error.message, HasSubstr("none.pem"));
 }
 
 }  // namespace

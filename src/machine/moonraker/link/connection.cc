@@ -111,7 +111,7 @@ struct MoonrakerConnection::State {
   }
 
   const MoonrakerAddress address;
-  MoonrakerOptions options;  ///< its one-shot token is used up by the first attempt
+  const MoonrakerOptions options;
   const ConnectionEvents events;
   MessageLog log;
   asio::io_context io;
@@ -142,7 +142,6 @@ void MoonrakerConnection::Connect() {
   asio::post(state_->io, [state = state_.get()] {
     state->CloseLink();
     state->link = MakeLink(state->io, state->address, state->options, state->EventsForLink());
-    state->options.one_shot_token.clear();
     state->link->Open();
   });
 }

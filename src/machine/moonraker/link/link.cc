@@ -209,9 +209,7 @@ class WebSocketLink : public QueuedLink {
     }));
     socket_.read_message_max(options_.max_message_bytes);
     socket_.text(true);
-    std::string target = address_.path_prefix + address_.endpoint;
-    if (!options_.one_shot_token.empty()) target += "?token=" + options_.one_shot_token;
-    socket_.async_handshake(answer_, address_.Authority(), target,
+    socket_.async_handshake(answer_, address_.Authority(), address_.path_prefix + address_.endpoint,
                             Step([this](error_code error) { return UpgradeFailure(error); },
                                  [this] {
                                    events_.on_open();
@@ -222,9 +220,8 @@ class WebSocketLink : public QueuedLink {
   std::string UpgradeFailure(error_code error) const {
     if (error == websocket::error::upgrade_declined) {
       const auto server = answer_[beast::http::field::server];
-      const bool had_key = !options_.api_key.empty() || !options_.one_shot_token.empty();
       return HttpRefusal(static_cast<int>(answer_.result_int()), {server.data(), server.size()},
-                         address_, had_key);
+                         address_, !options_.api_key.empty());
     }
     if (error == beast::error::timeout) {
       return fmt::format(

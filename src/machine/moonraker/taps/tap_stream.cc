@@ -162,7 +162,7 @@ class MoonrakerTaps : public TapStream {
   }
 
   void SubscribeTo(const LoadCellName& cell, int tries) {
-    if (!KlippyStreams::MayWork(moonraker_.address(), options_)) return ListenFirst(cell);
+    if (!KlippyStreams::MayWork(moonraker_.address())) return ListenFirst(cell);
     // Anew after each restart, which may have brought another cell.
     std::vector<KlippyStream> streams;
     if (cell.probe) {

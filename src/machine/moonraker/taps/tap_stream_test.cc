@@ -103,9 +103,8 @@ class TapStreamTest : public testing::Test {
     }
   }
 
-  std::unique_ptr<TapStream> Open(const std::string& one_shot_token = {}) {
+  std::unique_ptr<TapStream> Open() {
     TapStreamOptions options;
-    options.moonraker.one_shot_token = one_shot_token;
     options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
     options.moonraker.connect_time_limit_s = connect_time_limit_s_;
     options.remote_method = "trammel_tap";
@@ -168,19 +167,6 @@ TEST(TapBuilder, WaitsForForcesAndForMovesThatComeLate) {
   EXPECT_THAT(early.Take(), IsEmpty());
 }
 
-TEST(TapBuilder, FindsEveryTapOfARowOnce) {
-  TapBuilder builder;
-  std::size_t taps = 0;
-  for (int i = 0; i < 5; ++i) {
-    builder.AddMoves(TapMoves(5.0 * i));
-    for (const json& batch : Forces(100 + 5.0 * i, 105 + 5.0 * i)) {
-      builder.AddForces(batch);
-      taps += builder.Take().size();
-    }
-  }
-  EXPECT_EQ(taps, 5u);
-}
-
 TEST(TapBuilder, BatchesThatComeTwiceMakeOneTapWithEverySampleAndMoveOnce) {
   TapBuilder builder;
   builder.AddMoves(TapMoves());
@@ -198,29 +184,6 @@ TEST(TapBuilder, BatchesThatComeTwiceMakeOneTapWithEverySampleAndMoveOnce) {
   const auto time_s = taps[0]["time"].get<std::vector<double>>();
   EXPECT_TRUE(std::adjacent_find(time_s.begin(), time_s.end(), std::greater_equal<>()) ==
               time_s.end());
-}
-
-TEST(TapBuilder, AMoveThatIsToldAgainShorterReplacesItsFirstVersion) {
-  TapBuilder builder;
-  json planned = TapMoves();
-  planned["data"][1] = Move(100.01, 2.5, 2, 0, 2.09, -1);  // as if nothing had stopped it
-  planned["data"].erase(planned["data"].begin() + 2, planned["data"].end());
-  builder.AddMoves(planned);
-  builder.AddMoves(TapMoves());
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  const auto taps = builder.Take();
-  ASSERT_THAT(taps, SizeIs(1));
-  ASSERT_THAT(taps[0]["moves"], SizeIs(6));
-  EXPECT_EQ(taps[0]["moves"][1]["move_t"], 0.99);
-}
-
-TEST(TapBuilder, APrinterWhoseClockBeganAnewIsFollowedWithoutAWord) {
-  TapBuilder builder;
-  for (const json& batch : Forces(5000, 5001)) builder.AddForces(batch);
-  builder.AddForces({{"data", {{1e300, 0.0}, {-1e300, 0.0}}}});
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  builder.AddMoves(TapMoves());
-  EXPECT_THAT(builder.Take(), SizeIs(1));
 }
 
 TEST(TapBuilder, LeavesOutTapsFromBeforeTheForcesBegan) {
@@ -241,22 +204,6 @@ TEST(TapBuilder, TakesLiftsAndTravelForNoTap) {
                       Move(105, 0.2, 5, 0, 15, 1),  // up, but not after a descent
                       Move(106, 1, 2, 0, 2, -1), Move(107.2, 0.4, 5, 0, 0, 1)}}});  // homing's 2 mm
   for (const json& batch : Forces(99, 110)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), IsEmpty());
-}
-
-TEST(TapBuilder, NonsenseIsSkipped) {
-  TapBuilder builder;
-  for (const json& batch :
-       {json(), json(3), json::array(), json{{"data", 1}}, json{{"data", {1, "a", nullptr}}},
-        json{{"data", {{1}, {"x", 2}, {nullptr, nullptr}, json::array()}}},
-        json{{"data", {{1, 2, 3, 4, {1, 2}, {3}}}}}}) {
-    builder.AddForces(batch);
-    builder.AddMoves(batch);
-  }
-  EXPECT_THAT(builder.Take(), IsEmpty());
-  json many = json::array();
-  for (int i = 0; i < 500'000; ++i) many.push_back({static_cast<double>(i % 7), 1.0});
-  builder.AddForces({{"data", many}});
   EXPECT_THAT(builder.Take(), IsEmpty());
 }
 
@@ -323,22 +270,11 @@ TEST_F(TapStreamTest, StreamsThatAnEarlierRunLeftAreHeardAndNotSubscribedToOnceM
     }
     return said;
   });
-  const auto hears = Open("a-token");  // with which no second connection can be made
+  const auto hears = Open();
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.list").is_null());
-  const auto subscribes = Open("a-token");
+  const auto subscribes = Open();
   EXPECT_EQ(MethodOf("printer.load_cell.dump_force"), "trammel_tap_forces");
   EXPECT_EQ(server_.CountRequests("printer.load_cell.dump_force"), 1);
-}
-
-TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
-  const auto stream = Open();
-  const std::string taps = MethodOf("printer.load_cell_probe.dump_taps");
-  const std::string forces = MethodOf("printer.load_cell.dump_force");
-  Push(taps, {{"tap", {{"time", {1}}, {"force", {3}}}}});
-  Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
-  for (const json& batch : Forces(99, 103)) Push(forces, batch);
-  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
-  EXPECT_EQ(heard_.taps[0]["moves"].size(), 6u);
 }
 
 TEST_F(TapStreamTest, ATapThatThePrinterSendsWholeIsNotBuiltAsWell) {
@@ -377,16 +313,6 @@ TEST_F(TapStreamTest, MovesThatStayAwayAreAskedForOnceMore) {
   EXPECT_THAT(heard_.news, testing::Contains(HasSubstr("moves stay away")));
 }
 
-TEST_F(TapStreamTest, ACellWithoutWholeTapsIsBuiltFrom) {
-  server_.Answer("printer.objects.list", {{"objects", {"toolhead", "load_cell"}}});
-  const auto stream = Open();
-  const std::string forces = MethodOf("printer.load_cell.dump_force");
-  Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
-  for (const json& batch : Forces(99, 103)) Push(forces, batch);
-  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
-  EXPECT_EQ(heard_.taps[0]["x_rise_print_time_s"], kRise_s);
-}
-
 TEST_F(TapStreamTest, ASecondStreamForTheSameMacroSaysWhatToDo) {
   server_.Handle("connection.register_remote_method", [](const json& request) {
     const std::string method = request["params"]["method_name"];
@@ -401,20 +327,6 @@ TEST_F(TapStreamTest, ASecondStreamForTheSameMacroSaysWhatToDo) {
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().message,
               testing::AllOf(HasSubstr("another trammel answers"), HasSubstr("without --answer")));
-}
-
-TEST_F(TapStreamTest, BothConsoleSentencesTellTheHeightOfTheTrigger) {
-  server_.Answer(
-      "printer.objects.query",
-      {{"status", {{"configfile", {{"settings", {{"load_cell_probe", {{"z_offset", 0.25}}}}}}}}}});
-  const auto stream = Open();
-  (void)MethodOf("printer.motion_report.dump_trapq");  // behind the settings
-  server_.Push(test::GcodeResponse("// probe at 1.000,2.000 is z=0.012500"));
-  server_.Push(test::GcodeResponse("// probe: at 1.000,2.000 bed will contact at z=-0.237500"));
-  Push("trammel_tap", {{"id", 7}});
-  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
-  EXPECT_THAT(heard_.firmware_z_mm,
-              testing::ElementsAre(0.0125, testing::DoubleNear(0.0125, 1e-12)));
 }
 
 // Klipper removes last_z_result; what replaces it is the bed's height, less the probe's offset.
@@ -454,30 +366,12 @@ TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
   EXPECT_EQ(script["params"]["script"], "TRAMMEL_TAP_RESULT VERDICT=good");
 }
 
-TEST_F(TapStreamTest, LastWordsStillLeaveWhenItIsClosed) {
-  constexpr int kScripts = 200;
-  {
-    const auto stream = Open();
-    for (int i = 0; i < kScripts; ++i) stream->Send(fmt::format("M117 {}", i));
-  }
-  EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script", kScripts).is_null());
-}
-
 TEST_F(TapStreamTest, SubscribesAgainAfterARestart) {
   const auto stream = Open();
   (void)MethodOf("printer.load_cell.dump_force");
   server_.Push(test::Notification("notify_klippy_disconnected"));
   server_.Push(test::Notification("notify_klippy_ready"));
   EXPECT_FALSE(server_.WaitForRequest("printer.load_cell.dump_force", 2).is_null());
-}
-
-TEST_F(TapStreamTest, SaysThatThereIsNoLoadCell) {
-  server_.Answer("printer.objects.list", {{"objects", {"toolhead", "probe"}}});
-  const auto stream = Open();
-  ASSERT_TRUE(heard_.Wait([&] { return !heard_.news.empty(); }));
-  ASSERT_TRUE(heard_.Wait([&] {
-    return testing::Matches(testing::Contains(HasSubstr("no [load_cell_probe]")))(heard_.news);
-  }));
 }
 
 using ::testing::Contains;
@@ -540,49 +434,6 @@ TEST_F(TapStreamAgainTest, AStreamThatStaysAwayIsAskedOfMoonrakerAndItsTrueCause
   EXPECT_TRUE(IsTold("sensor is gone (asked 5 times"));
   EXPECT_TRUE(IsTold("no such sensor (asked 5 times"));
   EXPECT_THAT(heard_.news, Not(Contains(HasSubstr("restart its firmware"))));
-}
-
-TEST_F(TapStreamAgainTest, AStreamThatMoonrakerRefusesOnceIsAskedForAgain) {
-  std::atomic<int> asked = 0;
-  server_.Handle("printer.load_cell.dump_force", [&asked](const json& request) {
-    return std::vector<json>{++asked == 1 ? test::ErrorFor(request, 503, "Klippy is not ready")
-                                          : test::ResultFor(request, json::object())};
-  });
-  const auto stream = Open();
-  EXPECT_FALSE(server_.WaitForRequest("printer.load_cell.dump_force", 2).is_null());
-}
-
-TEST_F(TapStreamAgainTest, AStreamThatIsNeverAnsweredIsAskedOfMoonraker) {
-  server_.Handle("load_cell_probe/dump_taps", [](const json&) { return std::vector<json>{}; });
-  for (const char* endpoint : {"load_cell/dump_force", "motion_report/dump_trapq"}) {
-    server_.Answer(endpoint, {{"header", json::array()}});
-  }
-  connect_time_limit_s_ = 3;
-  const auto stream = Open();
-  EXPECT_EQ(MethodOf("printer.load_cell.dump_force"), "trammel_tap_forces");
-}
-
-TEST_F(TapStreamAgainTest, WhatWasBegunBeforeARestartAsksForNothingAfterIt) {
-  std::atomic<int> asked = 0;
-  server_.Handle("printer.objects.list", [&asked](const json& request) {
-    if (++asked > 1) {
-      return std::vector<json>{test::ResultFor(request, {{"objects", {"load_cell_probe new"}}})};
-    }
-    return std::vector<json>{test::ResultFor(request, {{"objects", {"load_cell_probe old"}}}),
-                             test::Notification("notify_klippy_disconnected"),
-                             test::Notification("notify_klippy_ready")};
-  });
-  const auto stream = Open("a-token");  // with which no second connection can be made
-  const json request = server_.WaitForRequest("printer.load_cell.dump_force");
-  ASSERT_FALSE(request.is_null());
-  EXPECT_EQ(request["params"]["load_cell"], "new");
-}
-
-TEST_F(TapStreamAgainTest, APrinterThatDoesNotTellItsObjectsIsNotSaidToHaveNoLoadCell) {
-  server_.AnswerError("printer.objects.list", 503, "Klippy Host not connected");
-  const auto stream = Open();
-  EXPECT_TRUE(IsTold("Klippy Host not connected (asked 5 times"));
-  EXPECT_THAT(heard_.news, Not(Contains(HasSubstr("no [load_cell"))));
 }
 
 }  // namespace
