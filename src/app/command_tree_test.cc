@@ -86,19 +86,6 @@ TEST(WholePair, ReadsTwoNumbersAndNothingElse) {
 
 using ::testing::MatchesRegex;
 
-TEST(Provenance, TimesAreUtcToTheSecond) {
-  EXPECT_EQ(UtcOf(0), "1970-01-01T00:00:00Z");
-  EXPECT_EQ(UtcOf(1767323045.9), "2026-01-02T03:04:05Z");
-  EXPECT_EQ(UtcOf(253402300799), "9999-12-31T23:59:59Z");
-}
-
-TEST(Provenance, ATimeThatNoCalendarHasIsItsNumber) {
-  EXPECT_EQ(UtcOf(-1), "-1");
-  EXPECT_EQ(UtcOf(253402300800), "253402300800");
-  EXPECT_EQ(UtcOf(std::numeric_limits<double>::infinity()), "inf");
-  EXPECT_EQ(UtcOf(std::numeric_limits<double>::quiet_NaN()), "nan");
-}
-
 TEST(Provenance, ARecordingIsNamedByInstrumentAndTime) {
   EXPECT_THAT(RecordingName(measurement::Instrument::kPartAlignment),
               MatchesRegex("part_alignment-[0-9]{8}T[0-9]{6}Z"));
@@ -117,12 +104,6 @@ TEST(SlowWork, SaysWhatTakesLongAndSaysItAgain) {
   const std::string said = GetCapturedStderr();
   EXPECT_THAT(said, StartsWith("  reading the photo\n"));
   EXPECT_THAT(said, HasSubstr("  reading the photo, 0 s so far\n"));
-}
-
-TEST(SlowWork, SaysNothingOfWhatIsDoneSooner) {
-  CaptureStderr();
-  { const SlowWork work("reading the photo", 1h, 1h); }
-  EXPECT_EQ(GetCapturedStderr(), "");
 }
 
 }  // namespace

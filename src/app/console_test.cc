@@ -76,20 +76,6 @@ TEST(GuardedConsole, SaysInTheEndThatADiskIsFull) {
             kAsItShould);
 }
 
-TEST(GuardedConsole, MakesALimitOnFilesAnErrorOfWriting) {
-  const test::TemporaryFolder folder;
-  const std::string path = folder.path() / "out";
-  EXPECT_EQ(InAProcess([&] {
-              dup2(open(path.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
-              GuardConsole();
-              const rlimit limit{1000, 1000};
-              setrlimit(RLIMIT_FSIZE, &limit);
-              SayMuch();
-              return FinishConsole() ? kOtherwise : kAsItShould;
-            }),
-            kAsItShould);
-}
-
 TEST(GuardedConsole, WaitsForNobodyWhileAMachineMoves) {
   EXPECT_EQ(InAProcess([] {
               alarm(60);  // where it waits after all
@@ -122,22 +108,6 @@ TEST(GuardedConsole, WaitsForNobodyWhileAMachineMoves) {
               int status = -1;
               waitpid(reader, &status, 0);
               return WIFEXITED(status) ? WEXITSTATUS(status) : kOtherwise;
-            }),
-            kAsItShould);
-}
-
-TEST(GuardedConsole, LastWordsWaitForNoReaderOnceTheEndWasAskedFor) {
-  EXPECT_EQ(InAProcess([] {
-              alarm(60);  // where it waits after all
-              int ends[2];
-              if (pipe(ends) != 0) return kOtherwise;  // both ends stay open, and nobody reads
-              fcntl(ends[1], F_SETPIPE_SZ, 4096);
-              dup2(ends[1], STDOUT_FILENO);
-              GuardConsole();
-              WaitForNoReaderAnyMore();
-              SayMuch();
-              (void)FinishConsole();
-              return kAsItShould;
             }),
             kAsItShould);
 }

@@ -85,11 +85,6 @@ TEST_F(LeftOutTest, SaysHowToBuildWhatIsNotThereWhateverFollows) {
   }
 }
 
-TEST_F(LeftOutTest, IsNoneOfTheCommandsThatAreThere) {
-  EXPECT_THAT(NamesOfCommands(program_), ElementsAre("pa"));
-  EXPECT_THAT(program_.help(), Not(HasSubstr("tap")));
-}
-
 class UsageErrorTest : public testing::Test {
  protected:
   UsageErrorTest() {
@@ -128,31 +123,11 @@ TEST_F(UsageErrorTest, NamesAnUnknownCommandAndTheOneThatWasMeant) {
             "trammel pa has no command 'analyse'; did you mean analyze?");
 }
 
-TEST_F(UsageErrorTest, ListsTheCommandsWhereNoneIsNear) {
-  EXPECT_THAT(Of({"pa", "frobnicate"}),
-              AllOf(HasSubstr("'frobnicate'"), HasSubstr("analyze, apply")));
-  EXPECT_EQ(Of({"pa"}), "trammel pa needs a command: analyze, apply");
-  EXPECT_THAT(Of({}), HasSubstr("trammel needs a command: pa, doctor"));
-}
-
 TEST_F(UsageErrorTest, NamesAnUnknownOptionAndTheOneThatWasMeant) {
   EXPECT_EQ(Of({"pa", "analyze", "scan", "--confg=x"}),
             "trammel pa analyze has no option '--confg'; did you mean --config?");
   EXPECT_THAT(Of({"--config", "x", "pa", "analyze"}),
               HasSubstr("trammel has no option '--config'"));
-}
-
-TEST_F(UsageErrorTest, KnowsTheProgramsOptionsBelowEveryCommand) {
-  program_.add_option("--color", config_);
-  EXPECT_THAT(Of({"--color", "never", "pa", "analize"}), HasSubstr("'analize'"));
-  EXPECT_EQ(Of({"pa", "analyze", "scan", "--color", "never"}), "");
-  EXPECT_THAT(Of({"pa", "analyze", "--colour"}), HasSubstr("'--colour'"));
-}
-
-TEST_F(UsageErrorTest, NamesWhatIsMissingWithWhatItIs) {
-  EXPECT_EQ(Of({"pa", "analyze"}), "trammel pa analyze needs PATH: recording's folder");
-  EXPECT_EQ(Of({"pa", "analyze", "x", "--config"}), "--config needs a value: settings");
-  EXPECT_EQ(Of({"pa", "analyze", "scan", "--config", "x", "-o"}), "");
 }
 
 TEST_F(UsageErrorTest, NoWordSpeaksToTheTerminal) {

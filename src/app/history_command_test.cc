@@ -203,25 +203,6 @@ TEST_F(HistoryCommand, SaysWhatARunLeftOpenAndWhatBecameOfIt) {
   EXPECT_THAT(History("list").standard_output, HasSubstr("good  applied t6"));
 }
 
-TEST_F(HistoryCommand, DoesWithoutAFileThatItCannotUse) {
-  Keep(Alignment(), "b");
-  std::filesystem::create_directory(folder_.path() / "recordings/history.db");
-  const CommandResult list = History("list");
-  EXPECT_EQ(list.exit_code, 0) << list.output;
-  EXPECT_THAT(list.standard_error, HasSubstr("from the folders alone: "));
-  EXPECT_THAT(list.standard_output, HasSubstr("part_x"));
-}
-
-TEST_F(HistoryCommand, WhatIsNotThereIsAnError) {
-  EXPECT_THAT(History("list --in nowhere").standard_error, HasSubstr("there is no such folder"));
-  EXPECT_THAT(History("list").standard_error, HasSubstr("no result is kept here"));
-  Keep(Alignment(), "b");
-  EXPECT_EQ(History("show 2").exit_code, 1);
-  EXPECT_THAT(History("show 2").standard_error, HasSubstr("there is no result 2"));
-  EXPECT_EQ(History("list --last 0").exit_code, 1);
-  EXPECT_EQ(History("list --instrument sundial").exit_code, 1);
-}
-
 TEST_F(HistoryCommand, SaysWhatIsDue) {
   Outcome outcome = PressureAdvance();
   outcome.subject = {"printer.local", "0.40", "PLA"};
@@ -237,31 +218,6 @@ TEST_F(HistoryCommand, SaysWhatIsDue) {
   ASSERT_TRUE(files::NoteNozzleChange(folder_.path() / "recordings", "2026-01-05T12:00:00Z",
                                       "printer.local"));
   EXPECT_THAT(History("due --age 36500").standard_output, HasSubstr("the nozzle was changed"));
-}
-
-TEST_F(HistoryCommand, AFilamentThatWasNeverMeasuredIsDue) {
-  Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local", "0.40", "PLA"};
-  Keep(outcome, "a");
-  const json due = json::parse(History("due --filament PETG --nozzle 0.40 --json").standard_output);
-  ASSERT_EQ(due.size(), 1u);
-  EXPECT_EQ(due[0]["due"], true);
-  EXPECT_EQ(due[0]["reasons"][0], "it was never measured");
-  EXPECT_EQ(due[0]["subject"]["filament"], "PETG");
-}
-
-TEST_F(HistoryCommand, TwoToolheadsOfOneFilamentAreTwoThings) {
-  Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local", "0.40", "PLA", "extruder"};
-  Keep(outcome, "a");
-  outcome.subject.toolhead = "extruder1";
-  outcome.answers = {{"pressure_advance", "s", Measured::Refused("too dark")}};
-  Keep(outcome, "b");
-  const json due = json::parse(History("due --age 36500 --json").standard_output);
-  ASSERT_EQ(due.size(), 2u);
-  EXPECT_EQ(due[0]["subject"]["toolhead"], "extruder1");
-  EXPECT_EQ(due[0]["reasons"][0], "no answer yet: too dark");
-  EXPECT_EQ(due[1]["due"], false);
 }
 
 }  // namespace

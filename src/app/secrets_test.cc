@@ -89,17 +89,5 @@ TEST_F(Secrets, FilesThatOthersMayReadAreNamed) {
   EXPECT_THAT(checks[0].detail, AllOf(HasSubstr("chmod 600"), Not(HasSubstr("hunter2"))));
 }
 
-TEST_F(Secrets, OnlyFilesThatHoldASecretAreLookedAt) {
-  ScanSettings in_file;
-  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", "/dev/video0"), IsEmpty());
-  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "key", "@camera"),
-              ElementsAre("key", "camera"));
-  in_file.api_key = "hunter2";
-  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", ""), ElementsAre("trammel.toml"));
-  in_file.api_key = "";
-  in_file.camera = "http://me:hunter2@camera/";
-  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", ""), ElementsAre("trammel.toml"));
-}
-
 }  // namespace
 }  // namespace trammel::app

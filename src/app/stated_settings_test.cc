@@ -36,14 +36,6 @@ PrinterFacts Usual() {
   return facts;
 }
 
-TEST(StatedSettings, OfAUsualPrinterChangeNothing) {
-  Config config = Parsed("");
-  const Config before = config;
-  EXPECT_THAT(TakeStated(Usual(), StatedFor::kPattern, config), IsEmpty());
-  EXPECT_EQ(config.pattern.bed_size_x_mm, before.pattern.bed_size_x_mm);
-  EXPECT_EQ(config.pattern.line_width_mm, before.pattern.line_width_mm);
-}
-
 TEST(StatedSettings, FilamentAndNozzleComeFromThePrinterWhereNobodySetThem) {
   PrinterFacts facts = Usual();
   facts.filament_diameter_mm = 2.85;
@@ -59,24 +51,6 @@ TEST(StatedSettings, FilamentAndNozzleComeFromThePrinterWhereNobodySetThem) {
   Config option = Parsed("");
   ASSERT_TRUE(files::OverrideConfig("nozzle_diameter=0.4", option));
   EXPECT_THAT(TakeStated(facts, StatedFor::kPrinter, option), ElementsAre("filament of 2.85 mm"));
-}
-
-TEST(StatedSettings, EveryUsualNozzleLaysLinesThatItCan) {
-  for (const double nozzle_mm :
-       {0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.8, 2.0}) {
-    PrinterFacts facts = Usual();
-    facts.nozzle_diameter_mm = nozzle_mm;
-    Config config = Parsed("");
-    (void)TakeStated(facts, StatedFor::kPattern, config);
-    const auto valid = Validate(config.pattern);
-    EXPECT_TRUE(valid) << nozzle_mm << ": " << valid.error().message;
-    EXPECT_NEAR(config.pattern.line_width_mm / nozzle_mm, 0.495 / 0.4, 1e-9);
-    if (nozzle_mm < 0.4 || nozzle_mm > 1.0) continue;
-    const auto usual = files::DefaultConfig().pattern;  // and else nothing changes
-    EXPECT_EQ(config.pattern.frame_overlap_mm, usual.frame_overlap_mm) << nozzle_mm;
-    EXPECT_EQ(config.pattern.frame_margin_mm, usual.frame_margin_mm) << nozzle_mm;
-    EXPECT_EQ(config.pattern.line_spacing_mm, usual.line_spacing_mm) << nozzle_mm;
-  }
 }
 
 TEST(StatedSettings, ADeltasBedIsRoundAndInTheMiddle) {
@@ -116,45 +90,6 @@ TEST(StatedSettings, ABedThatIsOutOfReachIsTakenFromTheReach) {
     EXPECT_EQ(config.pattern.bed_origin_x_mm, c.origin_mm) << c.high_mm;
     EXPECT_EQ(config.pattern.bed_size_x_mm, c.size_mm) << c.high_mm;
   }
-}
-
-TEST(StatedSettings, ABedThatNoSettingCanHaveIsNotTaken) {
-  PrinterFacts facts = Usual();
-  facts.reach = {{-2300, -2300, 0}, {-2100, -2100, 250}};
-  Config config = Parsed("");
-  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config), IsEmpty());
-  EXPECT_EQ(config.pattern.bed_origin_x_mm, 0);  // the comparison refuses it
-}
-
-TEST(StatedSettings, AnAccelerationThatThePrinterForbidsIsNotLoweredUnasked) {
-  PrinterFacts facts = Usual();
-  facts.max_accel_mm_s2 = 1500;  // the lines reach their speed and have no steady stretch
-  Config config = Parsed("");
-  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config), IsEmpty());
-  EXPECT_EQ(config.pattern.acceleration_mm_s2, 3000);  // the comparison refuses it
-}
-
-TEST(StatedSettings, WhereBeadsAreWideOrNarrowWhatIsSetStays) {
-  PrinterFacts facts = Usual();
-  facts.nozzle_diameter_mm = 1.8;
-  Config config =
-      Parsed("[pressure_advance_pattern]\nframe_margin = 5\nline_spacing = 6\nframe_overlap = 0\n");
-  (void)TakeStated(facts, StatedFor::kPattern, config);
-  EXPECT_EQ(config.pattern.frame_margin_mm, 5);
-  EXPECT_EQ(config.pattern.line_spacing_mm, 6);
-  EXPECT_EQ(config.pattern.frame_overlap_mm, 0);
-}
-
-TEST(StatedSettings, ABedWithoutAHeaterStaysCold) {
-  PrinterFacts facts = Usual();
-  facts.no_bed_heater = true;
-  Config config = Parsed("[filament]\nmaterial = \"pla\"\n");
-  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, config),
-              ElementsAre(HasSubstr("an unheated bed")));
-  EXPECT_EQ(config.pattern.bed_temperature_c, 0);
-  Config set = Parsed("[filament]\nmaterial = \"pla\"\nbed_temperature = 60\n");
-  EXPECT_THAT(TakeStated(facts, StatedFor::kPattern, set), IsEmpty());
-  EXPECT_EQ(set.pattern.bed_temperature_c, 60);  // the comparison refuses it
 }
 
 TEST(StatedSettings, APatternThatDoesNotFitThemIsRefusedByTheirNames) {

@@ -62,11 +62,6 @@ TEST(KeptState, ComesBackAsItWas) {
   EXPECT_FALSE(ReadKeptState(path)->run || ReadKeptState(path)->proposal);
 }
 
-TEST(KeptState, TwoPrintersHaveAFileEach) {
-  EXPECT_NE(KeptStatePath("/s", "ws://a:7125/websocket"),
-            KeptStatePath("/s", "ws://b:7125/websocket"));
-}
-
 TEST(KeptState, ARunThatDidNotEndIsUnknown) {
   KeptState state = Sample();
   state.run->end = RunEnd::kNone;
@@ -75,15 +70,6 @@ TEST(KeptState, ARunThatDidNotEndIsUnknown) {
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_EQ(read->run->end, RunEnd::kUnknown);
   EXPECT_THAT(read->run->message, HasSubstr("ended during this run"));
-}
-
-TEST(KeptState, AMessageOfAnyLengthCanBeReadAgain) {
-  KeptState state = Sample();
-  state.run->message.clear();
-  for (int i = 0; i < 3000; ++i) state.run->message += "µm";
-  const auto read = ParseKeptState(Written(state).dump(), "s.json");
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_THAT(read->run->message, HasSubstr("µmµm"));
 }
 
 TEST(KeptState, WhatNoServiceWritesIsRefusedByItsName) {
@@ -160,11 +146,6 @@ TEST_F(ResultPictureTest, FilesOfOtherNamesAreNeitherCountedNorRemoved) {
   listed_["files"].push_back({{"filename", 5}});
   ASSERT_TRUE(StorePicture(printer_, "pa-20270120T030405Z", "png", {1}));
   EXPECT_THAT(removed_, IsEmpty());
-}
-
-TEST_F(ResultPictureTest, OneThatIsTooLargeIsRefused) {
-  EXPECT_FALSE(StorePicture(printer_, "pa-1", std::string(kMostPictureBytes + 1, 'x'), {1}));
-  EXPECT_THAT(printer_.config_files, IsEmpty());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // A server with a printer in memory and a shell script in place of trammel.
 #include "service/job_server.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -76,11 +77,8 @@ class JobServerTest : public ::testing::Test {
     kind.method = "ask_it";
     kind.arguments = {"filament", "temp"};
     kind.check = [this](const PrinterPlace&, const Arguments& arguments,
-                        machine::Printer* printer) -> Result<Offer> {
+                        machine::Printer*) -> Result<Offer> {
       if (!blocker_.empty()) return Fail(blocker_);
-      if (looks_ && printer != nullptr) {
-        return Offer{"Is it " + printer->LastState().active_extruder + "?", {{"tools", "0,1"}}};
-      }
       const auto filament = arguments.find("filament");
       return Offer{starts_unasked_ ? "" : "Is the bed empty?",
                    filament == arguments.end() ? Arguments{} : Arguments{{"filament", "key"}}};
@@ -91,8 +89,7 @@ class JobServerTest : public ::testing::Test {
     };
     kind.in_force = [this](const machine::PrinterState& state) {
       in_force_();
-      const bool ready = state.readiness == machine::PrinterReadiness::kReady;
-      return std::string(ready ? "0.0450 s" : "0.0999 s");
+      return fmt::format("{:.4f} s", state.pressure_advance.at("extruder").advance_s);
     };
     kind.use = [](const PrinterPlace& place, const Arguments&) {
       EXPECT_EQ(place.address, "voron");
@@ -103,7 +100,7 @@ class JobServerTest : public ::testing::Test {
       const auto outcome = TRY(files::ReadOutcome(folder));
       const Measured& value = outcome.answers.front().value;
       if (!value.good()) return AnswerInWords{value.verdict(), value.reason()};
-      return AnswerInWords{Verdict::kGood, "0.01720 s", {}, "", notice_};
+      return AnswerInWords{Verdict::kGood, "0.01720 s"};
     };
     const PrinterPlace place{
         .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
@@ -180,10 +177,10 @@ class JobServerTest : public ::testing::Test {
     return words;
   }
   // What a command writes down when it has set the answer.
-  std::string Notes(files::Application::Step step = files::Application::Step::kApplied) {
+  std::string Notes() {
     const fs::path file = folder_.path() / "noted";
     fs::remove(file);
-    EXPECT_TRUE(files::NoteApplication(file, OutcomeWith(kGoodAnswer), {kUtc, "voron", step}));
+    EXPECT_TRUE(files::NoteApplication(file, OutcomeWith(kGoodAnswer), {kUtc, "voron"}));
     return "cat \"$here/noted\" >> \"$here/applied.jsonl\"\n";
   }
   // The token of the dialog that was opened last.
@@ -205,8 +202,6 @@ class JobServerTest : public ::testing::Test {
   std::function<void()> in_force_ = [] {};
   std::optional<AnswerInWords> several_;
   std::string blocker_;
-  std::string notice_;
-  bool looks_ = false;
   std::string message_;
   bool starts_unasked_ = false;
   double offer_lasts_s_ = 600;
@@ -233,7 +228,7 @@ TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
       "echo '{\"progress\":\"printing\",\"phase\":\"printing\",\"done\":0.5}' >&2\n"
       "cp \"$here/result.json\" \"$folder\"\n");
   Serve();
-  EXPECT_EQ(Start({{"filament", "--out=x y"}}), kRun);
+  EXPECT_EQ(Start({{"filament", "--out=x y"}, {"temp", "240"}}), kRun);
   WaitForEnd();
   const json status = Status();
   const json& run = status["run"];
@@ -246,9 +241,10 @@ TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   EXPECT_EQ(result["result"]["verdict"], "good");
   EXPECT_EQ(result["run"]["complete"], true);
   const std::string out = "--out=" + (folder_.path() / "recordings" / kRun).string();
-  EXPECT_THAT(ProgramsWords(), ElementsAre("--progress", "json", "pa", "calibrate",
-                                           "--config=trammel.toml", "--set=a=1", "--printer=voron",
-                                           "--material=pla", "--filament=--out=x y", out));
+  EXPECT_THAT(ProgramsWords(),
+              ElementsAre("--progress", "json", "pa", "calibrate", "--config=trammel.toml",
+                          "--set=a=1", "--printer=voron", "--material=pla", "--filament=--out=x y",
+                          "--set=filament.nozzle_temperature=240", out));
   StopServing();
   EXPECT_FALSE(was_working_);
   std::vector<std::string> phases;
@@ -282,42 +278,6 @@ TEST_F(JobServerTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
                            "TRAMMEL_ASK BUTTONS=use MSG=\"T1 and T2."}) {
     EXPECT_THAT(printer_.scripts, Contains(HasSubstr(said)));
   }
-}
-
-TEST_F(JobServerTest, AGoodAnswerThatNothingCanSetIsNoProposal) {
-  several_ = AnswerInWords{Verdict::kGood, "T1", {}, "nobody keeps it"};
-  MakeServer();
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  EXPECT_EQ(Status()["run"]["verdict"], "good");
-  EXPECT_EQ(Status()["proposal"], nullptr);
-  StopServing();
-  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=close MSG=\"T1. nobody keeps it\""));
-}
-
-TEST_F(JobServerTest, ADialogMayLookAtThePrinterFirst) {
-  looks_ = true;
-  MakeServer();
-  Serve();
-  CallMacro("ask_it");
-  CallMacro("trammel_dismiss");  // behind it
-  WaitUntil([this] { return printer_.ScriptsRun() >= 2; });
-  StopServing();
-  EXPECT_THAT(printer_.scripts, Contains("TRAMMEL_ASK BUTTONS=start TOKEN=20260102T030405Z-1 "
-                                         "MSG=\"Is it extruder?\""));
-}
-
-TEST_F(JobServerTest, TheDialogSaysWhatBelongsToTheAnswer) {
-  notice_ = "Nobody knows what was printed";
-  Serve();
-  Start();
-  WaitForEnd();
-  StopServing();
-  EXPECT_THAT(printer_.scripts,
-              Contains(HasSubstr("TRAMMEL_APPLY sets it. Nobody knows what was printed")));
-  EXPECT_THAT(printer_.scripts,
-              Contains(HasSubstr("In force now: 0.0450 s. Use it? Nobody knows what was printed")));
 }
 
 TEST_F(JobServerTest, AnAnswerThatIsNotGoodIsNoProposal) {
@@ -366,30 +326,6 @@ TEST_F(JobServerTest, WhyARunEndedIsSaidWhenThePrinterIsBackFromItsEmergencyStop
                                  "it was stopped")));
 }
 
-TEST_F(JobServerTest, AnAnswerOfAnEmergencyStopIsOfferedWithWhatIsInForceAfterwards) {
-  Program(
-      "while [ ! -e \"$here/go\" ]; do sleep 0.01; done\ncp \"$here/result.json\" \"$folder\"\n");
-  Serve();
-  Start();
-  WaitUntil([this] { return Status()["busy"].get<bool>(); });
-  (void)printer_.EmergencyStop({1});
-  test::WriteWhole(folder_.path() / "go", "");
-  WaitForEnd();
-  WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
-  StopServing();
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("In force now: 0.0450 s. Use it")));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("0.0999"))));
-}
-
-TEST_F(JobServerTest, AGoodExitWithoutAResultIsAFailure) {
-  Program("");
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  EXPECT_EQ(Status()["run"]["end"], "failed");
-  EXPECT_THAT(Status()["run"]["message"], HasSubstr("result.json"));
-}
-
 TEST_F(JobServerTest, OneJobAtATimeAndStopEndsItSafely) {
   Program(
       "trap 'echo safe > \"$here/safe\"; exit 130' TERM\n"
@@ -407,16 +343,6 @@ TEST_F(JobServerTest, OneJobAtATimeAndStopEndsItSafely) {
   EXPECT_EQ(Status()["run"]["end"], "stopped");
   EXPECT_EQ(test::ReadWhole(folder_.path() / "safe"), "safe\n");
   EXPECT_EQ(CodeOf("stop"), kNothing);
-}
-
-TEST_F(JobServerTest, TheEndOfTheServiceEndsARunSafely) {
-  Program("trap 'exit 130' TERM\n: > \"$here/ready\"\nwhile :; do sleep 0.01; done\n");
-  Serve();
-  (void)Start();
-  WaitUntil([this] { return fs::exists(folder_.path() / "ready"); });
-  StopServing();
-  EXPECT_TRUE(was_working_);
-  EXPECT_EQ(Status()["run"]["end"], "stopped");
 }
 
 TEST_F(JobServerTest, RequestsThatMakeNoSenseAreRefusedByName) {
@@ -482,15 +408,6 @@ TEST_F(JobServerTest, WhatWasDroppedOnAFullDiskIsNotOfferedAgain) {
   EXPECT_EQ(Status()["proposal"], nullptr);
 }
 
-TEST_F(JobServerTest, AProposalWithoutItsResultIsNone) {
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  fs::remove(folder_.path() / "recordings" / kRun / "result.json");
-  Restart();
-  EXPECT_EQ(Status()["proposal"], nullptr);
-}
-
 TEST_F(JobServerTest, ApplyingRunsTheCommandAndDecidesTheProposal) {
   Serve();
   const std::string run = Start();
@@ -508,17 +425,6 @@ TEST_F(JobServerTest, ApplyingRunsTheCommandAndDecidesTheProposal) {
                           "--set=a=1", "--printer=voron"));
 }
 
-TEST_F(JobServerTest, AnApplicationThatFailsLeavesTheProposal) {
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  Program("echo 'trammel: the printer is printing' >&2\n", 3);
-  (void)Ask("start", {{"job", "apply"}});
-  WaitForEnd();
-  EXPECT_EQ(Status()["run"]["end"], "failed");
-  EXPECT_EQ(Status()["proposal"]["run"], kRun);
-}
-
 TEST_F(JobServerTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   Serve();
   (void)Start();
@@ -532,26 +438,6 @@ TEST_F(JobServerTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
   StopServing();
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
-}
-
-TEST_F(JobServerTest, WhatIsNotNotedAsSetIsNotAppliedWhateverWasSaid) {
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  // The same result, set on a day before.
-  (void)Notes();
-  fs::copy_file(folder_.path() / "noted", folder_.path() / "applied.jsonl");
-  Program("echo 'applied           nothing at all'\necho 'trammel: it refused' >&2\n", 1);
-  (void)Ask("start", {{"job", "apply"}});
-  WaitForEnd();
-  EXPECT_EQ(Status()["run"]["message"], "it refused");
-  // Begun, and nobody knows.
-  Program(Notes(files::Application::Step::kBegun) + "echo 'trammel: it refused' >&2\n", 1);
-  (void)Ask("start", {{"job", "apply"}});
-  WaitForEnd();
-  StopServing();
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("not applied: it refused")));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("in part"))));
 }
 
 TEST_F(JobServerTest, WhatAKilledJobLeftIsBroughtBackAtOnceAndSaid) {
@@ -641,15 +527,6 @@ TEST_F(JobServerTest, AnOldDialogBeginsNothing) {
   EXPECT_EQ(Status()["run"], nullptr);
 }
 
-TEST_F(JobServerTest, WhereThePrintersMacrosAreOlderItIsSaidInPlaceOfADialog) {
-  printer_.unknown["_TRAMMEL_START"] = true;
-  Serve();
-  CallMacro("ask_it");
-  WaitUntil([this] { return !printer_.LastScriptWith("BUTTONS=close").empty(); });
-  EXPECT_THAT(printer_.LastScriptWith("BUTTONS=close"),
-              HasSubstr("trammel.cfg on the printer is older than this trammel"));
-}
-
 TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   starts_unasked_ = true;
   MakeServer();
@@ -657,23 +534,6 @@ TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   CallMacro("ask_it", {{"filament", "PLA+"}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
-}
-
-TEST_F(JobServerTest, WhereAFailedUpdateTookTheProgramAwayItIsNamed) {
-  fs::remove(folder_.path() / "program");
-  Serve();
-  Start();
-  WaitForEnd();
-  EXPECT_EQ(Status()["run"]["end"], "failed");
-  EXPECT_THAT(Status()["run"]["message"].get<std::string>(),
-              AllOf(HasSubstr((folder_.path() / "program").string()), HasSubstr("archive")));
-}
-
-TEST_F(JobServerTest, ATemperatureOfARunIsASettingOfItsCommand) {
-  Serve();
-  Start({{"temp", "240"}});
-  WaitForEnd();
-  EXPECT_THAT(ProgramsWords(), Contains("--set=filament.nozzle_temperature=240"));
 }
 
 TEST_F(JobServerTest, ThePictureOfAnAnswerLiesBesideTheConfiguration) {
@@ -700,16 +560,6 @@ TEST_F(JobServerTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("the answer that waited is dropped")));
 }
 
-TEST_F(JobServerTest, ANewNozzleIsNotNotedDuringARun) {
-  Program("while [ ! -e \"$here/go\" ]; do sleep 0.02; done\n");
-  Serve();
-  Start();
-  EXPECT_EQ(CodeOf("new_nozzle"), kBusy);
-  test::WriteWhole(folder_.path() / "go", "");
-  WaitForEnd();
-  EXPECT_THAT(Ask("new_nozzle")["message"].get<std::string>(), HasSubstr("noted"));
-}
-
 TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
   in_force_ = [] { throw Bug("one is not two"); };
   Serve();
@@ -723,17 +573,6 @@ TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["run"], again);
   EXPECT_EQ(Status()["run"]["end"], "done");
-}
-
-TEST_F(JobServerTest, ResultsOfEarlierRunsAreInTheHistory) {
-  const fs::path recording = folder_.path() / "recordings/a";
-  fs::create_directories(recording);
-  ASSERT_TRUE(files::KeepOutcome(recording, OutcomeWith(kGoodAnswer)));
-  const json results = Ask("history", {{"last", 5}, {"instrument", "pressure_advance"}})["results"];
-  ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0]["verdict"], "good");
-  EXPECT_EQ(results[0]["applied"], json::array());
-  EXPECT_EQ(Ask("history", {{"instrument", "tap"}})["results"], json::array());
 }
 
 TEST_F(JobServerTest, APrinterHasOneNameInTheHistoryWhateverItsAddress) {

@@ -88,24 +88,6 @@ TEST_F(DeadRunTest, ARunWhosePrinterWasStoppedIsNotSaidToHaveDied) {
   EXPECT_THAT(said_, Not(Contains(HasSubstr("died"))));
 }
 
-TEST_F(DeadRunTest, ARunWhosePrinterRefusedIsSaidToHaveEnded) {
-  const std::string line = "SET_VELOCITY_LIMIT ACCEL=5000";
-  {
-    PrinterStateGuard refused = Begun();
-    ASSERT_TRUE(RunNoted(session_, "M204 S3000", 1));
-    printer_.state.limits.max_accel_mm_s2 = 3000;
-    printer_.refused[line] = "not now";
-    EXPECT_THAT(refused.Restore(), ::testing::SizeIs(1));
-  }
-  printer_.refused.clear();
-  said_.clear();
-  ASSERT_TRUE(Take("run-2"));
-  EXPECT_THAT(said_, Contains(HasSubstr("as " + line +
-                                        " failed: brought back acceleration limit "
-                                        "3000 mm/s2 -> 5000")));
-  EXPECT_THAT(printer_.scripts, Contains(line));
-}
-
 // Killed while it heated: nothing else was set by it, whatever is set now.
 TEST_F(DeadRunTest, WhatTheOwnerSetSinceStaysAndIsNamedTheZOffsetAmongIt) {
   printer_.state.heaters["heater_bed"].target_c = 0;

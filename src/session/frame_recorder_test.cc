@@ -60,12 +60,6 @@ TEST(FrameRecorder, OfPicturesThatNeverComeWholeTheErrorSaysWhatIsWrongWithThem)
                                            HasSubstr("packets of it are missing")));
 }
 
-TEST(FrameRecorder, AFrameWithAWrongTimeOnlyIsAPicture) {
-  FaultyCamera camera(FrameFault::kTimeJumped, "its time is before the last one's");
-  FrameRecorder recorder(camera, 5);
-  EXPECT_TRUE(recorder.NextFrame(10, {}));
-}
-
 /// A live camera that sends a sound picture every few milliseconds.
 class SteadyCamera final : public machine::FrameSource {
  public:

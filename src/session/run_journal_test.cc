@@ -67,13 +67,6 @@ TEST_F(RunJournalTest, ReadsWhatWasWritten) {
   EXPECT_THAT(ReadAllJournals(folder_.path()), SizeIs(1));
 }
 
-TEST_F(RunJournalTest, NoFileIsNoJournal) {
-  const auto read = ReadJournal(path_);
-  ASSERT_TRUE(read.has_value());
-  EXPECT_FALSE(read->has_value());
-  EXPECT_THAT(ReadAllJournals(folder_.path()), IsEmpty());
-}
-
 TEST_F(RunJournalTest, WhatNoRunWritesIsNamedAndNeverReachesThePrinter) {
   EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("before.value"));
   EXPECT_THAT(FaultOf("0.005", "-1"), HasSubstr("given.values"));
@@ -91,11 +84,6 @@ TEST_F(RunJournalTest, WhatCannotBeNotedIsNotBegun) {
   const auto kept = WriteJournal("/dev/full/journal.json", Full());
   ASSERT_FALSE(kept);
   EXPECT_THAT(kept.error().message, HasSubstr("nothing is begun"));
-}
-
-TEST_F(RunJournalTest, PrintersHaveFilesOfTheirOwn) {
-  EXPECT_NE(JournalPath(folder_.path(), "a:1"), JournalPath(folder_.path(), "a_1"));
-  EXPECT_EQ(JournalPath(folder_.path(), "../../etc/x").parent_path(), folder_.path());
 }
 
 TEST_F(RunJournalTest, TheStateFolderIsForItsUserAlone) {

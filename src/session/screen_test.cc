@@ -37,15 +37,6 @@ TEST(Screen, UsesWhatThePrinterHas) {
               ElementsAre("RESPOND TYPE=echo MSG=\"trammel: a\"", "M118 trammel: b"));
 }
 
-// A semicolon begins a comment in G-code.
-TEST(Screen, SaysASemicolonAsAComma) {
-  FakePrinter printer;
-  printer.unknown = {{"TRAMMEL_SAY", true}, {"RESPOND", true}, {"M117", true}};
-  Screen screen(printer);
-  ASSERT_TRUE(screen.Show("timeout during homing; look at the cable", {1}));
-  EXPECT_EQ(printer.scripts.back(), "M118 trammel: timeout during homing, look at the cable");
-}
-
 // Klipper takes RESPOND then, and tells of no macro.
 class SpeaksInShutdown : public FakePrinter {
  public:
@@ -66,17 +57,6 @@ TEST(Screen, LooksAgainOnceThePrinterIsBackFromItsShutdown) {
   ASSERT_TRUE(screen.Ask("b", Buttons::kClose, {}, {1}));
   EXPECT_THAT(printer.scripts, ElementsAre("RESPOND TYPE=echo MSG=\"trammel: a\"",
                                            "TRAMMEL_ASK BUTTONS=close MSG=\"b\""));
-}
-
-TEST(Screen, LooksAgainAfterAFailure) {
-  FakePrinter printer;
-  printer.unknown = {{"RESPOND", true}, {"M118", true}, {"M117", true}};
-  printer.refused["TRAMMEL_SAY MSG=\"a\""] = "Unknown command";
-  Screen screen(printer);
-  EXPECT_FALSE(screen.Show("a", {1}));
-  printer.unknown = {{"TRAMMEL_SAY", true}, {"M117", true}};
-  EXPECT_TRUE(screen.Show("a", {1}));
-  EXPECT_EQ(printer.scripts.back(), "RESPOND TYPE=echo MSG=\"trammel: a\"");
 }
 
 TEST(Screen, AsksWhereThePrinterHasDialogs) {
@@ -123,21 +103,6 @@ TEST(ProgressLine, ComesBackAsItWasSaid) {
   EXPECT_EQ(heard->remaining_s, said.remaining_s);
   EXPECT_EQ(heard->phase, said.phase);
   EXPECT_EQ(heard->done, said.done);
-}
-
-TEST(ProgressLine, WhatIsNotKnownStaysUnknown) {
-  const auto heard = ParseProgressLine(ProgressLine({"homing", {}}));
-  ASSERT_TRUE(heard);
-  EXPECT_EQ(heard->text, "homing");
-  EXPECT_FALSE(heard->remaining_s || heard->done);
-  EXPECT_EQ(heard->phase, "");
-}
-
-TEST(ProgressLine, OtherWordsAreNoProgress) {
-  for (const char* line : {"", "trammel: no printer", "{", "{}", "[1]", R"({"progress":3})",
-                           R"({"progress":"a","x":{"y":{"z":1}}})"}) {
-    EXPECT_FALSE(ParseProgressLine(line)) << line;
-  }
 }
 
 TEST(ProgressLine, FiguresAndTextsAreBounded) {

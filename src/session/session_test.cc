@@ -34,16 +34,6 @@ class SharedPrinter : public testing::FakePrinter {
   }
 };
 
-TEST(Session, AHeatingEndsWhereAnothersJobBegins) {
-  SharedPrinter printer;
-  printer.when = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=240";
-  const Session session{printer, {}, {}};
-  const auto heated = HeatAndWait(session, "extruder", 240, 10);
-  ASSERT_FALSE(heated);
-  EXPECT_EQ(heated.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(heated.error().message, HasSubstr("vase.gcode is printing"));
-}
-
 TEST(Session, NothingIsHeatedInAnothersJob) {
   testing::FakePrinter printer;
   printer.state.print_state = "paused";
@@ -66,15 +56,6 @@ TEST(Session, NothingIsPrintedIntoAnothersJob) {
   EXPECT_FALSE(Print(session, "G28", options));
   EXPECT_THAT(printer.scripts, Not(Contains(HasSubstr("extruder"))));
   EXPECT_EQ(printer.state.print_file, "vase.gcode");
-}
-
-TEST(Session, TheRunsOwnPrintIsNobodyElses) {
-  testing::FakePrinter printer;
-  printer.state.print_state = "printing";
-  printer.state.print_file = "trammel_run-1.gcode";
-  EXPECT_EQ(OthersJob(printer.state, "trammel_run-1.gcode"), "");
-  EXPECT_NE(OthersJob(printer.state, "trammel_run-2.gcode"), "");
-  EXPECT_NE(OthersJob(printer.state, ""), "");
 }
 
 TEST(Session, AFinishedJobIsNoJobAndAPauseWithoutOneIs) {
@@ -111,15 +92,6 @@ TEST(Session, LostHomingIsSeenAfterAWait) {
   EXPECT_THAT(lost.error().message, HasSubstr("z axis"));
 }
 
-TEST(Session, ThePrinterIsToldWhoseRunItIs) {
-  testing::FakePrinter printer;
-  Session session{printer, {}, {}};
-  session.has_limit = true;
-  session.owner = "pi.run-1";
-  EXPECT_TRUE(KeepAlive(session));
-  EXPECT_THAT(printer.scripts, ElementsAre("_TRAMMEL_KEEP_ALIVE OWNER=pi.run-1"));
-}
-
 using testing::FakePrinter;
 using ::testing::Field;
 
@@ -145,14 +117,6 @@ TEST(Uploads, ALargerFileThanIsWantedIsRefused) {
   printer.config_files["trammel/a.png"] = "12345";
   EXPECT_EQ(DownloadUpload({printer, {}, {}}, "a.png", 5).value_or(""), "12345");
   EXPECT_FALSE(DownloadUpload({printer, {}, {}}, "a.png", 4));
-}
-
-TEST(Uploads, EndingsCountInCapitalsTooAndNeitherFoldersNorHiddenNamesHaveOne) {
-  constexpr std::array<std::string_view, 2> kEndings = {".png", ".pdf"};
-  EXPECT_EQ(EndingAmong(kEndings, "Scan 1.PDF"), ".pdf");
-  for (const char* name : {"png", ".png", "a.jpg", "a/b.png", "../a.png", "a.png.txt", ""}) {
-    EXPECT_EQ(EndingAmong(kEndings, name), "") << name;
-  }
 }
 
 }  // namespace

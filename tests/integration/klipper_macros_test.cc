@@ -171,10 +171,6 @@ TEST(KlipperMacros, ThePrinterBelongsToOneRunUntilItIsReleasedOrItsLimitIsReache
   EXPECT_THAT(sections.at("delayed_gcode _trammel_heater_limit"), testing::HasSubstr(free));
 }
 
-TEST(KlipperMacros, AReleaseTellsWhichHeatersStayOn) {
-  EXPECT_THAT(ReadSections().at("gcode_macro _TRAMMEL_RELEASE"), testing::HasSubstr("stays on"));
-}
-
 // What calls trammel is refused while a print is on its way, and says where nobody answers.
 TEST(KlipperMacros, WhoeverAsksLooksForAPrintFirstAndWaitsForAnAnswer) {
   const auto sections = ReadSections();

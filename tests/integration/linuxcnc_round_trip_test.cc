@@ -102,20 +102,6 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
   }
 }
 
-TEST_F(LinuxCncRoundTrip, WithoutShimsThePointMissesByTheRemainderThatWasPrinted) {
-  const Pose part{{100, 200, -300}, {0.004, -0.003, 0.2}};
-  const std::vector<part_alignment::PartTarget> points = {{"far", {900, 700, 40}}};
-  const auto correction = part_alignment::CorrectWorkOffset(part, points);
-  const auto written = Write(
-      1, {correction.offset.origin_mm, correction.offset.rotation_z_rad * 180 / std::numbers::pi});
-  ASSERT_TRUE(written) << written.error().message;
-  Screen("mdi G21 G90 G54");
-  const Vector3d miss_mm =
-      Go(Block(points[0].ideal_mm)) - MachineFromPart(part, points[0].ideal_mm);
-  EXPECT_GT(miss_mm.norm(), 1);
-  EXPECT_LT((miss_mm - correction.remainder[0].error_mm).norm(), kMicron_mm);
-}
-
 TEST_F(LinuxCncRoundTrip, AToolsLengthIsAddedBehindTheRotation) {
   ASSERT_TRUE(Write(1, {{10, 20, 30}, 90}));
   Screen("mdi G21 G90 G54 G43.1 X1 Z5");
@@ -137,37 +123,6 @@ TEST_F(LinuxCncRoundTrip, InchesAreLeftOnAndReadRightly) {
     EXPECT_NEAR(offsets->offset.origin_mm.x(), 25.4, 1e-6);
   }
   Screen("mdi G21");
-}
-
-TEST_F(LinuxCncRoundTrip, AnEmergencyStopInAMoveEndsItAndIsNamed) {
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  std::thread presser([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
-    linuxcnc_->AskScreen("estop");
-  });
-  const auto moved = machine->MoveTo({2500, 0, 0}, 6000, {});
-  presser.join();
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(moved.error().message, HasSubstr("emergency stop"));
-  const Vector3d at = At(Told());
-  EXPECT_LT(at.x(), 2500);
-  EXPECT_EQ(At(Screen("look")), At(Screen("look")));
-}
-
-TEST_F(LinuxCncRoundTrip, RefusesWhileTheSpindleTurnsAndWhileG92IsActive) {
-  Screen("mdi M3 S100");
-  const auto turning = Joined()->MoveTo({0, 0, 0}, 6000, {});
-  Screen("mdi M5");
-  ASSERT_FALSE(turning);
-  EXPECT_EQ(turning.error().kind, ErrorKind::kSafety);
-  Screen("mdi G92 X5");
-  const auto shifted = Write(1, {{0, 0, 0}, 0});
-  Screen("mdi G92.1");
-  ASSERT_FALSE(shifted);
-  EXPECT_THAT(shifted.error().message, HasSubstr("G92"));
-  EXPECT_TRUE(Write(1, {{0, 0, 0}, 0}));
 }
 
 }  // namespace

@@ -48,17 +48,6 @@ std::set<std::string> ListeningPorts() {
   return ports;
 }
 
-// The helper that this process has started.
-pid_t Helper() {
-  std::ifstream children(fmt::format("/proc/self/task/{}/children", getpid()));
-  for (pid_t child = 0; children >> child;) {
-    std::string name;
-    std::ifstream(fmt::format("/proc/{}/comm", child)) >> name;
-    if (name.starts_with("python")) return child;
-  }
-  return -1;
-}
-
 class LinuxCncSessionTest : public test::LinuxCncFixture {};
 
 TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
@@ -73,40 +62,6 @@ TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
   }
   constexpr int kManual = 1;
   EXPECT_EQ(Screen("look")["mode"], kManual);
-}
-
-TEST_F(LinuxCncSessionTest, TurnsItsAxisCAndTellsItsLimits) {
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  for (const double c_deg : {90.0, 0.0}) {
-    const auto turned = machine->TurnTo(c_deg, 7200, {});
-    ASSERT_TRUE(turned) << turned.error().message;
-    const auto state = machine->State({});
-    ASSERT_TRUE(state);
-    EXPECT_NEAR(state->c_deg, c_deg, 1e-3);
-  }
-  const auto travel = machine->Travel({});
-  ASSERT_TRUE(travel) << travel.error().message;
-  EXPECT_EQ(travel->high_mm, Vector3d::Constant(3000));
-}
-
-TEST_F(LinuxCncSessionTest, WritesAndReadsAHundredOffsetsWhileTheScreenTakesEveryMessage) {
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  Random random(7);
-  for (int i = 0; i < 100; ++i) {
-    const machine::LinuxCncOffset offset{
-        {500 * random.Normal(), 500 * random.Normal(), 100 * random.Normal()},
-        30 * random.Normal()};
-    const int slot = 1 + i % 9;
-    const auto written = machine->WriteOffset(slot, offset, {});
-    ASSERT_TRUE(written) << i << ": " << written.error().message;
-    if (slot != 1) continue;
-    // What the screen sees of the offset in force, to the last bit that it shows.
-    const json seen = Screen("look");
-    EXPECT_NEAR(seen["rotation"], offset.rotation_deg, 1e-6);
-    EXPECT_NEAR(seen["g5x"][0], offset.origin_mm.x(), 1e-6);
-  }
 }
 
 TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
@@ -183,53 +138,6 @@ TEST_F(LinuxCncSessionTest, TheModalCodesComeBack) {
   Screen("mdi G21 G90 G94");
   for (const int code : {200, 910, 950}) EXPECT_THAT(after["codes"], testing::Contains(code));
   EXPECT_NEAR(after["feed"], 0.25, 1e-6);
-}
-
-TEST_F(LinuxCncSessionTest, AMoveThatWasAbortedBetweenTwoLooksIsNoArrival) {
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  const auto start = machine->State({});
-  ASSERT_TRUE(start);
-  linuxcnc_->AskScreen("blink 0.3");
-  const double away_mm = start->position_mm.x() > 0 ? -400 : 400;
-  const auto moved = machine->MoveTo({away_mm, 0, 0}, 6000, {});
-  ASSERT_FALSE(moved);
-  // Which of the two is seen depends on the moment.
-  EXPECT_THAT(moved.error().message,
-              testing::AnyOf(HasSubstr("somebody aborted it"), HasSubstr("took LinuxCNC over")));
-  EXPECT_EQ(Told()["went_mm"], 0);
-}
-
-TEST_F(LinuxCncSessionTest, AStopAndTheEndOfTheProcessEndTheMove) {
-  std::stop_source source;
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  std::thread stopper([&source] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(400));
-    source.request_stop();
-  });
-  const auto stopped = machine->MoveTo({2500, 0, 0}, 1200, source.get_token());
-  stopper.join();
-  ASSERT_FALSE(stopped);
-  EXPECT_EQ(stopped.error().kind, ErrorKind::kInterrupted);
-  EXPECT_THAT(stopped.error().message, HasSubstr("the machine stands at X"));
-  EXPECT_EQ(At(Screen("look")), At(Screen("look")));
-}
-
-TEST_F(LinuxCncSessionTest, AKilledHelperIsReplacedToAbortTheMove) {
-  const auto machine = Joined();
-  ASSERT_TRUE(machine);
-  const pid_t helper = Helper();
-  ASSERT_GT(helper, 0);
-  std::thread killer([helper] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
-    kill(helper, SIGKILL);
-  });
-  const auto moved = machine->MoveTo({2500, 0, 0}, 1200, {});
-  killer.join();
-  ASSERT_FALSE(moved);
-  EXPECT_THAT(moved.error().message, HasSubstr("it has ended; the machine stands at X"));
-  EXPECT_EQ(At(Screen("look")), At(Screen("look")));
 }
 
 TEST_F(LinuxCncSessionTest, AKilledMeasurementLeavesTheMachineStandingInManual) {

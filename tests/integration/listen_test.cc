@@ -143,13 +143,6 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   EXPECT_EQ(reports, asked);
 }
 
-TEST_F(Listen, OffersNothingForANameThatIsNone) {
-  Start(WithMacros());
-  Ask("TRAMMEL_PA FILAMENT=\" \"", "TRAMMEL_ASK BUTTONS=close");
-  Ask("TRAMMEL_DISMISS", "nothing to drop");
-  Ask("TRAMMEL_PA", "TRAMMEL_ASK BUTTONS=start TOKEN=");
-}
-
 TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
   ShopOptions options = WithMacros();
   options.with_camera = false;

@@ -65,13 +65,6 @@ TEST_F(PrinterFacts, ALoweredSpeedLimitIsRefusedByAllThatPrintBeforeAnythingHeat
   EXPECT_THAT(doctor.standard_output, HasSubstr("FIX  limits"));
 }
 
-TEST_F(PrinterFacts, AnOwnersAccelerationIsNeverRaised) {
-  shop_.Script("SET_VELOCITY_LIMIT ACCEL=200");
-  for (const auto& words : AllThatPrint()) {
-    ExpectRefused(words, "the printer's max_accel is 200 mm/s2, and the pattern prints at");
-  }
-}
-
 class PhoneOwner : public PrinterFacts {
  protected:
   static ShopOptions Options() {
@@ -114,13 +107,6 @@ TEST_F(ThickFilament, FilamentNozzleAndLinesAreThePrintersOwn) {
   const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
   EXPECT_THAT(doctor.standard_output, AllOf(HasSubstr(" 2.85 mm\n"), HasSubstr(" 0.6 mm\n"),
                                             Not(HasSubstr("FIX  filament"))));
-}
-
-TEST_F(ThickFilament, WhatIsSetAgainstThePrinterIsRefused) {
-  for (auto words : AllThatPrint()) {
-    words.insert(words.end(), {"--set", "filament_diameter=1.75"});
-    ExpectRefused(words, "2.65 times as much filament");
-  }
 }
 
 class Delta : public PrinterFacts {
@@ -218,23 +204,6 @@ TEST_F(TwoMotors, UndoGivesEachItsOwnOldValueAndNamesIt) {
   EXPECT_THAT(undone.standard_output, HasSubstr("[extruder_stepper belted] in printer.cfg:  "
                                                 "pressure_advance: 0.0120"));
   EXPECT_EQ(Run({"pa", "apply", "--undo"}).exit_code, 1);  // it was taken back
-}
-
-class Kalico : public PrinterFacts {
- protected:
-  static ShopOptions Options() {
-    ShopOptions options = WithoutCamera();
-    options.klipper.pressure_advance_model = "tanh";
-    return options;
-  }
-  Kalico() : PrinterFacts(Options()) {}
-};
-
-TEST_F(Kalico, APressureAdvanceThatIsNotLinearIsLeftAlone) {
-  for (auto words : AllThatPrint()) {
-    ExpectRefused(words, "pressure_advance_model of [extruder] in printer.cfg is tanh");
-  }
-  ExpectRefused({"pa", "apply", "0.0421"}, "nothing was changed");
 }
 
 class OldKlipper : public PrinterFacts {

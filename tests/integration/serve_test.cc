@@ -219,22 +219,6 @@ TEST_F(Serve, WhatAJobLeftThatWasKilledIsBroughtBackAtOnce) {
   EXPECT_THAT(process_->StandardErrorSoFar(), HasSubstr("died here: brought back"));
 }
 
-TEST_F(Serve, AnAnswerThatWaitsIsStillThereAfterARestart) {
-  Start();
-  json end = json::object();
-  constexpr int kMostTimes = 3;
-  for (int asked = 0; asked < kMostTimes && end.value("verdict", json()) != "good"; ++asked) {
-    end = FollowToItsEnd(StartJob());
-  }
-  ASSERT_EQ(end["verdict"], "good") << end;
-  process_->Send(SIGTERM);
-  EXPECT_EQ(process_->Wait(kEnough_s).exit_code, 0);
-  Launch();
-  EXPECT_EQ(Ask("status")["proposal"]["run"], end["run"]);
-  EXPECT_EQ(Ask("dismiss")["dismissed"], true);
-  EXPECT_EQ(Ask("status")["proposal"], nullptr);
-}
-
 TEST_F(Serve, TheAgentComesBackUnderItsNameAfterALostLinkAndARestartOfKlipper) {
   Start();
   sim::ServerFaults faults;

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "base/random.h"
@@ -14,11 +12,6 @@
 
 namespace trammel::machine {
 namespace {
-
-int Count(const char* name, int otherwise) {
-  const char* const said = std::getenv(name);
-  return said != nullptr ? std::atoi(said) : otherwise;
-}
 
 // Of one bit or another byte somewhere in the data.
 std::string Damaged(std::string text, Random& random) {
@@ -37,47 +30,17 @@ std::string Damaged(std::string text, Random& random) {
 TEST(StepDamage, EveryDamageIsRefusedOrRead) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "damaged.step";
-  Random random(static_cast<std::uint64_t>(Count("TRAMMEL_STEP_SEED", 77'001)));
-  const int rounds = Count("TRAMMEL_STEP_DAMAGES", 60);
-  int read = 0;
+  Random random(77'001);
+  constexpr int kRounds = 60;
   int refused = 0;
-  int crashed = 0;
-  for (int i = 0; i < rounds; ++i) {
-    const char* const unit = i % 3 == 0 ? "mm" : i % 3 == 1 ? "inch" : "m";
+  for (int i = 0; i < kRounds; ++i) {
     test::StepBlock block;
     block.freeform = i % 2 == 0;
-    const std::string whole = test::StepText({block}, unit);
-    const std::string text = Damaged(whole, random);
-    test::WriteWhole(path, text);
-    const auto solid = ReadStepFile(path);
-    if (!solid) {
-      ++refused;
-      if (solid.error().message.find("without a word") != std::string::npos) ++crashed;
-      continue;
-    }
-    ++read;
+    test::WriteWhole(path, Damaged(test::StepText({block}, i % 3 == 0 ? "mm" : "inch"), random));
+    refused += ReadStepFile(path) ? 0 : 1;
   }
-  RecordProperty("read", read);
-  RecordProperty("refused", refused);
-  RecordProperty("reader_died", crashed);
-  std::printf("%d damaged files: %d read, %d refused, in %d of them the reader died\n", rounds,
-              read, refused, crashed);
-  EXPECT_GT(read, 0);
-  EXPECT_GT(refused, rounds / 4);
-}
-
-TEST(StepDamage, CutAtAnyByteItIsRefused) {
-  const test::TemporaryFolder folder;
-  const auto path = folder.path() / "cut.step";
-  Random random(77'002);
-  const std::string text = test::StepText({{}}, "inch");
-  for (int i = 0; i < 300; ++i) {
-    const auto bytes =
-        static_cast<std::size_t>(random.Uniform(0, static_cast<double>(text.size()) - 2));
-    test::WriteWhole(path, text.substr(0, bytes));
-    const auto solid = ReadStepFile(path);
-    ASSERT_FALSE(solid) << bytes;
-  }
+  EXPECT_LT(refused, kRounds);
+  EXPECT_GT(refused, kRounds / 4);
 }
 
 }  // namespace

@@ -142,13 +142,6 @@ TEST_F(AravisCameraTest, FramesOfTheCameraInTheProcess) {
   ExpectFrames(*camera, kSide_px, kSide_px);
 }
 
-TEST_F(AravisCameraTest, TheOnlyCameraNeedsNoId) {
-  const auto camera = Opened("aravis:");
-  ASSERT_TRUE(camera);
-  EXPECT_THAT(camera->Describe(), HasSubstr("aravis:Fake_1"));
-  EXPECT_EQ(NextFrame(*camera).width_px, kSide_px);
-}
-
 TEST_F(AravisCameraTest, ACaptureTimeIsBeforeThePacketsByTheExposure) {
   const auto camera = Opened("aravis:Fake_1");
   ASSERT_TRUE(camera);
@@ -158,60 +151,12 @@ TEST_F(AravisCameraTest, ACaptureTimeIsBeforeThePacketsByTheExposure) {
   EXPECT_GE(frame.arrival_s - frame.captured->time_s, kExposure_s);
 }
 
-TEST_F(AravisCameraTest, JpegWhereItIsAskedFor) {
-  CameraOptions options;
-  options.jpeg_quality = 95;
-  const auto camera = Opened("aravis:Fake_1", options);
-  ASSERT_TRUE(camera);
-  const CapturedFrame frame = NextFrame(*camera);
-  ASSERT_GT(frame.image.size(), 2U);
-  EXPECT_EQ(frame.image[0], 0xFF);
-  EXPECT_EQ(frame.image[1], 0xD8);
-  EXPECT_EQ(frame.fault, FrameFault::kNone) << frame.fault_text;
-}
-
 TEST_F(AravisCameraTest, AnUnknownIdIsAnErrorThatListsThoseThatAreThere) {
   const auto camera = OpenCamera("aravis:no-such-camera.invalid");
   ASSERT_FALSE(camera);
   EXPECT_EQ(camera.error().kind, ErrorKind::kMachine);
   EXPECT_THAT(camera.error().message,
               AllOf(HasSubstr("aravis:no-such-camera.invalid"), HasSubstr("aravis:Fake_1")));
-}
-
-TEST_F(AravisCameraTest, WithoutAnyCameraTheErrorSaysWhereToLook) {
-  arv_disable_interface("Fake");
-  for (const char* address : {"aravis:", "aravis:no-such-camera.invalid"}) {
-    const auto camera = OpenCamera(address);
-    ASSERT_FALSE(camera);
-    EXPECT_EQ(camera.error().kind, ErrorKind::kMachine);
-    EXPECT_THAT(camera.error().message, AllOf(HasSubstr("aravis"), HasSubstr("udev")));
-  }
-}
-
-TEST_F(AravisCameraTest, AnIdThatCannotBeOneIsRefused) {
-  for (const std::string& id :
-       {std::string(300, 'x'), std::string("a\nb"), std::string("\xff"), std::string("a\0b", 3)}) {
-    const auto camera = OpenCamera("aravis:" + id);
-    ASSERT_FALSE(camera);
-    EXPECT_EQ(camera.error().kind, ErrorKind::kInput) << camera.error().message;
-    EXPECT_THAT(camera.error().message, Not(HasSubstr("\n")));
-  }
-}
-
-TEST_F(AravisCameraTest, OtherAddressesAreNotItsOwn) {
-  EXPECT_EQ(AravisId("aravis:"), "");
-  EXPECT_EQ(AravisId("aravis:Maker-Model-1"), "Maker-Model-1");
-  EXPECT_FALSE(AravisId("aravis"));
-  EXPECT_FALSE(AravisId("/dev/video0"));
-  EXPECT_FALSE(AravisId(""));
-}
-
-TEST_F(AravisCameraTest, AStopIsHeededBeforeTheCameraIsOpened) {
-  std::stop_source stop;
-  stop.request_stop();
-  const auto camera = OpenCamera("aravis:Fake_1", {}, stop.get_token());
-  ASSERT_FALSE(camera);
-  EXPECT_EQ(camera.error().kind, ErrorKind::kInterrupted);
 }
 
 TEST_F(AravisGigETest, FramesComeAndExposureAndGainStay) {
@@ -231,25 +176,6 @@ TEST_F(AravisGigETest, FramesComeAndExposureAndGainStay) {
   arv_fake_camera_read_register(Registers(device), ARV_FAKE_CAMERA_REGISTER_GAIN_RAW, &gain);
   EXPECT_EQ(exposure_us, kExposure_us);
   EXPECT_EQ(gain, kGain);
-}
-
-TEST_F(AravisGigETest, Colour) {
-  const GigE device = MakeGigE();
-  arv_fake_camera_write_register(Registers(device), ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT,
-                                 ARV_PIXEL_FORMAT_BAYER_RG_8);
-  const auto camera = Opened("aravis:127.0.0.1");
-  ASSERT_TRUE(camera);
-  EXPECT_THAT(camera->Describe(), HasSubstr("BayerRG8"));
-  ExpectFrames(*camera, kGigEWidth_px, kGigEHeight_px);
-}
-
-TEST_F(AravisGigETest, OfSeveralCamerasOneMustBeNamed) {
-  const GigE device = MakeGigE();
-  const auto camera = OpenCamera("aravis:");
-  ASSERT_FALSE(camera);
-  EXPECT_EQ(camera.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(camera.error().message,
-              AllOf(HasSubstr("several"), HasSubstr("aravis:Fake_1"), HasSubstr("GV77")));
 }
 
 TEST_F(AravisGigETest, APixelFormatThatIsNotReadIsNamedWithThoseThatAre) {

@@ -53,33 +53,11 @@ Bytes HugePngHeader(std::uint32_t width, std::uint32_t height) {
   return bytes;
 }
 
-TEST(ImageFile, ReadsJpegAndPngAsBgr) {
-  for (const char* extension : {".jpg", ".png"}) {
-    const Result<Frame> frame = DecodeImage(Encode(TwoColours(80, 40), extension));
-    ASSERT_TRUE(frame) << frame.error().message;
-    EXPECT_EQ(frame->width, 80);
-    EXPECT_EQ(frame->height, 40);
-    const std::uint8_t* row = frame->view().row(20);
-    EXPECT_NEAR(row[3 * 10], 200, 4) << extension;      // blue on the left
-    EXPECT_NEAR(row[3 * 70 + 2], 200, 4) << extension;  // red on the right
-  }
-}
-
 /// As people see it.
 Result<Frame> DecodeTurned(std::span<const std::uint8_t> bytes) {
   ImageReadOptions options;
   options.turn_by_exif = true;
   return DecodeImage(bytes, options);
-}
-
-TEST(ImageFile, TurnsThePictureAsExifSays) {
-  // Orientation 6: the stored left side is shown at the top.
-  const Result<Frame> frame = DecodeTurned(WithOrientation(Encode(TwoColours(80, 40), ".jpg"), 6));
-  ASSERT_TRUE(frame) << frame.error().message;
-  EXPECT_EQ(frame->width, 40);
-  EXPECT_EQ(frame->height, 80);
-  EXPECT_NEAR(frame->view().row(10)[3 * 20], 200, 4);
-  EXPECT_NEAR(frame->view().row(70)[3 * 20 + 2], 200, 4);
 }
 
 cv::Mat PixelsOf(const Frame& frame) {
@@ -137,17 +115,6 @@ TEST(ImageFile, ReducesAPngExactlyAsOpenCvDoes) {
   }
 }
 
-TEST(ImageFile, ReducesLargeImagesWhileReading) {
-  ImageReadOptions options;
-  options.reduce_above_px = 1000;
-  for (const char* extension : {".jpg", ".png"}) {
-    const Result<Frame> frame = DecodeImage(Encode(TwoColours(80, 40), extension), options);
-    ASSERT_TRUE(frame) << frame.error().message;
-    EXPECT_EQ(frame->width, 40);
-    EXPECT_EQ(frame->height, 20);
-  }
-}
-
 TEST(ImageFile, RefusesTooManyPixelsBeforeDecoding) {
   const Result<Frame> frame = DecodeImage(HugePngHeader(60'000, 60'000));
   ASSERT_FALSE(frame);
@@ -194,46 +161,6 @@ TEST(ImageFile, LeavesTextsInAPngPacked) {
   testing::internal::CaptureStderr();
   EXPECT_TRUE(DecodeImage(png));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(ImageFile, RefusesImpossibleSizes) {
-  EXPECT_FALSE(ReadImageHeader(HugePngHeader(0, 100)));
-  EXPECT_FALSE(ReadImageHeader(HugePngHeader(0xFFFFFFFF, 1)));
-}
-
-TEST(ImageFile, NamesATruncatedFile) {
-  for (const char* extension : {".jpg", ".png"}) {
-    Bytes bytes = Encode(TwoColours(400, 400), extension);
-    bytes.resize(bytes.size() - 20);
-    const Result<Frame> frame = DecodeImage(bytes);
-    ASSERT_FALSE(frame) << extension;
-    EXPECT_THAT(frame.error().message, HasSubstr("ends before")) << extension;
-  }
-}
-
-TEST(ImageFile, SurvivesEveryTruncationAndManyCorruptions) {
-  for (const char* extension : {".jpg", ".png"}) {
-    const Bytes whole = Encode(TwoColours(24, 16), extension);
-    for (std::size_t length = 0; length < whole.size(); ++length) {
-      EXPECT_FALSE(DecodeImage(std::span(whole).first(length))) << extension << " " << length;
-    }
-    for (std::size_t at = 0; at < whole.size(); ++at) {
-      Bytes changed = whole;
-      changed[at] ^= 0xFF;
-      const Result<Frame> frame = DecodeImage(changed, {.most_pixels = 10'000'000});
-      if (frame) EXPECT_EQ(frame->bgr.size(), std::size_t{3} * frame->width * frame->height);
-    }
-  }
-}
-
-TEST(ImageFile, ErrorsNameTheFileAndTheReason) {
-  EXPECT_THAT(ReadImageFile("/nowhere/photo.jpg").error().message,
-              HasSubstr("photo /nowhere/photo.jpg: "));
-  EXPECT_THAT(ReadImageFile("/").error().message, HasSubstr("not a regular file"));
-  const Bytes text = {'h', 'e', 'l', 'l', 'o'};
-  EXPECT_EQ(DecodeImage(text).error().message,
-            "it is neither a JPEG nor a PNG; convert it to one of these");
-  EXPECT_THAT(DecodeImage({}).error().message, HasSubstr("empty"));
 }
 
 TEST(ImageFile, ErrorsNameTheFormatThatAFileHas) {

@@ -137,27 +137,6 @@ TEST(PhonePicture, TurnsAWebpAsItsExifSays) {
   }
 }
 
-TEST(PhonePicture, LargeOnesAreReadSmaller) {
-  const ImageReadOptions options{.reduce_above_px = 10'000};
-  for (const Bytes& bytes : {Webp(Flag()), Heic(Flag())}) {
-    if (bytes.empty()) continue;
-    const auto read = DecodePhoto(bytes, options);
-    ASSERT_TRUE(read) << read.error().message;
-    EXPECT_EQ(read->width, 120);
-    EXPECT_EQ(read->height, 80);
-    EXPECT_LT(Apart(*read, Flag(120, 80)), 2 * kLossy);
-  }
-}
-
-TEST(PhonePicture, RefusesMorePixelsThanAreRead) {
-  for (const Bytes& bytes : {Webp(Flag()), Heic(Flag())}) {
-    if (bytes.empty()) continue;
-    const auto read = DecodePhoto(bytes, {.most_pixels = 1000});
-    ASSERT_FALSE(read);
-    EXPECT_THAT(read.error().message, HasSubstr("240 x 160 px"));
-  }
-}
-
 // A header of 16383 x 16383 px over nothing.
 TEST(PhonePicture, RefusesASizeThatItsBytesCannotHold) {
   Bytes bytes = Webp(Flag(16, 16), true);
@@ -182,17 +161,6 @@ TEST(PhonePicture, BrokenFilesAreRefusedOrReadWithinTheirSize) {
       if (read) EXPECT_EQ(read->bgr.size(), std::size_t{3} * read->width * read->height);
     }
   }
-}
-
-TEST(PhonePicture, FilesAreNamed) {
-  const test::TemporaryFolder folder;
-  const auto path = folder.path() / "a.webp";
-  const Bytes bytes = Webp(Flag());
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
-  EXPECT_TRUE(ReadPhotoFile(path));
-  EXPECT_THAT(ReadPhotoFile(folder.path() / "none.heic").error().message, HasSubstr("none.heic"));
 }
 
 }  // namespace

@@ -57,15 +57,6 @@ TEST(LinuxCncSessionPython, RunsNothingOfTheCurrentFolder) {
   EXPECT_FALSE(joined);  // no LinuxCNC runs here
 }
 
-TEST_F(LinuxCncSessionAnswers, SaysWhyItCannotJoin) {
-  const auto refused = Join(R"({"id": 0, "error": "no LinuxCNC runs", "kind": "machine"})", "");
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "no LinuxCNC runs");
-  const auto strange = Join("Traceback (most recent call last):", "");
-  ASSERT_FALSE(strange);
-  EXPECT_THAT(strange.error().message, AllOf(HasSubstr("Traceback"), HasSubstr("no answer")));
-}
-
 TEST_F(LinuxCncSessionAnswers, WhatIsNoAnswerIsNamedAndNothingIsMadeOfIt) {
   for (const char* answer :
        {"[]", "{}", R"({"id": 1})", R"({"id": 1, "error": 3})",

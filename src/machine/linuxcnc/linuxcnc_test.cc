@@ -131,17 +131,6 @@ TEST(LinuxCnc, TurnsTheSpindleByItsAxisInPiecesAndNothingElse) {
   EXPECT_EQ(turning.error().kind, ErrorKind::kSafety);
 }
 
-TEST(LinuxCnc, TellsTheTravelOfItsAxes) {
-  ScriptedLinuxCnc server;
-  server.SetIni("[AXIS_X]MIN_LIMIT", "-10.5");
-  server.SetIni("[AXIS_Z]MAX_LIMIT", "4");
-  const auto travel = Connected(Options(server))->Travel({});
-  ASSERT_TRUE(travel) << travel.error().message;
-  EXPECT_EQ(travel->low_mm.x(), -10.5);
-  EXPECT_EQ(travel->high_mm.z(), 4);
-  EXPECT_EQ(travel->high_mm.x(), kFarthest_mm);
-}
-
 TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
   struct Case {
     const char* name;
@@ -249,15 +238,6 @@ TEST(LinuxCnc, AMoveThatNobodyEndsIsOverWithinASecond) {
   EXPECT_LT(server.position()[0], 6);
 }
 
-TEST(LinuxCnc, AMoveThatTheControllerRefusesEndsThere) {
-  ScriptedLinuxCnc server;
-  server.SetTravel(100);
-  const auto moved = Connected(Options(server))->MoveTo({0, 0, 900}, 100'000, {});
-  ASSERT_FALSE(moved);
-  EXPECT_THAT(moved.error().message, HasSubstr("or LinuxCNC refuses it; its own screen says why"));
-  EXPECT_FALSE(server.moving());
-}
-
 TEST(LinuxCnc, AnEmergencyStopInAMoveEndsItAtOnceAndIsNamed) {
   std::atomic<ScriptedLinuxCnc*> shop = nullptr;
   ScriptedLinuxCnc server([&shop, moves = false](const std::string& request) mutable {
@@ -347,17 +327,6 @@ TEST(LinuxCnc, TheLimitsOfTheAxesHoldForWhatIsToldAndForWhatIsDriven) {
   EXPECT_THAT(lost.error().message, AllOf(HasSubstr("Z 7.5"), HasSubstr("cannot be")));
 }
 
-TEST(LinuxCnc, LimitsThatAreNoneAreAFaultOfTheController) {
-  for (const char* told : {"nan", "5 mm", "-1e300", "later"}) {
-    ScriptedLinuxCnc server;
-    server.SetIni("[AXIS_Y]MAX_LIMIT", told);
-    const auto moved = Connected(Options(server))->MoveTo({1, 2, 3}, 6000, {});
-    ASSERT_FALSE(moved) << told;
-    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
-    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
-  }
-}
-
 TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
   ScriptedLinuxCnc server;
   server.SetHurry(1e-6);
@@ -368,14 +337,6 @@ TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
   EXPECT_THAT(moved.error().message,
               AllOf(HasSubstr("did not arrive within"), HasSubstr("the machine stands at X")));
   EXPECT_FALSE(server.moving());
-}
-
-TEST(LinuxCnc, AWayIsCutIntoAsManyPiecesAsItNeedsHoweverLongItIs) {
-  EXPECT_EQ(PiecesOf(0, 5), 1);
-  EXPECT_EQ(PiecesOf(50, 5), 10);
-  EXPECT_EQ(PiecesOf(50.1, 5), 11);
-  EXPECT_EQ(PiecesOf(4 * kFarthest_mm, 0.08), 5'000'000);
-  EXPECT_THROW((void)PiecesOf(1e300, 5), Bug);
 }
 
 TEST(LinuxCnc, OffsetsThatCannotBeAreNeitherBelievedNorWritten) {

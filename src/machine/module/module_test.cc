@@ -37,13 +37,6 @@ std::string ErrorIn(const std::filesystem::path& folder) {
   return module ? "" : module.error().message;
 }
 
-TEST(Module, NamesThePackagesWhereItCannotBeLoaded) {
-  const test::TemporaryFolder folder;
-  test::WriteWhole(folder.path() / "trammel-none.so", "no library");
-  EXPECT_THAT(ErrorIn(folder.path()),
-              AllOf(HasSubstr("trammel-none.so"), HasSubstr("apt install libtea1 libleaf2")));
-}
-
 TEST(Module, RefusesOneOfAnotherVersionOrUserOrThatAnybodyMayWrite) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "trammel-none.so";

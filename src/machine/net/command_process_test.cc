@@ -47,31 +47,11 @@ void WaitForFile(const std::filesystem::path& file) {
   EXPECT_TRUE(std::filesystem::exists(file)) << file;
 }
 
-TEST(CommandProcess, HandsOnTheLinesOfBothStreamsAndTheLastWithoutALineFeed) {
-  const Heard heard = Follow(Shell("echo one; echo two; echo oh >&2; printf three; exit 7"));
-  EXPECT_THAT(heard.output, ElementsAre("one", "two", "three"));
-  EXPECT_THAT(heard.error, ElementsAre("oh"));
-  EXPECT_EQ(heard.end.exit_code, 7);
-  EXPECT_EQ(heard.end.signal, 0);
-}
-
-TEST(CommandProcess, WordsArriveAsTheyAre) {
-  const Heard heard = Follow({"/bin/sh", "-c", "printf '%s\\n' \"$@\"", "sh", "a b", "$HOME", "'"});
-  EXPECT_THAT(heard.output, ElementsAre("a b", "$HOME", "'"));
-}
-
 TEST(CommandProcess, ALineWithoutAnEndIsCutAndTheNextOneHeard) {
   const Heard heard = Follow(Shell("head -c 100000 /dev/zero | tr '\\0' x; echo; echo next"));
   ASSERT_EQ(heard.output.size(), 2U);
   EXPECT_EQ(heard.output[0].size(), 4096U);
   EXPECT_EQ(heard.output[1], "next");
-}
-
-TEST(CommandProcess, AProgramThatIsNotThereSaysSo) {
-  const Heard heard = Follow({"/no/such/program"});
-  EXPECT_EQ(heard.end.exit_code, 127);
-  ASSERT_EQ(heard.error.size(), 1U);
-  EXPECT_THAT(heard.error[0], HasSubstr("cannot be started"));
 }
 
 TEST(CommandProcess, InheritsNoOpenFile) {
@@ -121,19 +101,6 @@ TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
                                          {.stop = {}, .silence_s = 0.6, .rest_s = 1});
   EXPECT_EQ(end.cause, CommandEnd::Cause::kItself);
   EXPECT_EQ(lines, 5);
-}
-
-TEST(CommandProcess, AFileThatBecomesTooLargeEndsIt) {
-  const test::TemporaryFolder folder;
-  auto process = CommandProcess::Start(
-      Shell("exec head -c 100000 /dev/zero > " + (folder.path() / "file").string()), 5000);
-  ASSERT_TRUE(process) << process.error().message;
-  EXPECT_EQ((*process)->Follow([](OutputStream, std::string_view) {}).signal, SIGXFSZ);
-  EXPECT_LE(std::filesystem::file_size(folder.path() / "file"), 5000U);
-}
-
-TEST(CommandProcess, ASignalIsNamed) {
-  EXPECT_THAT(Follow(Shell("kill -SEGV $$")).end.Words(), HasSubstr("signal 11"));
 }
 
 // The reader of its words is not kept by what it has left running.

@@ -66,13 +66,6 @@ TEST(Multipart, TakesPartsWhateverTheServersHabits) {
   }
 }
 
-TEST(Multipart, KeepsDashesAndLineBreaksOfABody) {
-  const std::string body = "\r\n--x\r\n--\r\n--bx-not-at-a-line --b";
-  const std::string part = "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
-  EXPECT_THAT(Bodies("--boundary\r\n" + part + "\r\n--boundary--", 7, "boundary"),
-              ElementsAre(body));
-}
-
 TEST(Multipart, LearnsABoundaryThatWasNotAnnounced) {
   const std::string stream =
       "\r\n--own\r\n\r\none\r\n--own\r\nContent-Length: 3\r\n\r\ntwo\r\n--own--";
@@ -113,44 +106,6 @@ TEST(Multipart, RefusesWhatWouldNotEnd) {
             .back(),
         HasSubstr("1000"));
   }
-}
-
-TEST(Multipart, TheSizeOfThePiecesChangesNothing) {
-  // Random streams of the characters that mean something, against the same fed whole.
-  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
-    Random random(seed);
-    const std::vector<std::string> words = {"--b",
-                                            "\r\n",
-                                            "\n",
-                                            "--",
-                                            "b",
-                                            "\r\n\r\n",
-                                            "x: y",
-                                            "-",
-                                            "\r",
-                                            "abc",
-                                            "Content-Length: 4\r\n"};
-    std::string stream;
-    for (int i = 0; i < 40; ++i) stream += words[random.Below(words.size())];
-    const MultipartLimits limits{60, 60, 60};
-    const auto whole = Bodies(stream, stream.size(), "b", limits);
-    const auto single = Bodies(stream, 1, "b", limits);
-    // Fed whole, a limit is noticed later or not at all; what came before it is the same.
-    const auto common = std::min(whole.size(), single.size());
-    for (std::size_t i = 0; i + 1 < common; ++i) {
-      ASSERT_EQ(whole[i], single[i]) << "seed " << seed << ", part " << i;
-    }
-  }
-}
-
-TEST(MultipartBoundary, IsReadFromContentTypes) {
-  EXPECT_EQ(MultipartBoundary("multipart/x-mixed-replace;boundary=abc"), "abc");
-  EXPECT_EQ(MultipartBoundary("Multipart/X-Mixed-Replace; charset=x; Boundary = \"a;b\" ; q=1"),
-            "a;b");
-  EXPECT_EQ(MultipartBoundary("multipart/x-mixed-replace; boundary=--abc"), "abc");
-  EXPECT_EQ(MultipartBoundary("multipart/x-mixed-replace"), "");
-  EXPECT_EQ(MultipartBoundary("multipart/x-mixed-replace; boundary=\"open"), "open");
-  EXPECT_EQ(MultipartBoundary("text/html"), std::nullopt);
 }
 
 TEST(HttpHead, RefusesWhatIsNotHttp) {

@@ -128,12 +128,6 @@ TEST_F(Scanner, AFaultThatSaneNamesComesWithWhatToDo) {
   EXPECT_THAT(error.message, HasSubstr("look at cable, network and power"));
 }
 
-TEST_F(Scanner, ADriverThatHangsIsAnErrorThatNamesTheSilence) {
-  const Error error = ErrorOf("trap '' TERM; while :; do sleep 0.01; done");
-  EXPECT_EQ(error.kind, ErrorKind::kMachine);
-  EXPECT_THAT(error.message, AllOf(HasSubstr("fake:0"), HasSubstr("said nothing for 0.5 s")));
-}
-
 TEST_F(Scanner, APageThatGrowsBeyondTheLimitOrIsNoneIsRefused) {
   PageReadOptions limits;
   limits.most_pixels = 50'000'000;  // the glass has 32 at 600 dpi
@@ -156,14 +150,6 @@ TEST_F(Scanner, AStopEndsADriverThatDoesNotListenToIt) {
   // 0.2 s until the stop and 0.3 s of patience; the rest is for a machine with other work.
   constexpr double kPrompt_s = 5;
   EXPECT_LT(HostNow() - began_s, kPrompt_s);
-}
-
-TEST_F(Scanner, WithoutScanimageItsPackageIsNamed) {
-  ScanRequest request;
-  request.program = folder_.path() / "none";
-  const auto scanners = ListScanners(request);
-  ASSERT_FALSE(scanners);
-  EXPECT_THAT(scanners.error().message, HasSubstr("apt install sane-utils"));
 }
 
 }  // namespace

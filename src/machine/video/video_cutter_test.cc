@@ -111,14 +111,6 @@ TEST_F(VideoCutterTest, PixelsOutsideOfTheCutAreRefusedByName) {
   EXPECT_FALSE(whole->Next());
 }
 
-TEST_F(VideoCutterTest, TakesOverTheTimeOfTheLastChange) {
-  const auto before = std::filesystem::last_write_time(video()) - std::chrono::hours(3);
-  std::filesystem::last_write_time(video(), before);
-  auto cut = CutVideo::Write(video(), {kPart, 4, 25}, {});
-  ASSERT_TRUE(cut && cut->TakePlace());
-  EXPECT_EQ(std::filesystem::last_write_time(video()), before);
-}
-
 TEST_F(VideoCutterTest, LeavesTheVideoAsItIsWhereItIsDroppedStoppedOrFindsDamage) {
   const auto bytes = std::filesystem::file_size(video());
   const auto files = FilesThere();

@@ -182,32 +182,6 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
   EXPECT_EQ(TimesOf(At("full.avi")).size(), frames);
 }
 
-TEST_F(VideoWriterTest, ALimitOfTheUsersIsNamedWithItsRemedyAndLeavesNothingBehind) {
-  if (test::kSanitized) GTEST_SKIP() << "the sanitizer opens a pipe to check a call's object";
-  struct Case {
-    __rlimit_resource_t resource;
-    rlim_t most;
-    const char* remedy;
-  };
-  const auto before = signal(SIGXFSZ, SIG_IGN);
-  for (const Case& one :
-       {Case{RLIMIT_NOFILE, 0, "ulimit -n"}, Case{RLIMIT_FSIZE, 10, "ulimit -f"}}) {
-    SCOPED_TRACE(one.remedy);
-    rlimit usual{};
-    ASSERT_EQ(getrlimit(one.resource, &usual), 0);
-    const rlimit small{one.most, usual.rlim_max};
-    ASSERT_EQ(setrlimit(one.resource, &small), 0);
-    const auto limited = VideoWriter::Create(At("limited.avi"));
-    ASSERT_EQ(setrlimit(one.resource, &usual), 0);
-    ASSERT_FALSE(limited);
-    EXPECT_THAT(limited.error().message, HasSubstr(one.remedy));
-    for (const char* name : {"limited.avi", "limited.avi.times"}) {
-      EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
-    }
-  }
-  signal(SIGXFSZ, before);
-}
-
 TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {
   const auto nowhere = VideoWriter::Create(At("none/a.avi"));
   ASSERT_FALSE(nowhere);
