@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
-#include <limits>
 #include <string>
 
 #include "app/option_values.h"
@@ -71,8 +70,6 @@ TEST_F(CommandTree, TheManualHasEveryCommandWithItsOptionsAndNoRequestFromOutsid
   EXPECT_THAT(page, Not(HasSubstr("\n.deviation")));
   EXPECT_THAT(page, HasSubstr(".SH EXIT STATUS\n"));
 }
-
-using ::testing::ElementsAre;
 
 TEST(WholePair, ReadsTwoNumbersAndNothingElse) {
   ASSERT_TRUE(ParseWholePair("1280x720"));

@@ -58,8 +58,6 @@ TEST(GuideTest, ShowsTheWaysThatThisBuildHas) {
   EXPECT_THAT(few, AllOf(HasSubstr("trammel pa print --photo"), Not(HasSubstr("trammel align"))));
 }
 
-using ::testing::ElementsAre;
-
 class LeftOutTest : public ::testing::Test {
  protected:
   LeftOutTest() {

@@ -14,7 +14,6 @@ namespace {
 
 using settings::ScanSettings;
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;

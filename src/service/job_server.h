@@ -46,7 +46,6 @@ struct JobServerOptions {
   std::function<std::string()> utc_now;  ///< ISO 8601 to the second, ending in Z
   /// Takes a line for the service's log; errors begin with "trammel: ". Of any thread.
   std::function<void(const std::string&)> log;
-  double offer_lasts_s = 600;  ///< a bed that was empty may not be so an hour later
   /// Brings back what a job left that was killed, and says what. Of a run's own thread.
   std::function<void(machine::Printer&, const std::function<void(const std::string&)>&)>
       bring_back = {};

@@ -14,6 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kCommand_s = 30;
+constexpr double kOfferLasts_s = 600;  // a bed that was empty may not be so an hour later
 // A button that somebody leans on; more calls than this are the same call.
 constexpr std::size_t kMostCalls = 8;
 constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
@@ -188,8 +189,8 @@ void JobServer::AnswerAsked(const Call& call) {
   }
   // Not of one service before it: names are told apart by the second in which it began, too.
   const std::string token = fmt::format("{}-{}", CompactUtc(options_.utc_now()), ++offers_);
-  offered_ = Offered{token, &job, Completed(call.arguments, *offer),
-                     machine::HostNow() + options_.offer_lasts_s};
+  offered_ =
+      Offered{token, &job, Completed(call.arguments, *offer), machine::HostNow() + kOfferLasts_s};
   Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
 }
 

@@ -29,7 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -104,21 +103,16 @@ class JobServerTest : public ::testing::Test {
     };
     const PrinterPlace place{
         .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
-    job_server_ = std::make_unique<JobServer>(
-        JobServerOptions{place,
-                         "voron",
-                         (folder_.path() / "program").string(),
-                         "trammel 9.8.7",
-                         folder_.path() / "recordings",
-                         folder_.path(),
-                         {kind},
-                         [] { return std::string(kUtc); },
-                         [](const std::string&) {},
-                         offer_lasts_s_,
-                         [](machine::Printer& printer, const auto& say) {
-                           say("brought back what it left");
-                           (void)printer.Run("BROUGHT_BACK", {});
-                         }});
+    job_server_ =
+        std::make_unique<JobServer>(JobServerOptions{place,
+                                                     "voron",
+                                                     (folder_.path() / "program").string(),
+                                                     "trammel 9.8.7",
+                                                     folder_.path() / "recordings",
+                                                     folder_.path(),
+                                                     {kind},
+                                                     [] { return std::string(kUtc); },
+                                                     [](const std::string&) {}});
   }
 
   void Serve() {
@@ -204,24 +198,10 @@ class JobServerTest : public ::testing::Test {
   std::string blocker_;
   std::string message_;
   bool starts_unasked_ = false;
-  double offer_lasts_s_ = 600;
   bool was_working_ = false;
   std::unique_ptr<JobServer> job_server_;
   std::jthread server_;
 };
-
-TEST_F(JobServerTest, AnswersWithoutAPrinterAndStartsNothing) {
-  const json status = Status();
-  EXPECT_EQ(status["api_version"], 1);
-  EXPECT_EQ(status["version"], "trammel 9.8.7");
-  EXPECT_EQ(status["printer"]["readiness"], "disconnected");
-  EXPECT_EQ(status["jobs"][0]["job"], "measure");
-  EXPECT_THAT(status["jobs"][0]["blocker"], HasSubstr("not connected"));
-  EXPECT_EQ(status["run"], nullptr);
-  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kBusy);
-  EXPECT_EQ(CodeOf("result"), kNothing);
-  EXPECT_EQ(Ask("history")["results"], json::array());
-}
 
 TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   Program(
@@ -440,20 +420,6 @@ TEST_F(JobServerTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
 }
 
-TEST_F(JobServerTest, WhatAKilledJobLeftIsBroughtBackAtOnceAndSaid) {
-  Serve();
-  (void)Start();
-  WaitForEnd();
-  EXPECT_EQ(printer_.LastScriptWith("BROUGHT_BACK"), "") << "a job that lives does so itself";
-  Program("kill -9 $$\n");
-  (void)Start();
-  WaitForEnd();
-  StopServing();
-  EXPECT_THAT(printer_.scripts,
-              AllOf(Contains("BROUGHT_BACK"), Contains(HasSubstr("brought back what it left")),
-                    Contains(HasSubstr("Killed"))));
-}
-
 // Neither "applied" nor "not applied" would be true.
 TEST_F(JobServerTest, OfAnApplicationThatIsKilledItSaysWhatIsInForce) {
   Serve();
@@ -517,16 +483,6 @@ TEST_F(JobServerTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
   EXPECT_EQ(closed, 6);
 }
 
-TEST_F(JobServerTest, AnOldDialogBeginsNothing) {
-  offer_lasts_s_ = 0;
-  MakeServer();
-  Serve();
-  CallMacro("ask_it");
-  CallMacro("trammel_start", {{"token", Token()}});
-  WaitUntil([this] { return !printer_.LastScriptWith("that dialog is closed").empty(); });
-  EXPECT_EQ(Status()["run"], nullptr);
-}
-
 TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   starts_unasked_ = true;
   MakeServer();
@@ -534,14 +490,6 @@ TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   CallMacro("ask_it", {{"filament", "PLA+"}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
-}
-
-TEST_F(JobServerTest, ThePictureOfAnAnswerLiesBesideTheConfiguration) {
-  Program("cp \"$here/result.json\" \"$folder\"; printf png > \"$folder/answer.png\"\n");
-  Serve();
-  Start();
-  WaitForEnd();
-  EXPECT_EQ(printer_.config_files[std::string("trammel/") + kRun + ".png"], "png");
 }
 
 TEST_F(JobServerTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {

@@ -13,7 +13,6 @@ namespace trammel::files {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 class RunJournalTest : public ::testing::Test {

@@ -3,12 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <thread>
 
 #include "linuxcnc_fixture.h"
 #include "part_alignment/correction/part_correction.h"

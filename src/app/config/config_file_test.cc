@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "app/config/config_value.h"
-#include "base/random.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "settings/scan_settings.h"
 

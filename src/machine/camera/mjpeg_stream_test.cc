@@ -8,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/random.h"
 #include "base/utf8.h"
 #include "machine/camera/camera_sources.h"
 #include "machine/camera/camera_url.h"

@@ -6,7 +6,6 @@
 #include <webp/encode.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
 

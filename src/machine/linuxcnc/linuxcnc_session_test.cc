@@ -18,7 +18,6 @@
 namespace trammel::machine {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // A program in Python's place that says one thing at first and another to every request.

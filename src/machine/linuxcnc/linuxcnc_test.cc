@@ -9,7 +9,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/check.h"
 #include "machine/net/host_clock.h"
 #include "support/scripted_linuxcnc.h"
 

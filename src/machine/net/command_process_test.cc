@@ -18,7 +18,6 @@ namespace trammel::machine {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 struct Heard {
   std::vector<std::string> output;

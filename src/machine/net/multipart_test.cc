@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "base/random.h"
 #include "machine/net/http.h"
 
 namespace trammel::machine {

@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <string>
 
-#include "machine/camera/camera.h"
 #include "support/little_memory.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
@@ -416,8 +415,6 @@ TEST_F(PageFile, WhatIsNoPageIsNamed) {
   EXPECT_THAT(Complaint(Written("empty.tiff", "")), HasSubstr("it is empty"));
   EXPECT_THAT(Complaint(Path("missing.png")), HasSubstr("missing.png"));
 }
-
-using ::testing::AnyOf;
 
 std::string BigEndian(std::uint32_t value) {
   return {static_cast<char>(value >> 24U), static_cast<char>(value >> 16U),

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "machine/video/video_file.h"
-#include "support/sanitized.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <future>
-#include <mutex>
 
 #include "base/bug_note.h"
 #include "base/check.h"
@@ -15,12 +14,10 @@ namespace trammel::machine {
 namespace {
 
 using nlohmann::json;
-using test::GcodeResponse;
 using test::Notification;
 using test::ResultFor;
 using test::StatusUpdate;
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

@@ -5,7 +5,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "machine/moonraker/client/move_log.h"
@@ -50,7 +49,6 @@ TEST(RpcCalls, EveryCallEndsWithItsLinkAndNoneTwice) {
 }
 
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;

@@ -17,7 +17,6 @@ using test::AnswerLikeMoonraker;
 using test::ScriptedMoonraker;
 using test::ServerOptions;
 using ::testing::AllOf;
-using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -77,19 +76,6 @@ TEST(MoonrakerConnect, UnauthorizedIdentifyAsksForAKey) {
   const Error error = Refused(options);
   EXPECT_THAT(error.message,
               AllOf(HasSubstr("the API key is wrong"), Not(HasSubstr("secret-but-wrong"))));
-}
-
-// As a Moonraker does that was started before Klipper.
-TEST(MoonrakerConnect, CallsThatOnlyKlipperMakesKnownAreNoReasonToUpdateMoonraker) {
-  ScriptedMoonraker server;
-  AnswerLikeMoonraker(server, "disconnected");
-  server.AnswerError("printer.gcode.script", -32601, "Method not found");
-  const auto printer = ConnectToMoonraker(OptionsFor(server), kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  const auto done = (*printer)->Run("G28", kPatience);
-  ASSERT_FALSE(done);
-  EXPECT_THAT(done.error().message,
-              AllOf(HasSubstr("Klipper has not come to"), Not(HasSubstr("update Moonraker"))));
 }
 
 TEST(MoonrakerConnect, ASilentPortRunsIntoTheTimeLimit) {

@@ -153,20 +153,6 @@ TEST(TapBuilder, CutsATapOutOfForcesAndMoves) {
   EXPECT_EQ(tap["moves"][0]["start_x"], 10);
 }
 
-TEST(TapBuilder, WaitsForForcesAndForMovesThatComeLate) {
-  TapBuilder builder;
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), IsEmpty());
-  builder.AddMoves(TapMoves());
-  EXPECT_THAT(builder.Take(), SizeIs(1));
-  EXPECT_THAT(builder.Take(), IsEmpty()) << "each tap once";
-
-  TapBuilder early;
-  early.AddMoves(TapMoves());
-  for (const json& batch : Forces(95, kRise_s + 0.3)) early.AddForces(batch);
-  EXPECT_THAT(early.Take(), IsEmpty());
-}
-
 TEST(TapBuilder, BatchesThatComeTwiceMakeOneTapWithEverySampleAndMoveOnce) {
   TapBuilder builder;
   builder.AddMoves(TapMoves());
