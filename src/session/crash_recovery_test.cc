@@ -88,34 +88,6 @@ TEST_F(DeadRunTest, ARunWhosePrinterWasStoppedIsNotSaidToHaveDied) {
   EXPECT_THAT(said_, Not(Contains(HasSubstr("died"))));
 }
 
-// Killed while it heated: nothing else was set by it, whatever is set now.
-TEST_F(DeadRunTest, WhatTheOwnerSetSinceStaysAndIsNamedTheZOffsetAmongIt) {
-  printer_.state.heaters["heater_bed"].target_c = 0;
-  Die("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60");
-  printer_.state.heaters["heater_bed"].target_c = 70;
-  printer_.state.gcode.homing_origin_mm = {0, 0, 0.2, 0};
-  printer_.state.gcode.gcode_position_mm = {10, 20, 4.8, 7};
-  printer_.state.gcode.speed_factor = 0.9;
-  printer_.state.limits.max_accel_mm_s2 = 4000;
-  printer_.state.pressure_advance["extruder"].advance_s = 0.04;
-  const std::string doctor = DescribeDeadRun(session_, folder_.path(), PlainAddress(address_));
-  EXPECT_THAT(doctor, HasSubstr("nothing to bring back; it leaves as they are"));
-  ASSERT_TRUE(Take("run-2"));
-  EXPECT_THAT(printer_.scripts.front(),
-              AllOf(HasSubstr("SET_GCODE_OFFSET X=0.000000 Y=0.000000 Z=0.200000\nG92 X10.000000 "
-                              "Y20.000000 Z4.800000 E7.000000"),
-                    HasSubstr("M220 S90")));
-  for (const char* untouched : {"SET_VELOCITY_LIMIT", "SET_PRESSURE_ADVANCE", "SET_HEATER"}) {
-    EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr(untouched))));
-  }
-  EXPECT_THAT(said_, Contains(AllOf(HasSubstr("left as they are, because that run did not set"),
-                                    HasSubstr("G-code offset z 0.2 mm (before that run 0)"),
-                                    HasSubstr("speed factor 0.9 (before that run 1)"),
-                                    HasSubstr("acceleration limit 4000 mm/s2"),
-                                    HasSubstr("pressure advance of extruder 0.04 s"),
-                                    HasSubstr("target of heater_bed 70 degC"))));
-}
-
 TEST_F(DeadRunTest, AfterAnotherPrintNothingIsUndoneThoughItHasTheDeadRunsValue) {
   Die("M204 S3000\nM104 S215");
   printer_.state.limits.max_accel_mm_s2 = 3000;
@@ -194,16 +166,6 @@ TEST_F(DeadRunTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
   ASSERT_FALSE(guard);
   EXPECT_THAT(guard.error().message, HasSubstr("unknown command"));
   EXPECT_EQ(Journals(), 1U);
-}
-
-TEST_F(DeadRunTest, ItsPrintThatIsStillUnderWayIsEnded) {
-  Die();
-  printer_.state.print_file = "trammel_run-1.gcode";
-  printer_.state.print_state = "printing";
-  ASSERT_TRUE(EndDeadPrint(session_, folder_.path(), address_, {.lift_mm = 5}));
-  EXPECT_THAT(printer_.scripts, Contains("CANCEL_PRINT"));
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("G1 Z5.000")));
-  EXPECT_THAT(said_, Contains(HasSubstr("its print is still under way")));
 }
 
 TEST_F(DeadRunTest, NoOtherPrintIsEnded) {

@@ -100,23 +100,6 @@ class OwnPrint : public ::testing::Test {
   testing::FakePrinter printer_;
 };
 
-TEST_F(OwnPrint, IsCancelledAndTheNozzleLiftedOffItAndParked) {
-  const EndedPrint ended = End();
-  EXPECT_THAT(ended.failed, IsEmpty());
-  EXPECT_THAT(ended.lost, IsEmpty());
-  EXPECT_THAT(
-      printer_.scripts,
-      ElementsAre("CANCEL_PRINT", "G91\nG1 Z20.000 F300\nG1 X-95.000 Y-114.000 F9000\nG90\nM400"));
-}
-
-// Without [pause_resume] Moonraker's own call fails, and there is no CANCEL_PRINT.
-TEST_F(OwnPrint, IsEndedByClosingItsFileWhereNothingCanCancelIt) {
-  printer_.cannot_cancel = true;
-  EXPECT_THAT(End().failed, IsEmpty());
-  EXPECT_THAT(printer_.scripts,
-              ElementsAre("CANCEL_PRINT", "SDCARD_RESET_FILE", HasSubstr("G91\nG1 Z20.000")));
-}
-
 TEST_F(OwnPrint, SaysSoWhereTheNozzleIsNotLiftedBecauseThePrinterShutDown) {
   printer_.state.readiness = machine::PrinterReadiness::kShutdown;
   printer_.state.message = "MCU lost";

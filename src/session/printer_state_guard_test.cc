@@ -296,15 +296,6 @@ TEST_F(PrinterStateGuardTest, NotesOnDiskBeforeThePrinterIsToldAnything) {
   EXPECT_THAT(printer_.scripts, IsEmpty());
 }
 
-TEST_F(PrinterStateGuardTest, ASecondRunOnThisComputerIsRefusedByName) {
-  const auto first = Take();
-  ASSERT_TRUE(first);
-  const auto second = Take("run-2");
-  ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(second.error().message, HasSubstr("another trammel on this computer"));
-}
-
 TEST_F(PrinterStateGuardTest, APrinterThatAnotherComputersRunHasIsNotTaken) {
   printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", "laptop.run-7"}}}};
   const auto guard = Take();

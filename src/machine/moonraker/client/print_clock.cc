@@ -11,6 +11,14 @@
 namespace trammel::machine {
 namespace {
 
+constexpr double kWindow_s = 120;  // host time that samples are kept for
+constexpr std::size_t kMostSamples = 1000;
+// Of two crystals against each other, with time slewing; where no line within it agrees, ten times
+// as much is allowed, then any rate.
+constexpr double kDrift = 1.5e-4;
+// Jitter of estimated_print_time itself (0.12 ms observed). Where no line agrees, more is allowed
+// before another rate is: up to 10 ms of a server that is kept from its processor.
+constexpr double kSlack_s = 3e-4;
 constexpr double kUnknown_s = 1000;   // ± where the samples leave one side open
 constexpr double kRoughest_s = 0.01;  // error of a reading that still is one
 constexpr double kSlowest = 0.05;     // of a server whose time is not ours
@@ -121,12 +129,11 @@ ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
 /// one side: the true line may ask for all that the best one shares between both, and for as much
 /// as the fastest message hides. Four times the best line's slack keeps the set around the true
 /// one.
-Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, double fastest,
-                        double slack_s) {
-  if (!Agreeing(readings, slowest, fastest, 0.5 * slack_s).empty()) {
-    return Agreeing(readings, slowest, fastest, slack_s);
+Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, double fastest) {
+  if (!Agreeing(readings, slowest, fastest, 0.5 * kSlack_s).empty()) {
+    return Agreeing(readings, slowest, fastest, kSlack_s);
   }
-  for (double least_s = slack_s; least_s <= kRoughest_s; least_s *= 2) {
+  for (double least_s = kSlack_s; least_s <= kRoughest_s; least_s *= 2) {
     if (!Agreeing(readings, slowest, fastest, least_s).empty()) {
       return Agreeing(readings, slowest, fastest, 4 * least_s);
     }
@@ -135,15 +142,13 @@ Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, do
 }
 
 /// REQUIRES at least one reading. Forgets from the oldest on until some line agrees.
-ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
-  const double drift = options.max_drift;
-  const double slack_s = options.reading_slack_s;
+ClockLine Fit(std::vector<Reading> readings) {
   for (;;) {
-    for (const double off : {drift, 10 * drift}) {
-      const Polygon polygon = AgreeingRoughly(readings, 1 - off, 1 + off, slack_s);
+    for (const double off : {kDrift, 10 * kDrift}) {
+      const Polygon polygon = AgreeingRoughly(readings, 1 - off, 1 + off);
       if (!polygon.empty()) return Middle(polygon, readings);
     }
-    const Polygon polygon = Agreeing(readings, kSlowest, kFastest, slack_s);
+    const Polygon polygon = Agreeing(readings, kSlowest, kFastest, kSlack_s);
     if (!polygon.empty()) return Middle(polygon, readings);
     readings.erase(readings.begin(),
                    readings.begin() + static_cast<std::ptrdiff_t>((readings.size() + 3) / 4));
@@ -159,8 +164,8 @@ void PrintClock::Add(const ClockSample& sample) {
     return;
   }
   samples_.push_back(sample);
-  while (samples_.size() > options_.max_samples ||
-         samples_.front().received_s < sample.received_s - options_.window_s) {
+  while (samples_.size() > kMostSamples ||
+         samples_.front().received_s < sample.received_s - kWindow_s) {
     samples_.pop_front();
   }
 }
@@ -205,7 +210,7 @@ std::optional<ClockRelation> PrintClock::Relation() const {
   if (print.empty()) return std::nullopt;
   ClockRelation relation;
   relation.samples = static_cast<int>(print.size());
-  relation.print_from_host = Fit(std::move(print), options_);
+  relation.print_from_host = Fit(std::move(print));
   return relation;
 }
 

@@ -22,18 +22,6 @@ struct ClockSample {
 /// its lead) tells nothing, an early one little: which lead is best depends on the network.
 inline constexpr std::array<double, 6> kQueryLeads_s = {0.0015, 0.003, 0.005, 0.009, 0.016, 0.03};
 
-/// How print_clock.h judges its samples.
-struct PrintClockOptions {
-  double window_s = 120;           ///< host time that samples are kept for, > 0
-  std::size_t max_samples = 1000;  ///< kept at most, >= 2
-  /// Of two crystals against each other, with time slewing; where no line within it agrees, ten
-  /// times as much is allowed, then any rate.
-  double max_drift = 1.5e-4;
-  /// Jitter of estimated_print_time itself (0.12 ms observed). Where no line agrees, more is
-  /// allowed before another rate is: up to 10 ms of a server that is kept from its processor.
-  double reading_slack_s = 3e-4;
-};
-
 /// Keeps, for each clock, the set of all straight lines that no sample contradicts: a time was read
 /// after its request was sent and before it was received, whatever the delays were. Delays only
 /// widen the set, they never bias it; one fast answer narrows it. The middle of the set is the
@@ -43,8 +31,6 @@ struct PrintClockOptions {
 /// and so is a clock that jumps (a restart of the firmware): what was before is forgotten.
 class PrintClock {
  public:
-  explicit PrintClock(const PrintClockOptions& options = {}) : options_(options) {}
-
   /// Samples must come in order of received_s. Values that are not finite are ignored.
   void Add(const ClockSample& sample);
   void Reset() { samples_.clear(); }
@@ -58,7 +44,6 @@ class PrintClock {
   [[nodiscard]] std::optional<double> NextUpdate() const;
 
  private:
-  PrintClockOptions options_;
   std::deque<ClockSample> samples_;
 };
 

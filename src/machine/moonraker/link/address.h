@@ -29,10 +29,10 @@ struct MoonrakerOptions {
   bool other_names = true;
   bool quote_messages = false;       ///< errors end with the last messages of the conversation
   double connect_time_limit_s = 10;  ///< of one attempt, 0.1 … 600
-  std::size_t max_message_bytes = std::size_t{16}
-                                  << 20;  ///< of an incoming message; a long configuration has 1 MB
-  std::size_t max_queued_bytes = std::size_t{16} << 20;  ///< of outgoing messages that wait
 };
+
+/// Of an incoming message, as a long configuration has 1 MB; and of outgoing ones that wait.
+inline constexpr std::size_t kMostMessageBytes = std::size_t{16} << 20;
 
 enum class Transport { kTcp, kTls, kUnix };
 

@@ -161,7 +161,7 @@ Result<void> MoonrakerConnection::Send(std::string message) {
                 ErrorKind::kMachine);
   }
   const std::size_t bytes = message.size();
-  if (state_->queued_bytes + bytes > state_->options.max_queued_bytes) {
+  if (state_->queued_bytes + bytes > kMostMessageBytes) {
     return Fail(
         fmt::format("{} does not read what we send: {} bytes wait already, {} more would be too "
                     "many; check the network and the load of the printer's computer",
