@@ -118,6 +118,7 @@ TEST(PrintNeeds, SpeedAndAccelerationStayWithinWhatTheOwnerAllows) {
        {}},
       {[](auto& facts, auto& needs) {
          needs.printed_before = true;
+         facts.max_velocity_mm_s = 60;
          facts.configured_max_velocity_mm_s = 100;
        },
        {"max_velocity is 100 mm/s", "is planned at 150"}},

@@ -76,8 +76,9 @@ TEST_F(MoonrakerPrinterTest, WaitingEndsEarlyWithThePrinterAndNamesTheRemedy) {
   EXPECT_THAT(shut_down.error().message, AllOf(HasSubstr("'shutdown'"), HasSubstr("the moon")));
   server_.Push(Notification("notify_klippy_ready"));
   ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
+  const int asked = server_.CountRequests("printer.objects.query");
   waiting = wait();
-  Settle();
+  EXPECT_FALSE(server_.WaitForRequest("printer.objects.query", asked + 1).is_null());
   server_.BreakConnections();
   const Result<PrinterState> gone = waiting.get();
   ASSERT_FALSE(gone);
