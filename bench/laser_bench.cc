@@ -1,5 +1,5 @@
-// Frames per second of the laser eye's steps, each alone, and of a whole analysis, on 1280x720
-// MJPEG: dark frames of some 20 kB and bright ones of some 200.
+// Frames per second of decoding and of a whole analysis, on 1280x720 MJPEG: dark frames of some 20
+// kB and bright ones of some 200.
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
@@ -12,9 +12,7 @@
 #include "machine/video/video_cutter.h"
 #include "machine/video/video_file.h"
 #include "pressure_advance/commands/laser_recording.h"
-#include "pressure_advance/laser/deviation.h"
 #include "support/sweep_world.h"
-#include "vision/laser_line.h"
 
 namespace trammel {
 namespace {
@@ -118,46 +116,6 @@ void Measure(benchmark::State& state, Light light) {
   SetFrames(state, state.iterations() * kLines * kSweepFrames);
 }
 
-/// The paper's mask, grey, blur and weighted mean.
-void Filter(benchmark::State& state, bool crop) {
-  pressure_advance::DeviationFrame result;
-  std::int64_t frames = 0;
-  for (auto _ : state) {
-    const BgrView whole = Frames()[static_cast<std::size_t>(frames % kFrames)].view();
-    pressure_advance::FilterFrame(crop ? Crop(whole, kPaperCrop) : whole, result);
-    benchmark::DoNotOptimize(result.centre_px.data());
-    ++frames;
-  }
-  SetFrames(state, frames);
-}
-
-void FindLine(benchmark::State& state, bool crop) {
-  vision::LaserLineWorkspace workspace;
-  vision::LaserLine line;
-  std::int64_t frames = 0;
-  for (auto _ : state) {
-    const BgrView whole = Frames()[static_cast<std::size_t>(frames % kFrames)].view();
-    vision::FindLaserLine(crop ? Crop(whole, kPaperCrop) : whole, {}, {}, workspace, line);
-    benchmark::DoNotOptimize(line.centre_px.data());
-    ++frames;
-  }
-  SetFrames(state, frames);
-}
-
-/// What the laser eye does once for each line of a scan.
-void LearnLine(benchmark::State& state, Light light) {
-  constexpr std::size_t kModelFrames = 8;
-  std::vector<BgrView> views;
-  for (std::size_t i = 0; i < kModelFrames; ++i) {
-    views.push_back(Crop(Frames(light)[i].view(), kPaperCrop));
-  }
-  const vision::LaserLineOptions options{.row_smoothing = 0, .as_good = 1.15};
-  vision::LaserLineWorkspace workspace;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(vision::LearnStripe(views, options, workspace));
-  }
-}
-
 void Names(benchmark::internal::Benchmark* bench) { bench->Unit(benchmark::kMillisecond); }
 
 BENCHMARK_CAPTURE(Decode, dark_whole, Light::kDark, Read::kWhole)->Apply(Names);
@@ -168,22 +126,6 @@ BENCHMARK_CAPTURE(Decode, dark_cut, Light::kDark, Read::kCutCrop)->Apply(Names);
 BENCHMARK_CAPTURE(Decode, bright_cut, Light::kBright, Read::kCutCrop)->Apply(Names);
 BENCHMARK_CAPTURE(Measure, dark, Light::kDark)->Apply(Names)->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(Measure, bright, Light::kBright)->Apply(Names)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(Filter, whole_frame, false)
-    ->Name("filter_1280x720")
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Filter, crop, true)->Name("filter_45x60_crop")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FindLine, whole_frame, false)
-    ->Name("find_line_1280x720")
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FindLine, crop, true)
-    ->Name("find_line_45x60_crop")
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(LearnLine, dark, Light::kDark)
-    ->Name("learn_line_45x60_crop/dark")
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(LearnLine, bright, Light::kBright)
-    ->Name("learn_line_45x60_crop/bright")
-    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace trammel
