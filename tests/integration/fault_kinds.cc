@@ -110,21 +110,6 @@ void RunOnceMore(MachineShop& shop, Outcome& outcome) {
   }
 }
 
-void Prepare(Scenario& scenario, Random& random, const char* what) {
-  const std::string name = what;
-  if (name == "disk") {
-    scenario.limits.file_bytes = static_cast<std::uint64_t>(random.Uniform(2e4, 8e5));
-  } else if (name == "files") {
-    scenario.limits.open_files = static_cast<std::uint64_t>(random.Uniform(8, 32));
-  } else {
-    scenario.limits.nobody_reads = true;
-  }
-}
-
-std::function<void(Scenario&, Random&)> Limit(const char* what) {
-  return [what](Scenario& scenario, Random& random) { Prepare(scenario, random, what); };
-}
-
 std::vector<FaultKind> OfThePrinter() {
   return {
       {"move refused", Klipper([](VirtualKlipper& klipper) {
@@ -148,27 +133,37 @@ std::vector<FaultKind> OfThePrinter() {
 }
 
 std::vector<FaultKind> OfTheProcess() {
-  std::vector<FaultKind> kinds = {
-      {"Ctrl-C", Signal(SIGINT)},   {"Ctrl-C twice", SignalTwice(SIGINT)},
-      {"SIGTERM", Signal(SIGTERM)}, {"SIGHUP", Signal(SIGHUP)},
-      {"SIGPIPE", Signal(SIGPIPE)}, {"SIGQUIT", Signal(SIGQUIT)},
-      {"SIGXFSZ", Signal(SIGXFSZ)}, {"SIGXCPU", Signal(SIGXCPU)},
-      {"SIGALRM", Signal(SIGALRM)}, {"SIGUSR1", Signal(SIGUSR1)},
-      {"SIGUSR2", Signal(SIGUSR2)}, {"SIGVTALRM", Signal(SIGVTALRM)},
-      {"SIGPROF", Signal(SIGPROF)}, {"SIGKILL", Signal(SIGKILL), false},
-      {"nobody reads its output"},  {"disk full"},
-      {"too many open files"},      {"SIGKILL, then a run", Signal(SIGKILL)},
+  return {
+      {"Ctrl-C", Signal(SIGINT)},
+      {"Ctrl-C twice", SignalTwice(SIGINT)},
+      {"SIGTERM", Signal(SIGTERM)},
+      {"SIGHUP", Signal(SIGHUP)},
+      {"SIGPIPE", Signal(SIGPIPE)},
+      {"SIGQUIT", Signal(SIGQUIT)},
+      {"SIGXFSZ", Signal(SIGXFSZ)},
+      {"SIGXCPU", Signal(SIGXCPU)},
+      {"SIGALRM", Signal(SIGALRM)},
+      {"SIGUSR1", Signal(SIGUSR1)},
+      {"SIGUSR2", Signal(SIGUSR2)},
+      {"SIGVTALRM", Signal(SIGVTALRM)},
+      {"SIGPROF", Signal(SIGPROF)},
+      {"SIGKILL", Signal(SIGKILL), false},
+      {.name = "nobody reads its output",
+       .prepare = [](Scenario& scenario, Random&) { scenario.limits.nobody_reads = true; }},
+      {.name = "disk full",
+       .prepare =
+           [](Scenario& scenario, Random& random) {
+             scenario.limits.file_bytes = static_cast<std::uint64_t>(random.Uniform(2e4, 8e5));
+           }},
+      {.name = "too many open files",
+       .prepare =
+           [](Scenario& scenario, Random& random) {
+             scenario.limits.open_files = static_cast<std::uint64_t>(random.Uniform(8, 32));
+           }},
+      {.name = "SIGKILL, then a run",
+       .strike = Signal(SIGKILL),
+       .prepare = [](Scenario& scenario, Random&) { scenario.after = RunOnceMore; }},
   };
-  for (FaultKind& kind : kinds) {
-    const std::string name = kind.name;
-    if (name == "nobody reads its output") kind.prepare = Limit("reader");
-    if (name == "disk full") kind.prepare = Limit("disk");
-    if (name == "too many open files") kind.prepare = Limit("files");
-    if (name == "SIGKILL, then a run") {
-      kind.prepare = [](Scenario& scenario, Random&) { scenario.after = RunOnceMore; };
-    }
-  }
-  return kinds;
 }
 
 std::vector<FaultKind> OfTheCamera() {
