@@ -208,46 +208,6 @@ std::vector<Facet> FreeformFacets(const Freeform& part, int steps) {
   return facets;
 }
 
-std::vector<Facet> BoxFacets(const Vector3d& half_mm) {
-  std::vector<Facet> facets;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int side : {-1, 1}) {
-      const auto corner = [&](int i, int j) {
-        Vector3d at;
-        at[axis] = side * half_mm[axis];
-        at[(axis + 1) % 3] = i * half_mm[(axis + 1) % 3];
-        at[(axis + 2) % 3] = j * half_mm[(axis + 2) % 3];
-        return at;
-      };
-      Facet first = {corner(-1, -1), corner(1, -1), corner(1, 1)};
-      Facet second = {corner(-1, -1), corner(1, 1), corner(-1, 1)};
-      if (side < 0) {
-        std::swap(first[1], first[2]);
-        std::swap(second[1], second[2]);
-      }
-      facets.push_back(first);
-      facets.push_back(second);
-    }
-  }
-  return facets;
-}
-
-std::vector<Facet> CylinderFacets(double radius_mm, double half_height_mm, int sides) {
-  std::vector<Facet> facets;
-  const auto rim = [&](int i, double z) {
-    const double angle = 2 * std::numbers::pi * (i % sides) / sides;
-    return Vector3d(radius_mm * std::cos(angle), radius_mm * std::sin(angle), z);
-  };
-  const double h = half_height_mm;
-  for (int i = 0; i < sides; ++i) {
-    facets.push_back({rim(i, -h), rim(i + 1, -h), rim(i + 1, h)});
-    facets.push_back({rim(i, -h), rim(i + 1, h), rim(i, h)});
-    facets.push_back({Vector3d(0, 0, h), rim(i, h), rim(i + 1, h)});
-    facets.push_back({Vector3d(0, 0, -h), rim(i + 1, -h), rim(i, -h)});
-  }
-  return facets;
-}
-
 std::string BinaryStl(const std::vector<Facet>& facets, double per_mm) {
   std::string bytes(80, ' ');
   bytes.reserve(84 + 50 * facets.size());

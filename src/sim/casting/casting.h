@@ -73,12 +73,6 @@ using Facet = std::array<Eigen::Vector3d, 3>;
 /// 12 · steps² triangles with their corners on the surface, over the six sides of a cube.
 [[nodiscard]] std::vector<Facet> FreeformFacets(const Freeform& part, int steps);
 
-/// Of a box about the origin: 12 triangles.
-[[nodiscard]] std::vector<Facet> BoxFacets(const Eigen::Vector3d& half_mm);
-
-/// A cylinder about z of so many sides, closed above and below.
-[[nodiscard]] std::vector<Facet> CylinderFacets(double radius_mm, double half_height_mm, int sides);
-
 /// @param per_mm  units of the file in a mm
 [[nodiscard]] std::string BinaryStl(const std::vector<Facet>& facets, double per_mm = 1);
 

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 #include "base/random.h"
 
@@ -31,23 +30,6 @@ TEST(Freeform, NormalsAreThoseOfDifferences) {
       EXPECT_NEAR(along.normalized().dot(normal), 0, 1e-8);
     }
   }
-}
-
-TEST(Freeform, TheMeshHasItsCornersOnTheSurfaceAndIsClosed) {
-  const Freeform part = DrawFreeform(kHalf_mm, kSeed);
-  const auto facets = FreeformFacets(part, 20);
-  EXPECT_EQ(facets.size(), 4800U);
-  Vector3d sum = Vector3d::Zero();
-  double volume = 0;
-  for (const Facet& facet : facets) {
-    const Vector3d area = (facet[1] - facet[0]).cross(facet[2] - facet[0]) / 2;
-    sum += area;
-    volume += area.dot(facet[0]) / 3;
-    EXPECT_GT(area.dot(facet[0]), 0) << "counter-clockwise from outside";
-  }
-  EXPECT_LT(sum.norm(), 1e-6) << "the areas of a closed surface cancel";
-  EXPECT_GT(volume, 0.5 * 4.2 * kHalf_mm.prod());
-  EXPECT_EQ(BinaryStl(facets).size(), 84U + 50U * 4800U);
 }
 
 TEST(Freeform, StockAlongANormalIsItsLength) {

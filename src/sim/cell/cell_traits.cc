@@ -5,7 +5,6 @@
 #include <map>
 
 #include "base/check.h"
-#include "sim/print/named_number.h"
 
 namespace trammel::sim {
 
@@ -79,24 +78,6 @@ double BehindToe(const ContactLaw& law, double depth_mm) {
 
 }  // namespace
 
-std::string_view ToString(ContactKind kind) {
-  switch (kind) {
-    case ContactKind::kLinear:
-      return "linear";
-    case ContactKind::kQuadratic:
-      return "quadratic";
-    case ContactKind::kCubic:
-      return "cubic";
-    case ContactKind::kPower:
-      return "power";
-    case ContactKind::kTwoSlope:
-      return "two-slope";
-    case ContactKind::kYielding:
-      return "yielding";
-  }
-  return "linear";
-}
-
 double ContactForce(const ContactLaw& law, double depth_mm) {
   if (depth_mm <= 0) return 0;
   depth_mm = BehindToe(law, depth_mm);
@@ -143,18 +124,6 @@ void AppendTrapezoid(std::vector<ZMove>& moves, double time_s, double z_mm, doub
 
 }  // namespace
 
-Result<void> Validate(const TapMotion& m) {
-  return CheckBounds("tap motion", {{"approach_speed_mm_s", m.approach_speed_mm_s, 0.05, 50},
-                                    {"acceleration_mm_s2", m.acceleration_mm_s2, 1, 1e5},
-                                    {"approach_from_mm", m.approach_from_mm, 0.02, 100},
-                                    {"trigger_force_g", m.trigger_force_g, 1, 1e5},
-                                    {"stop_latency_s", m.stop_latency_s, 0, 0.5},
-                                    {"told_after_s", m.told_after_s, 0, 5},
-                                    {"pause_s", m.pause_s, 0, 5},
-                                    {"pull_back_mm", m.pull_back_mm, 0.005, 5},
-                                    {"pull_back_speed_mm_s", m.pull_back_speed_mm_s, 0.005, 20}});
-}
-
 std::vector<ZMove> ApproachMoves(const TapMotion& motion, double start_time_s, double start_z_mm,
                                  double halt_z_mm) {
   TRAMMEL_CHECK(start_z_mm > halt_z_mm, "start_z_mm = {}, halt_z_mm = {}", start_z_mm, halt_z_mm);
@@ -188,94 +157,6 @@ ZState StateAt(std::span<const ZMove> moves, double time_s) {
 }
 
 namespace {
-
-Result<void> CheckPress(const PressTraits& p) {
-  // Softer than this the law would fall before its reference depth.
-  const double softest = p.law.kind == ContactKind::kCubic      ? -0.3
-                         : p.law.kind == ContactKind::kTwoSlope ? -0.95
-                                                                : -0.45;
-  return CheckBounds("load cell trait",
-                     {{"press.law.stiffness_g_mm", p.law.stiffness_g_mm, 1, 1e6},
-                      {"press.law.reference_mm", p.law.reference_mm, 1e-4, 1},
-                      {"press.law.share", p.law.share, softest, 5},
-                      {"press.law.exponent", p.law.exponent, 0.4, 3},
-                      {"press.law.knee", p.law.knee, 0.05, 20},
-                      {"press.law.toe_mm", p.law.toe_mm, 0, 0.2},
-                      {"press.law.toe_share", p.law.toe_share, 0.02, 1},
-                      {"press.law.toe_rounding", p.law.toe_rounding, 0, 1},
-                      {"press.law.sheet_gap_mm", p.law.sheet_gap_mm, 0, 1},
-                      {"press.law.sheet_stiffness_g_mm", p.law.sheet_stiffness_g_mm, 0, 1e5},
-                      {"press.onset_travel_mm", p.onset_travel_mm, 0, 0.1},
-                      {"press.creep_share", p.creep_share, 0, 0.5},
-                      {"press.creep_s", p.creep_s, 1e-3, 100},
-                      {"press.stick_g", p.stick_g, 0, 1e4},
-                      {"press.blob_g", p.blob_g, 0, 1e4},
-                      {"press.blob_mm", p.blob_mm, 1e-3, 5},
-                      {"press.thread_g", p.thread_g, 0, 1e4},
-                      {"press.thread_mm", p.thread_mm, 1e-3, 5},
-                      {"press.strand_g", p.strand_g, 0, 1e4},
-                      {"press.strand_onset_mm", p.strand_onset_mm, 1e-6, 5},
-                      {"press.strand_length_mm", p.strand_length_mm, 1e-3, 100},
-                      {"press.strand_snap_mm", p.strand_snap_mm, 1e-3, 5}});
-}
-
-Result<void> CheckDisturbance(const DisturbanceTraits& d) {
-  return CheckBounds("load cell trait",
-                     {{"disturbance.noise_g", d.noise_g, 0, 1e4},
-                      {"disturbance.pink_g", d.pink_g, 0, 1e4},
-                      {"disturbance.approach_noise_g", d.approach_noise_g, 0, 1e4},
-                      {"disturbance.approach_speed_mm_s", d.approach_speed_mm_s, 0.01, 100},
-                      {"disturbance.drift_g_s", d.drift_g_s, -1e4, 1e4},
-                      {"disturbance.drift_g_mm", d.drift_g_mm, -1e4, 1e4},
-                      {"disturbance.wander_g", d.wander_g, 0, 1e4},
-                      {"disturbance.wander_s", d.wander_s, 1e-3, 1e4},
-                      {"disturbance.hum_g", d.hum_g, 0, 1e4},
-                      {"disturbance.hum_hz", d.hum_hz, 1, 1000},
-                      {"disturbance.hum_second", d.hum_second, 0, 10},
-                      {"disturbance.hum_third", d.hum_third, 0, 10},
-                      {"disturbance.ring_g", d.ring_g, 0, 1e4},
-                      {"disturbance.ring_hz", d.ring_hz, 0.1, 1e4},
-                      {"disturbance.ring_s", d.ring_s, 1e-3, 100},
-                      {"disturbance.mode_share", d.mode_share, 0, 1},
-                      {"disturbance.mode_mass_g", d.mode_mass_g, 0, 1e5},
-                      {"disturbance.mode_hz", d.mode_hz, 0.5, 1e4},
-                      {"disturbance.mode_damping", d.mode_damping, 1e-4, 0.9},
-                      {"disturbance.swing_g", d.swing_g, 0, 1e4},
-                      {"disturbance.swing_hz", d.swing_hz, 0.1, 1e4},
-                      {"disturbance.slip_g", d.slip_g, -1e4, 1e4},
-                      {"disturbance.slip_above_mm", d.slip_above_mm, -1, 5},
-                      {"disturbance.slip_s", d.slip_s, 1e-6, 10},
-                      {"disturbance.heater_g", d.heater_g, -1e4, 1e4},
-                      {"disturbance.heater_hz", d.heater_hz, 0.01, 1000},
-                      {"disturbance.heater_duty", d.heater_duty, 0, 1}});
-}
-
-Result<void> CheckConverter(const ConverterTraits& c) {
-  return CheckBounds("load cell trait",
-                     {{"converter.rate_hz", c.rate_hz, 5, 1e5},
-                      {"converter.filter_order", static_cast<double>(c.filter_order), 0, 5},
-                      {"converter.counts_per_g", c.counts_per_g, 0.01, 1e5},
-                      {"converter.sign squared", c.sign * c.sign, 1, 1},
-                      {"converter.offset_g", c.offset_g, -1e6, 1e6},
-                      {"converter.saturation_g", c.saturation_g, 1, 1e7},
-                      {"converter.latency_s", c.latency_s, -0.02, 0.1},
-                      {"converter.creep_share", c.creep_share, 0, 0.5},
-                      {"converter.creep_s", c.creep_s, 1e-3, 100},
-                      {"converter.hysteresis_share", c.hysteresis_share, -0.5, 0.5}});
-}
-
-Result<void> CheckFaults(const SampleFaults& f) {
-  return CheckBounds("load cell trait",
-                     {{"faults.drop_share", f.drop_share, 0, 1},
-                      {"faults.duplicate_time_share", f.duplicate_time_share, 0, 1},
-                      {"faults.held_share", f.held_share, 0, 1},
-                      {"faults.jitter", f.jitter, 0, 2},
-                      {"faults.clock_step_s", f.clock_step_s, -1, 1},
-                      {"faults.minus_one_share", f.minus_one_share, 0, 1},
-                      {"faults.stuck_s", f.stuck_s, 0, 1e6},
-                      {"faults.gap_s", f.gap_s, 0, 1e6},
-                      {"faults.impulse_g", f.impulse_g, -1e5, 1e5}});
-}
 
 CellTraits With(void (*change)(CellTraits&)) {
   CellTraits traits;
@@ -381,15 +262,6 @@ PressTraits DrawPress(Random& random) {
 }
 
 }  // namespace
-
-Result<void> Validate(const CellTraits& traits) {
-  for (const Result<void>& checked :
-       {CheckPress(traits.press), CheckDisturbance(traits.disturbance),
-        CheckConverter(traits.converter), CheckFaults(traits.faults)}) {
-    if (!checked) return checked;
-  }
-  return {};
-}
 
 CellTraits DrawCellTraits(Random& random) {
   constexpr double kRatesHz[] = {80, 320, 331.7, 400, 500, 1000, 2000};

@@ -21,8 +21,6 @@ enum class ContactKind {
   kYielding,   ///< F = k h D (1 - exp(-d/(h D))): gives way more and more, h is the knee
 };
 
-[[nodiscard]] std::string_view ToString(ContactKind kind);
-
 /// How the stiffness grows behind the toe, at the end to that of the bed alone.
 enum class ToeKind {
   kRounded,      ///< evenly with depth, or at once: a film that is pressed flat
@@ -80,9 +78,6 @@ struct TapMotion {
   double pull_back_mm = 0.1;           ///< 0.005 … 5
   double pull_back_speed_mm_s = 0.32;  ///< 0.005 … 20; at 320 samples/s 1 um per sample
 };
-
-/// Names the field, the value and the bound of the first that cannot be.
-[[nodiscard]] Result<void> Validate(const TapMotion& motion);
 
 /// Start and cruise of the approach as they are cut short by the stop at `halt_z_mm`; as Klipper's,
 /// the approach has no deceleration. REQUIRES start_z_mm > halt_z_mm.
@@ -219,9 +214,6 @@ struct CellTraits {
   ConverterTraits converter;
   SampleFaults faults;
 };
-
-/// Names the field, the value and the bound of the first trait that cannot be.
-[[nodiscard]] Result<void> Validate(const CellTraits& traits);
 
 /// A plausible cell on a plausible bed: every law, onset and converter occurs, disturbances are
 /// small, nothing is faulty.

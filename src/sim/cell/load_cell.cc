@@ -115,8 +115,6 @@ LoadCell::LoadCell(const CellTraits& traits, double start_s, Random random)
       first_s_(start_s + random_.Uniform() / traits.converter.rate_hz),
       next_s_(first_s_),
       pink_(traits.converter.rate_hz, random.Fork(kPinkStream)) {
-  const Result<void> valid = Validate(traits);
-  TRAMMEL_CHECK(valid.has_value(), "{}", valid.error().message);
   for (double& phase_rad : hum_phase_rad_) phase_rad = random_.Uniform(0, 2 * std::numbers::pi);
   heater_phase_ = random_.Uniform();
   swing_phase_rad_ = random_.Fork(kSwingStream).Uniform(0, 2 * std::numbers::pi);

@@ -112,7 +112,7 @@ struct CellSample {
 /// its whole path: play, creep, plastic.
 class LoadCell {
  public:
-  /// REQUIRES Validate(traits). The first sample comes within one sampling interval of start_s.
+  /// REQUIRES valid traits. The first sample comes within one sampling interval of start_s.
   LoadCell(const CellTraits& traits, double start_s, Random random);
 
   /// When the next sample will be there.

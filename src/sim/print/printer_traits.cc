@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "base/check.h"
-#include "sim/print/named_number.h"
 
 namespace trammel::sim {
 
@@ -75,20 +74,6 @@ DrivenFlow PositiveFlow(const StorageLaw& law, double stored_mm) {
 
 }  // namespace
 
-std::string_view ToString(StorageKind kind) {
-  switch (kind) {
-    case StorageKind::kLinear:
-      return "linear";
-    case StorageKind::kPower:
-      return "power";
-    case StorageKind::kTanh:
-      return "tanh";
-    case StorageKind::kReciprocal:
-      return "reciprocal";
-  }
-  return "linear";
-}
-
 double Stored(const StorageLaw& law, double flow_mm_s) {
   return std::copysign(law.scale_s * PositiveShape(law, std::abs(flow_mm_s)), flow_mm_s);
 }
@@ -114,40 +99,6 @@ StorageLaw ScaledTo(StorageLaw law, double k_star_s, double slow_mm_s, double fa
   law.scale_s = 1;
   law.scale_s = k_star_s / IdealPressureAdvance(law, slow_mm_s, fast_mm_s);
   return law;
-}
-
-Result<void> Validate(const PrinterTraits& t) {
-  return CheckBounds("printer trait",
-                     {
-                         {"bed_size_x_mm", t.bed_size_x_mm, 1, 2000},
-                         {"bed_size_y_mm", t.bed_size_y_mm, 1, 2000},
-                         {"filament_diameter_mm", t.filament_diameter_mm, 0.5, 5},
-                         {"nozzle_diameter_mm", t.nozzle_diameter_mm, 0.1, 2},
-                         {"max_velocity_mm_s", t.max_velocity_mm_s, 1, 1e4},
-                         {"max_acceleration_mm_s2", t.max_acceleration_mm_s2, 1, 1e6},
-                         {"square_corner_velocity_mm_s", t.square_corner_velocity_mm_s, 0, 1e3},
-                         {"minimum_cruise_ratio", t.minimum_cruise_ratio, 0, 0.999},
-                         {"smooth_time_s", t.smooth_time_s, 0, 0.2},
-                         {"k_star_s", t.k_star_s, 1e-4, 10},
-                         {"law.exponent", t.law.exponent, 0.2, 1},
-                         {"law.saturating_share", t.law.saturating_share, 0, 0.95},
-                         {"law.knee_mm_s", t.law.knee_mm_s, 0.01, 1000},
-                         {"lag_scatter_s", t.lag_scatter_s, 0, 0.1},
-                         {"flow_scatter", t.flow_scatter, 0, 0.2},
-                         {"flow_drift", t.flow_drift, 0, 0.2},
-                         {"flow_noise", t.flow_noise, 0, 0.2},
-                         {"flow_noise_length_mm", t.flow_noise_length_mm, 0.1, 100},
-                         {"slip", t.slip, 0, 0.3},
-                         {"start_loss_mm", t.start_loss_mm, -0.2, 0.2},
-                         {"start_loss_scatter_mm", t.start_loss_scatter_mm, 0, 0.2},
-                         {"smear_mm", t.smear_mm, 0, 2},
-                         {"break_area_mm2", t.break_area_mm2, 0, 1},
-                         {"plate_tilt_x", t.plate_tilt_x, -0.01, 0.01},
-                         {"plate_tilt_y", t.plate_tilt_y, -0.01, 0.01},
-                         {"blobs_per_m", t.blobs_per_m, 0, 1000},
-                         {"gaps_per_m", t.gaps_per_m, 0, 1000},
-                         {"strings_per_m", t.strings_per_m, 0, 1000},
-                     });
 }
 
 PrinterTraits DrawTraits(double k_star_s, Random& random) {

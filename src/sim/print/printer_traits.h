@@ -1,10 +1,7 @@
 // How much filament a hot end holds compressed at a given flow: the cause of all lag.
 #pragma once
 
-#include <string_view>
-
 #include "base/random.h"
-#include "base/result.h"
 
 namespace trammel::sim {
 
@@ -15,8 +12,6 @@ enum class StorageKind {
   kTanh,        ///< S = c ((1 - a) q + a q0 tanh(q / q0)): part of the storage saturates
   kReciprocal,  ///< S = c ((1 - a) q + a q0 (1 - 1 / (1 + q / q0))): saturates more slowly
 };
-
-[[nodiscard]] std::string_view ToString(StorageKind kind);
 
 struct StorageLaw {
   StorageKind kind = StorageKind::kLinear;
@@ -96,9 +91,6 @@ struct PrinterTraits {
   double gaps_per_m = 0;
   double strings_per_m = 0;
 };
-
-/// Names the field, the value and the bound of the first trait that cannot be.
-[[nodiscard]] Result<void> Validate(const PrinterTraits& traits);
 
 /// A plausible printer whose truth is k_star_s: law, exponent (0.4 … 1), scatter of lag (1 … 2 ms)
 /// and flow (1 … 2 %), starts and rare defects are drawn. REQUIRES 0.0001 <= k_star_s <= 10.

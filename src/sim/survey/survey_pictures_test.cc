@@ -45,60 +45,10 @@ TEST(HandCamera, ShowsADiscFromAboveRoundAndATiltedOneShort) {
   EXPECT_NEAR(std::abs(off), a * a * std::sin(1.0) * std::cos(1.0) / 2773, 1e-4);
 }
 
-TEST(FreeformBlock, AHillHidesWhatLiesBehindIt) {
-  FreeformBlock block;
-  block.hills = {{{0, 0}, 100, 80}};
-  const Vector3d behind = TopPoint(block, -300, 0);
-  EXPECT_FALSE(IsOpenTo(block, behind, {2500, 0, 300}));
-  EXPECT_TRUE(IsOpenTo(block, behind, {2500, 0, 2500}));
-  EXPECT_TRUE(IsOpenTo(block, behind, {-2500, 0, 300}));
-  EXPECT_FALSE(IsOpenTo(block, {-1000, 0, -100}, {2500, 0, 300}));  // through the body
-}
-
-TEST(FreeformBlock, NormalsAreThoseOfDifferences) {
-  const FreeformBlock block = DrawBlock(3);
-  constexpr double kStep_mm = 1e-3;
-  for (const double x : {-700.0, 30.0, 910.0}) {
-    const Vector3d along = TopPoint(block, x + kStep_mm, 50) - TopPoint(block, x - kStep_mm, 50);
-    const Vector3d across = TopPoint(block, x, 50 + kStep_mm) - TopPoint(block, x, 50 - kStep_mm);
-    EXPECT_NEAR(TopNormal(block, x, 50).dot(along.normalized()), 0, 1e-7);
-    EXPECT_NEAR(TopNormal(block, x, 50).dot(across.normalized()), 0, 1e-7);
-  }
-}
-
-TEST(SurveyPart, GlintsObeyTheLawOfReflection) {
-  const FreeformBlock block = DrawBlock(4);
-  const Vector3d lamp(900, -400, 2500);
-  const Vector3d eye(-1500, 700, 1700);
-  const auto glints = GlintsOf(block, lamp, eye);
-  ASSERT_FALSE(glints.empty());
-  for (const Vector3d& glint : glints) {
-    const Vector3d half = ((lamp - glint).normalized() + (eye - glint).normalized()).normalized();
-    EXPECT_NEAR(half.dot(TopNormal(block, glint.x(), glint.y())), 1, 1e-6);
-  }
-}
-
 struct Scene {
   std::vector<HandShot> shots = WalkAround({}, 5);
   SurveyPart part = DrawSurveyPart({}, shots, 5);
 };
-
-TEST(SurveyPart, HasItsTargetsAndPairsAFewMillimetresApart) {
-  const Scene scene;
-  int plain = 0;
-  int in_pairs = 0;
-  for (const SurveyMark& mark : scene.part.marks) {
-    if (mark.code > 0) continue;
-    ++plain;
-    for (const SurveyMark& other : scene.part.marks) {
-      const double apart = (mark.at_mm - other.at_mm).norm();
-      if (&other != &mark && other.code == 0 && apart < 12) ++in_pairs;
-    }
-  }
-  EXPECT_EQ(plain, 300);
-  EXPECT_EQ(scene.part.marks.size(), 364U);
-  EXPECT_GE(in_pairs, 20);
-}
 
 TEST(SurveyPictures, ShowWhatIsAskedForWithItsNoise) {
   const Scene scene;
@@ -131,30 +81,6 @@ TEST(SurveyPictures, ShowWhatIsAskedForWithItsNoise) {
   int by_four = 0;
   for (const MarkSupport& support : supports) by_four += support.pictures >= 4 ? 1 : 0;
   EXPECT_GT(by_four, 330);
-}
-
-TEST(SurveyPictures, AMovedMarkStandsElsewhereFromThen) {
-  const Scene scene;
-  SurveyPictureTraits traits;
-  traits.sigma_px = 0;
-  traits.missed = 0;
-  traits.move = MarkMove{70, 50, {0, 0, 5}};
-  const auto moved = TakeSurveyPictures(scene.part, {}, scene.shots, traits, 5);
-  traits.move.reset();
-  const auto still = TakeSurveyPictures(scene.part, {}, scene.shots, traits, 5);
-  const auto places = [](const std::vector<SurveyShow>& shows, std::size_t picture) {
-    for (const SurveySpot& spot : shows[picture].spots) {
-      if (spot.kind == SpotKind::kMark && spot.mark == 70) return spot.seen.centre_px;
-    }
-    return Eigen::Vector2d(-1, -1);
-  };
-  int differ = 0;
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    const bool same = (places(moved, i) - places(still, i)).norm() < 1e-9;
-    if (i < 50) EXPECT_TRUE(same) << i;
-    if (i >= 50 && !same) ++differ;
-  }
-  EXPECT_GT(differ, 5);
 }
 
 }  // namespace
