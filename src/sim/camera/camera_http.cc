@@ -82,7 +82,6 @@ struct Hub {
   CameraHttp::OnSent on_sent;
   std::set<std::shared_ptr<Client>> clients;
   std::atomic<int> waiting = 0;  // streams and snapshots that want frames
-  std::atomic<std::int64_t> dropped = 0;
   std::int64_t last_sent = -1;
 };
 
@@ -109,10 +108,6 @@ class Client : public std::enable_shared_from_this<Client> {
   void Offer(const CameraPart& part) {
     if (request_.what == CameraRequest::What::kUnknown || closed_) return;
     if (!busy_) return Send(part);
-    if (next_) {
-      ++counts_.dropped;
-      ++hub_.dropped;
-    }
     next_ = part;
   }
 
@@ -185,23 +180,13 @@ class Client : public std::enable_shared_from_this<Client> {
       text_ = SnapshotHead(hub_.headers, part, send);
       return Write({net::buffer(text_), picture}, [](Client& client) { client.Close(); });
     }
-    CountFrame(send.monotonic_s);
-    text_ = PartHead(hub_.headers, request_.extra_headers, part, send, counts_);
+    text_ = PartHead(hub_.headers, request_.extra_headers, part, send);
     if (part.half) {
       return Write({net::buffer(text_), picture}, [](Client& client) { client.Close(); });
     }
     tail_ = PartTail(hub_.headers);
     Write({net::buffer(text_), picture, net::buffer(tail_)},
           [](Client& client) { client.SendNext(); });
-  }
-
-  void CountFrame(double now_s) {
-    if (now_s - second_began_s_ >= 1) {
-      counts_.frames_per_s = frames_this_second_;
-      frames_this_second_ = 0;
-      second_began_s_ = now_s;
-    }
-    ++frames_this_second_;
   }
 
   void SendNext() {
@@ -228,9 +213,6 @@ class Client : public std::enable_shared_from_this<Client> {
   boost::beast::flat_buffer buffer_{kRequestBytes};
   http::request_parser<http::empty_body> parser_;
   CameraRequest request_;
-  ClientCounts counts_;
-  double second_began_s_ = 0;
-  int frames_this_second_ = 0;
   bool busy_ = false;
   bool closed_ = false;
   std::array<char, 256> ignored_{};
@@ -278,7 +260,6 @@ class Server final : public CameraHttp {
 
   int port() const override { return port_; }
   bool wanted() const override { return hub_.waiting > 0; }
-  std::int64_t dropped() const override { return hub_.dropped; }
 
   void Publish(CameraPart part, double due_s) override {
     net::post(io_, [this, part = std::move(part), due_s]() mutable {
@@ -358,6 +339,16 @@ std::string_view Boundary(CameraHeaders style) {
   return style == CameraHeaders::kNone ? "123456789000000000000987654321" : "boundarydonotcross";
 }
 
+// ustreamer's headers, of which a snapshot's end in "Timestamp" where a stream's end in "Time".
+std::string TimesOf(CameraHeaders style, const char* ending, const CameraPart& part,
+                    const SendTimes& send) {
+  return fmt::format(
+      "X-UStreamer-Online: true\r\nX-UStreamer-Width: {}\r\nX-UStreamer-Height: {}\r\n"
+      "X-UStreamer-Grab-{}{}: {:.6f}\r\nX-UStreamer-Send-{}: {:.6f}\r\n",
+      part.width_px, part.height_px, style == CameraHeaders::kUstreamer6 ? "Begin-" : "", ending,
+      part.stamp_s, ending, send.monotonic_s);
+}
+
 }  // namespace
 
 CameraRequest ParseTarget(std::string_view target) {
@@ -389,32 +380,12 @@ std::string StreamHead(CameraHeaders style) {
 }
 
 std::string PartHead(CameraHeaders style, bool extra_headers, const CameraPart& part,
-                     const SendTimes& send, const ClientCounts& counts) {
+                     const SendTimes& send) {
   std::string head =
       fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n", part.jpeg->size());
   if (style == CameraHeaders::kNone) return head + "\r\n";
   head += fmt::format("X-Timestamp: {:.6f}\r\n", send.wall_s);
-  if (!extra_headers) return head + "\r\n";
-  head += fmt::format(
-      "X-UStreamer-Online: true\r\nX-UStreamer-Dropped: {}\r\nX-UStreamer-Width: {}\r\n"
-      "X-UStreamer-Height: {}\r\nX-UStreamer-Client-FPS: {}\r\n",
-      counts.dropped, part.width_px, part.height_px, counts.frames_per_s);
-  if (style == CameraHeaders::kUstreamer6) {
-    head +=
-        fmt::format("X-UStreamer-Grab-Begin-Time: {:.6f}\r\nX-UStreamer-Grab-End-Time: {:.6f}\r\n",
-                    part.stamp_s, part.grab_end_s);
-  } else {
-    head += fmt::format("X-UStreamer-Grab-Time: {:.6f}\r\n", part.stamp_s);
-  }
-  head += fmt::format(
-      "X-UStreamer-Encode-Begin-Time: {:.6f}\r\nX-UStreamer-Encode-End-Time: {:.6f}\r\n",
-      part.encode_begin_s, part.encode_end_s);
-  head += fmt::format(
-      "X-UStreamer-Expose-Begin-Time: {0:.6f}\r\nX-UStreamer-Expose-Cmp-Time: {0:.6f}\r\n"
-      "X-UStreamer-Expose-End-Time: {0:.6f}\r\nX-UStreamer-Send-Time: {1:.6f}\r\n"
-      "X-UStreamer-Latency: {2:.6f}\r\n\r\n",
-      part.encode_end_s, send.monotonic_s, send.monotonic_s - part.stamp_s);
-  return head;
+  return head + (extra_headers ? TimesOf(style, "Time", part, send) : "") + "\r\n";
 }
 
 std::string PartTail(CameraHeaders style) { return fmt::format("\r\n--{}\r\n", Boundary(style)); }
@@ -423,21 +394,8 @@ std::string SnapshotHead(CameraHeaders style, const CameraPart& part, const Send
   std::string head = "HTTP/1.1 200 OK\r\nConnection: close\r\n";
   if (style != CameraHeaders::kNone) {
     head += kNoCache;
-    head += fmt::format(
-        "X-Timestamp: {:.6f}\r\nX-UStreamer-Online: true\r\nX-UStreamer-Width: {}\r\n"
-        "X-UStreamer-Height: {}\r\n",
-        send.wall_s, part.width_px, part.height_px);
-    if (style == CameraHeaders::kUstreamer6) {
-      head += fmt::format(
-          "X-UStreamer-Grab-Begin-Timestamp: {:.6f}\r\nX-UStreamer-Grab-End-Timestamp: {:.6f}\r\n",
-          part.stamp_s, part.grab_end_s);
-    } else {
-      head += fmt::format("X-UStreamer-Grab-Timestamp: {:.6f}\r\n", part.stamp_s);
-    }
-    head += fmt::format(
-        "X-UStreamer-Encode-Begin-Timestamp: {:.6f}\r\n"
-        "X-UStreamer-Encode-End-Timestamp: {:.6f}\r\nX-UStreamer-Send-Timestamp: {:.6f}\r\n",
-        part.encode_begin_s, part.encode_end_s, send.monotonic_s);
+    head += fmt::format("X-Timestamp: {:.6f}\r\n", send.wall_s);
+    head += TimesOf(style, "Timestamp", part, send);
   }
   return head +
          fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n", part.jpeg->size());

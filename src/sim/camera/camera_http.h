@@ -34,10 +34,7 @@ struct CameraPart {
   int width_px = 0;
   int height_px = 0;
   double stamp_s = 0;  ///< capture time as the headers say it
-  double grab_end_s = 0;
-  double encode_begin_s = 0;
-  double encode_end_s = 0;
-  bool half = false;  ///< breaks off in the middle; then the connection closes
+  bool half = false;   ///< breaks off in the middle; then the connection closes
 };
 
 /// The host's monotonic clock (CLOCK_MONOTONIC), s.
@@ -60,8 +57,6 @@ class CameraHttp {
   [[nodiscard]] virtual int port() const = 0;
   /// Whether anybody waits for a frame.
   [[nodiscard]] virtual bool wanted() const = 0;
-  /// Frames that a client did not get because it was still busy with an earlier one.
-  [[nodiscard]] virtual std::int64_t dropped() const = 0;
   /// Hands a frame to all clients at due_s, or at once when that has passed. REQUIRES that due_s
   /// does not decrease from call to call.
   virtual void Publish(CameraPart part, double due_s) = 0;
@@ -89,15 +84,9 @@ struct SendTimes {
   double wall_s = 0;  ///< since 1970
 };
 
-/// What a client was sent so far.
-struct ClientCounts {
-  std::int64_t dropped = 0;
-  int frames_per_s = 0;
-};
-
 /// Before each frame of a stream.
 [[nodiscard]] std::string PartHead(CameraHeaders style, bool extra_headers, const CameraPart& part,
-                                   const SendTimes& send, const ClientCounts& counts);
+                                   const SendTimes& send);
 
 /// After each frame of a stream: the boundary of the next.
 [[nodiscard]] std::string PartTail(CameraHeaders style);

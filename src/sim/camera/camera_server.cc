@@ -116,6 +116,7 @@ namespace {
 
 constexpr double kMostBehindS = 0.3;  // drawing may fall behind by this before frames are lost
 constexpr std::size_t kStillFrames = 8;
+constexpr double kStampStepS = 1e-3;  // ustreamer cuts its stamps to whole multiples
 
 // Frames that differ by noise alone, for while nothing happens: drawing more of them would only
 // warm the machine.
@@ -199,12 +200,6 @@ class Running final : public CameraServer {
     faults_.Add(later);
   }
   std::vector<CameraTruth> truth() const override { return log_.rows(); }
-  CameraCounts counts() const override {
-    const std::lock_guard lock(mutex_);
-    CameraCounts counts = counts_;
-    counts.dropped = http_->dropped();
-    return counts;
-  }
   const HeadEye& eye() const override { return view_.eye(); }
 
  private:
@@ -242,29 +237,17 @@ class Running final : public CameraServer {
       http_->SetOpen(open_);
     }
     if (faults.stall || lost || !open_ || !http_->wanted()) return;
-    const double begin_s = MonotonicNow();
-    if (begin_s - capture_s > kMostBehindS) {
-      const std::lock_guard lock(mutex_);
-      ++counts_.late;
-      return;
-    }
+    if (MonotonicNow() - capture_s > kMostBehindS) return;
     CameraTruth truth;
     CameraPart part = Draw(capture_s, faults, truth);
     part.frame = truth.frame = frame;
     truth.capture_s = capture_s;
-    const double stamp_s = capture_s + options_.stamp_after_s;
-    const double step_s = options_.stamp_resolution_s;
-    part.stamp_s = (step_s > 0 ? std::floor(stamp_s / step_s) * step_s : stamp_s) + faults.jump_s;
+    part.stamp_s = std::floor(capture_s / kStampStepS) * kStampStepS + faults.jump_s;
     truth.stamp_s = part.stamp_s;
-    part.grab_end_s = begin_s;
-    part.encode_begin_s = begin_s;
-    part.encode_end_s = MonotonicNow();
     part.half = truth.half = faults.half_jpeg;
-    due_s_ = std::max({due_s_, capture_s + delay_s, part.encode_end_s});
+    due_s_ = std::max({due_s_, capture_s + delay_s, MonotonicNow()});
     {
       const std::lock_guard lock(mutex_);
-      ++counts_.drawn;
-      counts_.drawing_s += part.encode_end_s - begin_s;
       unsent_.push_back(truth);
       // What no client took never comes up in Sent().
       while (unsent_.size() > 1000) unsent_.pop_front();
@@ -330,7 +313,6 @@ class Running final : public CameraServer {
   std::condition_variable changed_;
   bool stopping_ = false;
   CameraFaults faults_;
-  CameraCounts counts_;
   std::deque<CameraTruth> unsent_;
   CameraTruthLog log_;
   std::unique_ptr<CameraHttp> http_;
@@ -345,29 +327,12 @@ Result<void> Within(std::string_view field, double value, double lo, double hi) 
 
 }  // namespace
 
-Result<void> CameraServerOptions::Validate() const {
-  const Result<void> checks[] = {
-      Within("port", port, 0, 65535),
-      Within("frame width", view.frame_width_px, 64, kSensorWidthPx),
-      Within("frame height", view.frame_height_px, 64, kSensorHeightPx),
-      Within("frames per second", frames_per_s, 1, 1000),
-      Within("machine time scale", machine_time_scale, 0.1, 1000),
-      Within("stamp after mid-exposure, s,", stamp_after_s, -0.1, 0.1),
-      Within("stamp resolution, s,", stamp_resolution_s, 0, 0.01),
-      Within("latency, s,", latency_s, 0, 2),
-      Within("latency jitter, s,", latency_jitter_s, 0, 2),
-      Within("JPEG quality", jpeg_quality, 1, 100),
-  };
-  for (const Result<void>& check : checks) {
-    if (!check) return check;
-  }
-  return {};
-}
-
 Result<std::unique_ptr<CameraServer>> CameraServer::Start(
     const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
     const Random& eye) {
-  TRY(options.Validate());
+  TRY(Within("frame width", options.view.frame_width_px, 64, kSensorWidthPx));
+  TRY(Within("frame height", options.view.frame_height_px, 64, kSensorHeightPx));
+  TRY(Within("frames per second", options.frames_per_s, 1, 1000));
   auto server = std::make_unique<Running>(options, std::move(machine), eye);
   TRY(server->Start());
   return server;

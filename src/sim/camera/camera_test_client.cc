@@ -17,12 +17,9 @@
 
 namespace trammel::sim {
 
-CameraTestClient::CameraTestClient(int port, const std::string& target, int receive_bytes,
-                                   const std::string& method, const std::string& headers)
+CameraTestClient::CameraTestClient(int port, const std::string& target, const std::string& method,
+                                   const std::string& headers)
     : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-  if (receive_bytes > 0) {
-    setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
-  }
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -42,12 +39,6 @@ double CameraTestClient::Part::number(const std::string& header) const {
   const auto found = headers.find(header);
   if (found == headers.end()) throw std::runtime_error("no header " + header);
   return std::strtod(found->second.c_str(), nullptr);
-}
-
-bool CameraTestClient::Arrives(double seconds) {
-  if (!buffer_.empty()) return true;
-  pollfd waiting{socket_, POLLIN, 0};
-  return poll(&waiting, 1, static_cast<int>(seconds * 1000)) > 0;
 }
 
 bool CameraTestClient::Fill(const char* what) {

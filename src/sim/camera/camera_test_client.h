@@ -1,7 +1,6 @@
 // A small MJPEG client for tests, which shares nothing with the one under src/machine.
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,9 +13,8 @@ namespace trammel::sim {
 /// that names what was waited for.
 class CameraTestClient {
  public:
-  /// Connects and sends "GET target". `receive_bytes` > 0 limits what the kernel keeps unread.
-  CameraTestClient(int port, const std::string& target, int receive_bytes = 0,
-                   const std::string& method = "GET",
+  /// Connects and sends "GET target".
+  CameraTestClient(int port, const std::string& target, const std::string& method = "GET",
                    const std::string& headers = "Host: 127.0.0.1\r\n");
   ~CameraTestClient();
   CameraTestClient(const CameraTestClient&) = delete;
@@ -37,8 +35,6 @@ class CameraTestClient {
   [[nodiscard]] const std::string& rest() const { return buffer_; }
   /// Everything until the connection ends.
   [[nodiscard]] std::string ReadAll();
-  /// Whether something arrives within `seconds`.
-  [[nodiscard]] bool Arrives(double seconds);
 
  private:
   [[nodiscard]] bool Fill(const char* what);  // false at the end of the connection

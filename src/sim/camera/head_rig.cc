@@ -1,17 +1,13 @@
 #include "sim/camera/head_rig.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "base/check.h"
+#include "files/new_file.h"
 
 namespace trammel::sim {
 
@@ -187,10 +183,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-struct Close {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
 }  // namespace
 
 MountedRig DrawHeadRig(Random random) {
@@ -216,36 +208,31 @@ Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& 
       offset_x_mm - (traits.stripe_column_px - kSensorWidthPx / 2.0) / traits.px_per_mm;
   const double axis_y_mm =
       rig.mount.offset_y_mm + (traits.line_row_px - kSensorHeightPx / 2.0) / traits.px_per_mm;
-  const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "wxe"));
-  if (!file) {
-    return Fail(
-        fmt::format("{}: the head's truth cannot be written there: {}; choose a new file "
-                    "in a folder that is there",
-                    path.string(), std::strerror(errno)));
-  }
-  std::string text = fmt::format(
-      "{{\"format\": 1, \"seed\": {},\n \"offset_x_mm\": {:.5f}, \"offset_y_mm\": {:.5f}, "
-      "\"focus_height_mm\": {:.5f},\n \"axis_offset_x_mm\": {:.5f}, \"axis_offset_y_mm\": "
-      "{:.5f},\n \"px_per_mm\": {:.5f}, \"distance_mm\": {:.5f},\n \"spot_column_px\": {:.4f}, "
-      "\"spot_row_px\": {:.4f},\n",
-      seed, offset_x_mm, rig.mount.offset_y_mm, rig.mount.focus_height_mm, axis_x_mm, axis_y_mm,
-      traits.px_per_mm, traits.distance_mm, spot.x_px, spot.y_px);
-  text += fmt::format(
-      " \"camera_turn_deg\": {:.5f}, \"laser_turn_deg\": {:.5f}, \"laser_angle_deg\": {:.5f},\n "
-      "\"flip_x\": {}, \"flip_y\": {}, \"laser_brightness\": {:.4f}, \"room_brightness\": "
-      "{:.4f},\n \"plate_peak\": {:.4f}, \"filament_peak\": {:.4f}, \"mount_play_mm\": {:.4f}, "
-      "\"backlash_mm\": [{:.4f}, {:.4f}, {:.4f}]}}\n",
-      rig.rig.camera_turn_rad / kDegree, traits.stripe_tilt_rad / kDegree,
-      traits.laser_angle_rad / kDegree, rig.rig.flip_x, rig.rig.flip_y, rig.rig.laser_brightness,
-      rig.rig.room_brightness, traits.plate.peak, traits.filament.peak, rig.rig.mount_play_mm,
-      rig.rig.backlash_mm[0], rig.rig.backlash_mm[1], rig.rig.backlash_mm[2]);
-  if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) {
-    return Fail(
-        fmt::format("{}: the head's truth was not written whole: {}; make room and start "
-                    "again with a new file",
-                    path.string(), std::strerror(errno)));
-  }
-  return {};
+  const nlohmann::ordered_json truth = {{"format", 1},
+                                        {"seed", seed},
+                                        {"offset_x_mm", offset_x_mm},
+                                        {"offset_y_mm", rig.mount.offset_y_mm},
+                                        {"focus_height_mm", rig.mount.focus_height_mm},
+                                        {"axis_offset_x_mm", axis_x_mm},
+                                        {"axis_offset_y_mm", axis_y_mm},
+                                        {"px_per_mm", traits.px_per_mm},
+                                        {"distance_mm", traits.distance_mm},
+                                        {"spot_column_px", spot.x_px},
+                                        {"spot_row_px", spot.y_px},
+                                        {"camera_turn_deg", rig.rig.camera_turn_rad / kDegree},
+                                        {"laser_turn_deg", traits.stripe_tilt_rad / kDegree},
+                                        {"laser_angle_deg", traits.laser_angle_rad / kDegree},
+                                        {"flip_x", rig.rig.flip_x},
+                                        {"flip_y", rig.rig.flip_y},
+                                        {"laser_brightness", rig.rig.laser_brightness},
+                                        {"room_brightness", rig.rig.room_brightness},
+                                        {"plate_peak", traits.plate.peak},
+                                        {"filament_peak", traits.filament.peak},
+                                        {"mount_play_mm", rig.rig.mount_play_mm},
+                                        {"backlash_mm", rig.rig.backlash_mm}};
+  return files::WriteWholeFile(
+      path, truth.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+      files::IfThere::kRefuse);
 }
 
 }  // namespace trammel::sim

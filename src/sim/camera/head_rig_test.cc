@@ -3,14 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <numbers>
-#include <opencv2/core.hpp>
 
 #include "sim/camera/camera_view.h"
 #include "sim/laser/laser_test_support.h"
-#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
@@ -74,21 +71,6 @@ PictureMap::Place MarkAt(const MountedRig& rig, const CameraMoment& moment) {
   return sum > 0 ? PictureMap::Place{x_sum / sum, y_sum / sum} : PictureMap::Place{-1, -1};
 }
 
-TEST(HeadRig, DefaultsShowWhatAViewWithoutThemShows) {
-  const CameraMoment moment = HeadAt(72, 50, kFocusMm, StraightBead(90, 110, 100, 0.5, 0.2));
-  CameraView plain(DrawHeadEye({}, Random(3)), {}, Random(1));
-  CameraView rigged(DrawHeadEye({}, Random(3)), {{}, 1280, 720, HeadRig{}}, Random(1));
-  Frame expected;
-  Frame frame;
-  plain.Render(moment, expected);
-  CameraMoment settled = moment;
-  rigged.Settle(settled);
-  EXPECT_EQ(settled.machine.x_mm, moment.machine.x_mm);
-  EXPECT_EQ(settled.bed, moment.bed);
-  rigged.Render(settled, frame);
-  EXPECT_EQ(frame.bgr, expected.bgr);
-}
-
 // By hand: a point right of the axis appears lower right to a camera turned counter-clockwise.
 TEST(HeadRig, ACameraTurnedCounterClockwiseTurnsItsPictureClockwise) {
   HeadRig rig;
@@ -101,32 +83,6 @@ TEST(HeadRig, ACameraTurnedCounterClockwiseTurnsItsPictureClockwise) {
   const auto left = MapOf(rig).Picture({740, 380});
   EXPECT_NEAR(left.x_px, 540, 1e-9);
   EXPECT_NEAR(left.y_px, 380, 1e-9);
-}
-
-TEST(HeadRig, PictureAndUprightAreInverse) {
-  for (const bool flip : {false, true}) {
-    HeadRig rig;
-    rig.camera_turn_rad = 0.7;
-    rig.flip_x = flip;
-    rig.flip_y = !flip;
-    const PictureMap map = MapOf(rig);
-    const auto back = map.Upright(map.Picture({100, 500}));
-    EXPECT_NEAR(back.x_px, 100, 1e-9);
-    EXPECT_NEAR(back.y_px, 500, 1e-9);
-  }
-}
-
-TEST(HeadRig, StripeOfATurnedCameraLeansByTheTurn) {
-  for (const double turn : {-3 * kDegree, 3 * kDegree}) {
-    MountedRig rig;
-    rig.rig.camera_turn_rad = turn;
-    const Frame frame = Look(rig, HeadAt(72, 50, kFocusMm));
-    // The stripe's column 872 is a vertical line 232 px from the axis; turned, column(row).
-    for (const int row : {60, 360, 660}) {
-      const double expected = 640 + 232 / std::cos(turn) - std::tan(turn) * (row - 360);
-      EXPECT_NEAR(StripeColumn(frame, row), expected, kPositionTolerancePx) << row;
-    }
-  }
 }
 
 TEST(HeadRig, StripeFollowsTheBareBedAtEveryHeightScaleAndAngle) {
@@ -167,25 +123,6 @@ TEST(HeadRig, AMarkStandsWhereOffsetTurnScaleAndHeightSay) {
   }
 }
 
-TEST(HeadRig, LaserAndRoomHaveTheirOwnBrightness) {
-  MountedRig rig;
-  ASSERT_TRUE(Set("laser-brightness", 0, rig));
-  const auto brightest = [&](const CameraMoment& moment) {
-    const Frame frame = Look(rig, moment, 160, 120);
-    int red = 0;
-    for (int row = 0; row < frame.height; ++row) red = std::max(red, RedPeak(frame, row));
-    return red;
-  };
-  CameraMoment moment = HeadAt(72, 50, kFocusMm);
-  EXPECT_LT(brightest(moment), 8);
-  moment.machine.lights_on = true;
-  EXPECT_NEAR(brightest(moment), 20, 8);
-  ASSERT_TRUE(Set("room-brightness", 5, rig));
-  EXPECT_NEAR(brightest(moment), 100, 12);
-  ASSERT_TRUE(Set("laser-brightness", 10, rig));
-  EXPECT_EQ(brightest(moment), 255);
-}
-
 TEST(HeadRig, BacklashLagsByHalfOnBothWays) {
   HeadRig rig;
   rig.backlash_mm = {0.2, 0, 0};
@@ -200,74 +137,6 @@ TEST(HeadRig, BacklashLagsByHalfOnBothWays) {
   EXPECT_NEAR(x_at(12), 11.9, 1e-12);
   EXPECT_NEAR(x_at(11.95), 11.9, 1e-12);  // within the slack
   EXPECT_NEAR(x_at(10), 10.1, 1e-12);
-}
-
-TEST(HeadRig, ABedIsLaidBehindTheSameBacklash) {
-  HeadRig rig;
-  rig.backlash_mm = {0.2, 0.1, 0};
-  RigMotion motion(rig, Random(1));
-  Bed bed = StraightBead(100, 120, 50, 0.5, 0.2);
-  Strand back = StraightBead(100, 120, 60, 0.5, 0.2).strands[0];
-  std::reverse(back.samples.begin(), back.samples.end());
-  bed.strands.push_back(back);
-  const auto told = std::make_shared<Bed>(bed);
-  const auto laid = motion.Lay(told);
-  EXPECT_NEAR(laid->strands[0].samples.back().x_mm, 119.9, 1e-12);
-  EXPECT_NEAR(laid->strands[1].samples.back().x_mm, 100.1, 1e-12);
-  EXPECT_NEAR(laid->strands[1].samples.back().y_mm, 59.95, 1e-12);
-  EXPECT_EQ(motion.Lay(told), laid);
-}
-
-TEST(HeadRig, ALooseMountMovesOnReversalsAlone) {
-  HeadRig rig;
-  rig.mount_play_mm = 0.3;
-  RigMotion motion(rig, Random(5));
-  double before = 0;
-  int changes = 0;
-  const auto shift_at = [&](double told) {
-    MachineView machine;
-    machine.x_mm = told;
-    motion.Settle(machine);
-    EXPECT_LE(std::hypot(machine.x_mm - told, machine.y_mm), 0.3);
-    if (machine.y_mm != before) ++changes;
-    before = machine.y_mm;
-  };
-  for (int i = 0; i <= 20; ++i) shift_at(i);
-  EXPECT_EQ(changes, 0);
-  for (int i = 20; i >= 0; --i) shift_at(i);
-  EXPECT_EQ(changes, 1);
-  shift_at(5);
-  EXPECT_EQ(changes, 2);
-}
-
-TEST(HeadRig, DrawnHeadsStayWithinWhatIsSaid) {
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const MountedRig rig = DrawHeadRig(Random(seed));
-    EXPECT_LE(std::abs(rig.mount.offset_x_mm - 28), 4) << seed;
-    EXPECT_LE(std::abs(rig.mount.focus_height_mm - 17.86), 1) << seed;
-    EXPECT_LE(std::abs(rig.rig.camera_turn_rad), 3 * kDegree) << seed;
-    EXPECT_LE(std::abs(rig.rig.scale - 1), 0.1) << seed;
-  }
-}
-
-TEST(HeadRig, UnknownNamesAndWildNumbersAreRefused) {
-  MountedRig rig;
-  EXPECT_FALSE(Set("colour", 1, rig));
-  EXPECT_FALSE(Set("scale", 3, rig));
-  EXPECT_FALSE(Set("scale", std::nan(""), rig));
-}
-
-TEST(HeadRig, TruthSaysWhereTheSpotIsAndOverwritesNothing) {
-  const test::TemporaryFolder folder;
-  MountedRig rig;
-  rig.rig.flip_x = true;
-  const auto path = folder.path() / "rig.json";
-  ASSERT_TRUE(WriteRigTruth(path, rig, IdealEye(), 7));
-  const std::string text = test::ReadWhole(path);
-  EXPECT_NE(text.find("\"spot_column_px\": 408.0000"), std::string::npos) << text;
-  EXPECT_NE(text.find("\"seed\": 7"), std::string::npos);
-  EXPECT_FALSE(WriteRigTruth(path, rig, IdealEye(), 7));
-  EXPECT_EQ(test::ReadWhole(path), text);
 }
 
 }  // namespace

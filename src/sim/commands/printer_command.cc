@@ -28,7 +28,6 @@ namespace {
 
 struct PrinterArguments {
   int port = 7125;
-  std::string unix_socket;
   std::string api_key;
   std::uint64_t seed = 0;
   std::optional<double> pressure_advance_s;
@@ -107,7 +106,6 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   }
   sim::ServerOptions server_options;
   server_options.port = static_cast<std::uint16_t>(arguments.port);
-  server_options.unix_socket = arguments.unix_socket;
   server_options.hub.api_key = arguments.api_key;
   server_options.hub.seed = arguments.seed;
   server_options.hub.faults = faults.server;
@@ -124,15 +122,16 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   const auto server = TRY(sim::PrinterServer::Start(*machine, server_options));
   fmt::print("listening http://127.0.0.1:{}\n", server->port());
   std::fflush(stdout);
+  Result<void> taps;
   const auto write_taps = [&](bool rest) {
-    if (tap_truth) {
-      machine->With([&](const sim::VirtualKlipper& klipper) { tap_truth->Write(klipper, rest); });
-    }
-    return false;
+    if (!tap_truth) return false;
+    machine->With(
+        [&](const sim::VirtualKlipper& klipper) { taps = tap_truth->Write(klipper, rest); });
+    return !taps.has_value();
   };
   end.Wait(arguments.for_s, [&] { return write_taps(false); });
-  (void)write_taps(true);
-  return {};
+  if (taps) (void)write_taps(true);
+  return taps;
 }
 
 }  // namespace
@@ -144,7 +143,6 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer->add_option("--port", arguments->port, "of 127.0.0.1; 0 takes a free one")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
-  printer->add_option("--unix", arguments->unix_socket, "Unix socket to listen on as well");
   printer->add_option("--api-key", arguments->api_key, "clients have to bear it");
   printer->add_option("--seed", arguments->seed, "names the whole world")
       ->check(SeedNumber())

@@ -4,12 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "app/option_values.h"
+#include "files/new_file.h"
 #include "sim/print/named_number.h"
 #include "sim/print/printer.h"
 
@@ -30,16 +28,8 @@ void AddCameraFault(double at_s, CameraFaults& faults) {
 
 constexpr sim::NamedNumber<PrinterFaults> kPrinterFaults[] = {
     {"refuse-move", [](double v, PrinterFaults& f) { f.klipper.refuse_move = sim::WholeOf(v); }},
-    {"refuse-laser-move",
-     [](double v, PrinterFaults& f) { f.klipper.refuse_laser_move = sim::WholeOf(v); }},
     {"shutdown-at-laser-move",
      [](double v, PrinterFaults& f) { f.klipper.shutdown_at_laser_move = sim::WholeOf(v); }},
-    {"restart-at-laser-move",
-     [](double v, PrinterFaults& f) { f.klipper.restart_at_laser_move = sim::WholeOf(v); }},
-    {"shutdown-at-script",
-     [](double v, PrinterFaults& f) { f.klipper.shutdown_at_script = sim::WholeOf(v); }},
-    {"restart-at-script",
-     [](double v, PrinterFaults& f) { f.klipper.restart_at_script = sim::WholeOf(v); }},
     {"shutdown-at", [](double v, PrinterFaults& f) { f.klipper.shutdown_at_s = v; }},
     {"restart-at", [](double v, PrinterFaults& f) { f.klipper.restart_at_s = v; }},
     {"weak-nozzle",
@@ -63,7 +53,6 @@ constexpr sim::NamedNumber<PrinterFaults> kPrinterFaults[] = {
      [](double v, PrinterFaults& f) { f.server.close_at_laser_move = sim::WholeOf(v); }},
     {"refuse-for", [](double v, PrinterFaults& f) { f.server.refuse_for_s = v; }},
     {"silent-from", [](double v, PrinterFaults& f) { f.server.silent_from_s = v; }},
-    {"answer-delay", [](double v, PrinterFaults& f) { f.server.answer_delay_s = v; }},
 };
 
 constexpr sim::NamedNumber<CameraFaults> kCameraFaults[] = {
@@ -159,27 +148,20 @@ Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& argum
 
 Result<TapTruthFile> TapTruthFile::Create(const std::string& path) {
   TapTruthFile file;
-  file.file_.reset(std::fopen(path.c_str(), "wx"));
-  if (!file.file_) {
-    return Fail(
-        fmt::format("cannot create the taps' truth {}: {}; choose a new file in a folder "
-                    "that you may write to",
-                    path, std::strerror(errno)));
-  }
+  file.path_ = path;
+  TRY(files::WriteWholeFile(path, "", files::IfThere::kRefuse));
   return file;
 }
 
-void TapTruthFile::Write(const sim::VirtualKlipper& klipper, bool rest) {
+Result<void> TapTruthFile::Write(const sim::VirtualKlipper& klipper, bool rest) {
   const std::vector<sim::ProbedTap>& taps = klipper.history().taps;
   for (; written_ < taps.size(); ++written_) {
     if (!rest && written_ + 1 == taps.size() && !taps[written_].truth) break;
-    std::fputs((TruthOf(taps[written_], written_ + 1)
-                    .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) +
-                "\n")
-                   .c_str(),
-               file_.get());
+    const std::string line = TruthOf(taps[written_], written_ + 1)
+                                 .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    TRY(files::AppendLine(path_, line));
   }
-  std::fflush(file_.get());
+  return {};
 }
 
 namespace {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,13 +54,11 @@ class TapTruthFile {
   /// Error (kInput): the file exists or cannot be written.
   [[nodiscard]] static Result<TapTruthFile> Create(const std::string& path);
   /// Writes what is new. @param rest  The last one, too, however it stands.
-  void Write(const sim::VirtualKlipper& klipper, bool rest);
+  /// Error (kInput): it cannot be written.
+  Result<void> Write(const sim::VirtualKlipper& klipper, bool rest);
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Closer> file_;
+  std::string path_;
   std::size_t written_ = 0;
 };
 

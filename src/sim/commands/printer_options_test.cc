@@ -14,22 +14,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(LoadCellOf, WhatIsNotSaidIsDrawnFromTheSeed) {
-  EXPECT_FALSE(LoadCellOf({}, 1)->has_value());
-  CellArguments arguments;
-  arguments.name = "reference";
-  const sim::LoadCellConfig first = **LoadCellOf(arguments, 1);
-  EXPECT_EQ((*LoadCellOf(arguments, 1))->surface_z_mm, first.surface_z_mm);
-  EXPECT_NE((*LoadCellOf(arguments, 2))->surface_z_mm, first.surface_z_mm);
-  EXPECT_FALSE(first.pulls_back);
-  arguments.bed_height_mm = 1.5;
-  arguments.pulls_back = true;
-  EXPECT_EQ((*LoadCellOf(arguments, 1))->surface_z_mm, 1.5);
-  EXPECT_TRUE((*LoadCellOf(arguments, 1))->pulls_back);
-  arguments.name = "drawn";
-  EXPECT_TRUE(sim::Validate((*LoadCellOf(arguments, 3))->cell).has_value());
-}
-
 TEST(LoadCellOf, AnUnknownCellOrATruthOfNoneIsRefused) {
   CellArguments arguments;
   arguments.name = "spoon";
@@ -49,13 +33,13 @@ TEST(TapTruthFile, HasALineForEachTapWithOrWithoutContact) {
   sim::ProbedTap tap;
   tap.surface_z_mm = 0.25;
   klipper.history().taps.push_back(tap);
-  file->Write(klipper, false);
+  EXPECT_TRUE(file->Write(klipper, false));
   EXPECT_EQ(std::filesystem::file_size(path), 0u) << "the nozzle is still on the bed";
   tap.truth.emplace();
   tap.truth->contact_z_mm = 0.24;
   klipper.history().taps.push_back(tap);
-  file->Write(klipper, false);
-  file->Write(klipper, true);
+  EXPECT_TRUE(file->Write(klipper, false));
+  EXPECT_TRUE(file->Write(klipper, true));
   std::ifstream lines(path);
   std::vector<nlohmann::json> truths;
   for (std::string line; std::getline(lines, line);) truths.push_back(nlohmann::json::parse(line));

@@ -21,6 +21,12 @@ struct Command {
   std::string fault;  ///< not empty: the parameters could not be read
 
   [[nodiscard]] bool has(const std::string& key) const { return parameters.count(key) > 0; }
+  /// The value of a parameter as written, or the fallback without it.
+  [[nodiscard]] std::string text_of(const std::string& key,
+                                    const std::string& fallback = "") const {
+    const auto found = parameters.find(key);
+    return found == parameters.end() ? fallback : found->second;
+  }
 };
 
 /// How the parameters of G and M commands are cut.

@@ -27,24 +27,13 @@ Result<Outcome> SetPinCommand(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-Result<Outcome> Display(VirtualKlipper& machine, const Command& line) {
-  machine.display_message = line.name == "M117" ? line.rest : std::string();
-  const auto found = line.parameters.find("MSG");
-  if (found != line.parameters.end()) machine.display_message = found->second;
-  return Outcome{};
-}
-
 Result<Outcome> Echo(VirtualKlipper& machine, const Command& line) {
   if (line.name == "M118") {
     machine.Respond("echo: " + line.rest);
     return Outcome{};
   }
-  const auto text = [&line](const char* key) {
-    const auto found = line.parameters.find(key);
-    return found == line.parameters.end() ? std::string() : found->second;
-  };
   std::string prefix = "echo:";
-  const std::string type = text("TYPE");
+  const std::string type = line.text_of("TYPE");
   if (type == "command") prefix = "//";
   if (type == "error") prefix = "!!";
   if (line.has("TYPE") && type != "command" && type != "error" && type != "echo") {
@@ -53,19 +42,7 @@ Result<Outcome> Echo(VirtualKlipper& machine, const Command& line) {
                     "'error'",
                     type));
   }
-  if (line.has("PREFIX")) prefix = text("PREFIX");
-  machine.Respond(prefix + " " + text("MSG"));
-  return Outcome{};
-}
-
-Result<Outcome> TellStatus(VirtualKlipper& machine, const Command&) {
-  if (machine.state() != KlippyState::kReady) return Fail(machine.state_message());
-  machine.Inform("Klipper state: Ready");
-  return Outcome{};
-}
-
-Result<Outcome> Firmware(VirtualKlipper& machine, const Command&) {
-  machine.Inform("FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-virtual");
+  machine.Respond(line.text_of("PREFIX", prefix) + " " + line.text_of("MSG"));
   return Outcome{};
 }
 
@@ -114,24 +91,6 @@ Result<Outcome> DelayGcode(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-Result<Outcome> IdleTimeout(VirtualKlipper& machine, const Command& line) {
-  const auto timeout = TRY(FloatOf(line, "TIMEOUT", {{}, 0, {}}));
-  machine.idle_timeout_s = timeout.value_or(machine.config().idle_timeout_s);
-  machine.Inform(fmt::format("idle_timeout: Timeout set to {:.2f} s", machine.idle_timeout_s));
-  return Outcome{};
-}
-
-std::vector<std::string> LinesOf(const std::string& text) {
-  std::vector<std::string> lines;
-  std::size_t from = 0;
-  while (from < text.size()) {
-    const std::size_t end = std::min(text.size(), text.find('\n', from));
-    lines.push_back(text.substr(from, end - from));
-    from = end + 1;
-  }
-  return lines;
-}
-
 Result<Outcome> PrintFile(VirtualKlipper& machine, const Command& line) {
   if (machine.print.running) return Fail("SD busy");
   const auto name = TRY(RequiredText(line, "FILENAME"));
@@ -140,7 +99,7 @@ Result<Outcome> PrintFile(VirtualKlipper& machine, const Command& line) {
   if (found == machine.files().end()) return Fail("Unable to open file");
   machine.print = {};
   machine.print.filename = file;
-  machine.print.lines = LinesOf(found->second);
+  machine.print.lines = SplitLines(found->second);
   machine.print.size_bytes = found->second.size();
   machine.print.loaded = machine.print.running = true;
   machine.print.state = "printing";
@@ -232,9 +191,8 @@ std::string Placed(const VirtualKlipper& machine, const Command& line, const std
   if (place == "print_time") return fmt::format("{:.6f}", machine.motion().print_time_s());
   const std::size_t bar = place.find('|');
   const std::size_t second = std::min(place.find('|', bar + 1), place.size());
-  const auto given = line.parameters.find(place.substr(0, bar));
-  const std::string usual = place.substr(bar + 1, second - bar - 1);
-  const std::string text = given == line.parameters.end() ? usual : given->second;
+  const std::string text =
+      line.text_of(place.substr(0, bar), place.substr(bar + 1, second - bar - 1));
   if (second == place.size()) return text;
   return fmt::format("{:.6f}",
                      ToNumber(text).value_or(0) * ToNumber(place.substr(second + 1)).value_or(1));
@@ -261,8 +219,7 @@ std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroCon
 Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const Command& line) {
   if (rule == OwnerRule::kNone) return true;
   std::string& owner = machine.kept["_TRAMMEL_RUN"]["owner"];
-  const auto found = line.parameters.find("OWNER");
-  const std::string given = found == line.parameters.end() ? "" : found->second;
+  const std::string given = line.text_of("OWNER");
   const bool others = !given.empty() && given != owner;
   if (rule == OwnerRule::kGive) {
     if (!others) owner.clear();
@@ -296,8 +253,7 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro, cons
     event.kind = KlipperEvent::Kind::kRemoteCall;
     event.text = macro.remote_method;
     for (const RemoteArgument& argument : macro.remote_arguments) {
-      const auto found = line.parameters.find(argument.parameter);
-      const std::string text = found == line.parameters.end() ? argument.fallback : found->second;
+      const std::string text = line.text_of(argument.parameter, argument.fallback);
       KlipperEvent::Argument given{argument.key, text, std::nullopt};
       if (argument.number) given.number = ToNumber(text).value_or(0);
       event.arguments.push_back(given);
@@ -312,24 +268,19 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro, cons
 const std::map<std::string, Handler>& HostCommands() {
   static const std::map<std::string, Handler> commands = {
       {"SET_PIN", SetPinCommand},
-      {"M117", Display},
-      {"SET_DISPLAY_TEXT", Display},
+      {"M117", Nothing},
       {"M118", Echo},
       {"RESPOND", Echo},
-      {"STATUS", TellStatus},
-      {"M115", Firmware},
       {"RESTART", RestartCommand},
       {"FIRMWARE_RESTART", RestartCommand},
       {"SAVE_CONFIG", SaveConfig},
       {"M112", Stop},
       {"UPDATE_DELAYED_GCODE", DelayGcode},
-      {"SET_IDLE_TIMEOUT", IdleTimeout},
       {"SDCARD_PRINT_FILE", PrintFile},
       {"SDCARD_RESET_FILE", ResetFile},
       {"M24", StartSd},
       {"M25", Pause},
       {"M73", Nothing},
-      {"BED_MESH_CLEAR", Nothing},
   };
   return commands;
 }
@@ -354,8 +305,7 @@ std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKl
 }
 
 Result<Outcome> RunCommand(VirtualKlipper& machine, const Command& line) {
-  static constexpr std::array<const char*, 4> kAlways = {"M112", "RESTART", "FIRMWARE_RESTART",
-                                                         "STATUS"};
+  static constexpr std::array<const char*, 3> kAlways = {"M112", "RESTART", "FIRMWARE_RESTART"};
   const bool always = std::find(kAlways.begin(), kAlways.end(), line.name) != kAlways.end();
   if (machine.state() != KlippyState::kReady && !always) return Fail(machine.state_message());
   const auto macro = machine.config().macros.find(line.name);

@@ -68,9 +68,7 @@ Result<bool> MoveFault(VirtualKlipper& machine, bool in_plane) {
     machine.Shutdown("MCU 'mcu' shutdown: Timer too close");
     return Fail(machine.state_message());
   }
-  if (lit && machine.laser_moves == faults.restart_at_laser_move.value_or(-1)) machine.Restart();
-  return machine.xy_moves == faults.refuse_move.value_or(-1) ||
-         (lit && machine.laser_moves == faults.refuse_laser_move.value_or(-1));
+  return machine.xy_moves == faults.refuse_move.value_or(-1);
 }
 
 Outcome WaitForRoom() {

@@ -249,15 +249,6 @@ bool IsOffset(const std::string& name) {
   return false;
 }
 
-void ApplyParameter(VirtualKlipper& machine, int tool, const std::string& name,
-                    const std::string& value) {
-  for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
-    if (name != kToolOffsetNames[axis]) continue;
-    machine.tools[tool].offset_mm[axis] = ToNumber(value).value_or(0);
-    machine.Record(fmt::format("tool{}_{}", tool, name), machine.tools[tool].offset_mm[axis]);
-  }
-}
-
 Result<Outcome> SetParameter(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   const auto name = TRY(RequiredText(line, "PARAMETER"));
@@ -267,22 +258,12 @@ Result<Outcome> SetParameter(VirtualKlipper& machine, const Command& line) {
   }
   if (machine.faults().deaf_tools) return Outcome{};
   ToolState& state = machine.tools[tool];
-  const auto known = state.parameters.find(name);
-  // What an offset was before it was set for the first time is not kept; a quirk of the real one.
-  if (known != state.parameters.end()) state.originals.emplace(name, known->second);
   state.parameters[name] = value;
-  ApplyParameter(machine, tool, name, value);
-  return Outcome{};
-}
-
-Result<Outcome> ResetParameter(VirtualKlipper& machine, const Command& line) {
-  const auto tool = TRY(ToolOf(machine, line));
-  const auto name = TRY(RequiredText(line, "PARAMETER"));
-  ToolState& state = machine.tools[tool];
-  const auto original = state.originals.find(name);
-  if (original == state.originals.end()) return Outcome{};
-  state.parameters[name] = original->second;
-  ApplyParameter(machine, tool, name, original->second);
+  for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
+    if (name != kToolOffsetNames[axis]) continue;
+    state.offset_mm[axis] = ToNumber(value).value_or(0);
+    machine.Record(fmt::format("tool{}_{}", tool, name), state.offset_mm[axis]);
+  }
   return Outcome{};
 }
 
@@ -343,7 +324,6 @@ Result<Outcome> ChangeTool(VirtualKlipper& machine, const Command& line) {
 const std::map<std::string, Handler>& ToolCommands() {
   static const std::map<std::string, Handler> commands = {
       {"SET_TOOL_PARAMETER", SetParameter},
-      {"RESET_TOOL_PARAMETER", ResetParameter},
       {"SAVE_TOOL_PARAMETER", SaveParameter},
       {"SELECT_TOOL", SelectTool},
   };

@@ -76,10 +76,7 @@ Result<Outcome> GcodeOffset(VirtualKlipper& machine, const Command& line) {
   return MoveTo(machine, moved, speed.value_or(state.speed_mm_s));
 }
 
-std::string StateName(const Command& line) {
-  const auto found = line.parameters.find("NAME");
-  return found == line.parameters.end() ? "default" : found->second;
-}
+std::string StateName(const Command& line) { return line.text_of("NAME", "default"); }
 
 Result<Outcome> SaveState(VirtualKlipper& machine, const Command& line) {
   constexpr std::size_t kMostStates = 1000;
@@ -210,19 +207,6 @@ Result<Outcome> SyncExtruderMotion(VirtualKlipper& machine, const Command& line)
   return Outcome{};
 }
 
-Result<Outcome> TellPosition(VirtualKlipper& machine, const Command&) {
-  const GcodeState& state = machine.gcode;
-  machine.Respond(
-      fmt::format("X:{:.3f} Y:{:.3f} Z:{:.3f} E:{:.3f}", state.last_mm[0] - state.base_mm[0],
-                  state.last_mm[1] - state.base_mm[1], state.last_mm[2] - state.base_mm[2],
-                  (state.last_mm[3] - state.base_mm[3]) / state.extrude_factor));
-  return Outcome{};
-}
-
-Result<Outcome> Inches(VirtualKlipper&, const Command&) {
-  return Fail("Machine does not support G20 (inches) command");
-}
-
 Result<Outcome> Nothing(VirtualKlipper&, const Command&) { return Outcome{}; }
 
 }  // namespace
@@ -243,8 +227,6 @@ const std::map<std::string, Handler>& SettingCommands() {
       {"M204", Acceleration},
       {"SET_PRESSURE_ADVANCE", PressureAdvance},
       {"SYNC_EXTRUDER_MOTION", SyncExtruderMotion},
-      {"M114", TellPosition},
-      {"G20", Inches},
       {"G21", Nothing},
   };
   return commands;
@@ -345,9 +327,8 @@ Result<Outcome> TellTemperatures(VirtualKlipper& machine, const Command&) {
   return Outcome{};
 }
 
-Result<Outcome> Fan(VirtualKlipper& machine, const Command& line) {
-  const auto speed = TRY(FloatOf(line, "S", {0, {}, {}}));
-  machine.fan_speed = line.name == "M107" ? 0 : std::min(1.0, speed.value_or(255) / 255);
+Result<Outcome> Fan(VirtualKlipper&, const Command& line) {
+  TRY(FloatOf(line, "S", {0, {}, {}}));
   return Outcome{};
 }
 

@@ -172,11 +172,6 @@ struct KlipperFaults {
   std::optional<int> refuse_move;
   /// The n-th move with x or y while the laser is on (from 1): what happens when it is read.
   std::optional<int> shutdown_at_laser_move;
-  std::optional<int> restart_at_laser_move;
-  std::optional<int> refuse_laser_move;
-  /// The n-th script that a client sends (from 1).
-  std::optional<int> shutdown_at_script;
-  std::optional<int> restart_at_script;
   std::optional<double> shutdown_at_s;
   std::optional<double> restart_at_s;
   /// The heater of this name stops rising at this temperature.

@@ -17,6 +17,9 @@ const char* const kRestartHint =
 const char* const kStartupMessage =
     "Printer is not ready\nThe klippy host software is attempting to connect.  Please\nretry in a "
     "few moments.\n";
+
+}  // namespace
+
 std::vector<std::string> SplitLines(const std::string& text) {
   std::vector<std::string> lines;
   std::size_t from = 0;
@@ -27,8 +30,6 @@ std::vector<std::string> SplitLines(const std::string& text) {
   }
   return lines;
 }
-
-}  // namespace
 
 const char* const kConfigError =
     "Option 'pin' in section 'output_pin LASER' must be specified\n\nOnce the underlying issue is "
@@ -106,15 +107,12 @@ void VirtualKlipper::Reset() {
   commanded_mm = {};
   homed = {};
   print = {};
-  display_message.clear();
-  fan_speed = 0;
   save_config_pending = false;
   pending_items.clear();
   tools.clear();
   active_tool = -1;
   active_extruder = "extruder";
   for (const ToolConfig& tool : config_.tools) tools[tool.number].offset_mm = tool.offset_mm;
-  idle_timeout_s = config_.idle_timeout_s;
   idle_state = "Idle";
   epoch_s_ = now_s_;
   last_active_s_ = now_s_;
@@ -240,11 +238,6 @@ void VirtualKlipper::CallRemote(KlipperEvent event) {
 
 std::uint64_t VirtualKlipper::RunScript(const std::string& script) {
   const std::uint64_t id = next_script_++;
-  ++client_scripts_;
-  if (client_scripts_ == faults_.shutdown_at_script.value_or(-1)) {
-    Shutdown("MCU 'mcu' shutdown: Timer too close");
-  }
-  if (client_scripts_ == faults_.restart_at_script.value_or(-1)) Restart();
   if (scripts_.size() >= kMostScripts) {
     events_.push_back({KlipperEvent::Kind::kScriptDone, {}, id, "too many scripts wait", {}});
     return id;

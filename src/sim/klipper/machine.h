@@ -29,6 +29,9 @@ extern const char* const kConfigError;
 /// As in webhooks.state.
 [[nodiscard]] const char* ToString(KlippyState state);
 
+/// An empty text is one empty line.
+[[nodiscard]] std::vector<std::string> SplitLines(const std::string& text);
+
 /// Something that Klipper tells its clients.
 struct KlipperEvent {
   enum class Kind { kResponse, kScriptDone, kRemoteCall, kDisconnected, kReady };
@@ -93,7 +96,6 @@ struct FilePrint {
 struct ToolState {
   std::array<double, 3> offset_mm{};
   std::map<std::string, std::string> parameters;  ///< that were set, as Python writes them
-  std::map<std::string, std::string> originals;   ///< of those that were set twice
 };
 
 class VirtualKlipper;
@@ -209,9 +211,6 @@ class VirtualKlipper {
   std::map<std::string, double> pins;
   std::map<std::string, double> delayed_at_s;  ///< machine time at which a delayed_gcode runs
   FilePrint print;
-  double fan_speed = 0;
-  std::string display_message;
-  double idle_timeout_s = 0;
   std::string idle_state = "Idle";
   double active_since_s = 0;
   bool save_config_pending = false;
@@ -269,7 +268,6 @@ class VirtualKlipper {
   HeadState stopped_head_;
   std::deque<Script> scripts_;
   std::uint64_t next_script_ = 1;
-  int client_scripts_ = 0;
   std::multimap<double, std::function<void()>> timed_;  ///< by print time
   std::map<std::string, bool> remote_methods_;
   std::map<std::string, std::string> files_;

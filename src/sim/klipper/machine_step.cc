@@ -136,7 +136,7 @@ void VirtualKlipper::StepIdle() {
     last_active_s_ = now_s_;
   } else if (idle_state == "Printing" && now_s_ - last_active_s_ > kSettleS) {
     idle_state = "Ready";
-  } else if (idle_state == "Ready" && now_s_ - last_active_s_ > idle_timeout_s) {
+  } else if (idle_state == "Ready" && now_s_ - last_active_s_ > config_.idle_timeout_s) {
     RunInternal(config_.idle_gcode);
     StepScripts();
     idle_state = "Idle";

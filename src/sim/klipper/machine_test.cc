@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sim/klipper/status.h"
 
 namespace trammel::sim {
@@ -56,17 +54,6 @@ struct Bench {
   VirtualKlipper klipper;
 };
 
-TEST(VirtualKlipper, TellsThePrintTimeOfTheMomentItIsAskedAtNotOfItsGrid) {
-  Bench bench;
-  bench.Pass(5);
-  const double print_time_of_0_s = bench.klipper.PrintTimeAt(0);
-  for (const double time_s : {6.0005, 6.0019, 7.0031}) {
-    bench.klipper.Advance(time_s);
-    EXPECT_NEAR(ObjectStatus(bench.klipper, "toolhead")["estimated_print_time"].get<double>(),
-                print_time_of_0_s + time_s, 1e-9);
-  }
-}
-
 TEST(VirtualKlipper, AnswersMovesAtOnceAndBlocksWhenTheLookAheadIsFull) {
   Bench bench;
   ASSERT_TRUE(bench.Run("G28").done);
@@ -95,37 +82,6 @@ TEST(VirtualKlipper, HomesBeforeItMovesAndKnowsTrueFromBelievedPosition) {
   EXPECT_FALSE(bench.Run("G1 X50 YQ F1").error) << "Klipper reads YQ as an unknown letter";
 }
 
-TEST(VirtualKlipper, LiveVelocityIsTheMovesFeedInTheMiddleOfASweep) {
-  Bench bench;
-  ASSERT_TRUE(bench.Run("G28\nG1 X100 Y100 Z5 F6000\nM400").done);
-  bench.Run("G1 X130 F400");
-  bench.Pass(2);
-  const auto report = ObjectStatus(bench.klipper, "motion_report");
-  EXPECT_NEAR(report["live_velocity"].get<double>(), 400.0 / 60, 1e-9);
-  const double x = report["live_position"][0];
-  bench.Pass(0.1);
-  const double later = ObjectStatus(bench.klipper, "motion_report")["live_position"][0];
-  EXPECT_NEAR(later - x, 0.1 * 400 / 60, 0.02);
-}
-
-TEST(VirtualKlipper, RefusesColdFilamentAndReportsWhileItHeats) {
-  Bench bench;
-  bench.Run("G28\nM83");
-  const auto cold = bench.Run("G1 X60 E2 F300");
-  EXPECT_THAT(cold.responses,
-              ElementsAre("// Extrude below minimum temp\n// See the 'min_extrude_temp' config "
-                          "option for details",
-                          "!! Extrude below minimum temp"));
-  EXPECT_EQ(cold.error,
-            "Extrude below minimum temp\nSee the 'min_extrude_temp' config option for details");
-  const auto heat = bench.Run("M104 S210\nM109 S210");
-  ASSERT_TRUE(heat.done);
-  EXPECT_FALSE(heat.error);
-  EXPECT_GT(heat.responses.size(), 10U);
-  EXPECT_THAT(heat.responses.front(), StartsWith("B:25.0 /0.0 T0:25.0 /210.0"));
-  EXPECT_FALSE(bench.Run("G1 X60 E2 F300").error);
-}
-
 TEST(VirtualKlipper, AWeakHeaterShutsThePrinterDownOrWaitsForEver) {
   KlipperFaults faults;
   faults.weak_heater = "extruder";
@@ -138,24 +94,6 @@ TEST(VirtualKlipper, AWeakHeaterShutsThePrinterDownOrWaitsForEver) {
   faults.verify_heaters = false;
   Bench blind(faults);
   EXPECT_FALSE(blind.Run("M109 S210", 300).done);
-}
-
-TEST(VirtualKlipper, UnknownCommandsAnswerOkAndOnlyTell) {
-  Bench bench;
-  const auto answer = bench.Run("FOO_BAR");
-  EXPECT_TRUE(answer.done);
-  EXPECT_FALSE(answer.error);
-  EXPECT_THAT(answer.responses, ElementsAre("// Unknown command:\"FOO_BAR\""));
-}
-
-TEST(VirtualKlipper, AnErrorDropsLaterLinesAndKeepsEarlierMoves) {
-  Bench bench;
-  bench.Run("G28");
-  const auto answer = bench.Run("G1 X50 F6000\nSET_PRESSURE_ADVANCE ADVANCE=-1\nG1 X100");
-  EXPECT_EQ(answer.error,
-            "Error on 'SET_PRESSURE_ADVANCE ADVANCE=-1': ADVANCE must have minimum of 0.0");
-  bench.Run("M400");
-  EXPECT_NEAR(bench.klipper.TrueHead(bench.klipper.now_s()).position.x_mm, 50, 1e-9);
 }
 
 TEST(VirtualKlipper, PinsChangeInStepWithTheMotion) {
@@ -227,59 +165,6 @@ TEST(VirtualKlipper, RestoresWhatSaveGcodeStateKept) {
   EXPECT_EQ(state["homing_origin"][2], 0.0);
   EXPECT_EQ(state["gcode_position"][0], 60.0);
   EXPECT_EQ(bench.Run("RESTORE_GCODE_STATE NAME=none").error, "Unknown g-code state: none");
-}
-
-TEST(VirtualKlipper, PrintsAFileAndTellsItsProgress) {
-  Bench bench;
-  bench.klipper.files()["a.gcode"] = "G28\nG1 X50 F6000\nG1 X10 F6000\n";
-  ASSERT_FALSE(bench.Run("SDCARD_PRINT_FILE FILENAME=\"a.gcode\"").error);
-  EXPECT_EQ(ObjectStatus(bench.klipper, "print_stats")["state"], "printing");
-  EXPECT_TRUE(bench.Run("SDCARD_PRINT_FILE FILENAME=a.gcode").error);
-  bench.Pass(40);
-  EXPECT_EQ(ObjectStatus(bench.klipper, "print_stats")["state"], "complete");
-  EXPECT_EQ(bench.Run("SDCARD_PRINT_FILE FILENAME=none").error, "Unable to open file");
-}
-
-TEST(VirtualKlipper, TurnsHeatersOffWhenItIsLeftAlone) {
-  Bench bench;
-  bench.Run("G28\nM104 S100");
-  bench.Pass(595);
-  EXPECT_EQ(bench.klipper.nozzle.target_c, 100);
-  bench.Pass(10);  // Klipper's own time-out is 600 s
-  EXPECT_EQ(bench.klipper.nozzle.target_c, 0);
-  EXPECT_FALSE(bench.klipper.homed[0]);
-  EXPECT_EQ(ObjectStatus(bench.klipper, "idle_timeout")["state"], "Idle");
-}
-
-TEST(VirtualKlipper, WithoutPauseResumeAPrintEndsByClosingItsFile) {
-  KlipperConfig config = DefaultKlipperConfig();
-  config.pause_resume = false;
-  VirtualKlipper klipper(config, {});
-  klipper.files()["a.gcode"] = "G28\nG4 P60000\n";
-  klipper.RunScript("SDCARD_PRINT_FILE FILENAME=a.gcode");
-  klipper.Advance(1);
-  klipper.RunScript("CANCEL_PRINT");
-  klipper.Advance(2);
-  EXPECT_EQ(ObjectStatus(klipper, "print_stats")["state"], "printing");
-  klipper.RunScript("SDCARD_RESET_FILE");
-  klipper.Advance(100);
-  EXPECT_EQ(ObjectStatus(klipper, "print_stats")["state"], "standby");
-  EXPECT_EQ(ObjectStatus(klipper, "pause_resume"), nlohmann::json::object());
-}
-
-TEST(VirtualKlipper, CallsARegisteredAgentAndNobodyElse) {
-  Bench bench;
-  (void)bench.klipper.TakeEvents();
-  bench.klipper.RunScript("CALL_AGENT WHAT=start T=1.5");
-  for (const KlipperEvent& event : bench.klipper.TakeEvents()) {
-    EXPECT_NE(event.kind, KlipperEvent::Kind::kRemoteCall);
-  }
-  bench.klipper.RegisterRemoteMethod("calib_agent_event");
-  bench.klipper.RunScript("CALL_AGENT WHAT=start T=1.5");
-  const std::vector<KlipperEvent> events = bench.klipper.TakeEvents();
-  ASSERT_EQ(events.front().kind, KlipperEvent::Kind::kRemoteCall);
-  EXPECT_EQ(events.front().arguments[0].text, "start");
-  EXPECT_EQ(events.front().arguments[1].number, 1.5);
 }
 
 TEST(VirtualKlipper, ComesToTheSameEndHoweverOftenTheClockIsRead) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/klipper/machine.h"
 #include "sim/klipper/status.h"
@@ -136,24 +135,6 @@ TEST(Probe, TheQueueTellsTheMovesOfTheTap) {
   }
 }
 
-TEST(Probe, ManySamplesLiftTheHeadBetweenThemAndDiffer) {
-  Bench bench(ConfigWithPullBack());
-  ASSERT_EQ(bench.Run("PROBE SAMPLES=3 SAMPLE_RETRACT_DIST=1"), std::nullopt);
-  const auto& taps = bench.klipper.history().taps;
-  ASSERT_EQ(taps.size(), 3u);
-  EXPECT_EQ(bench.responses.size(), 4u);
-  EXPECT_NEAR(taps[1].moves[0].start_z_mm, taps[0].reported_z_mm + 1, 1e-9);
-  EXPECT_NE(taps[0].reported_z_mm, taps[1].reported_z_mm);
-  for (const ProbedTap& tap : taps) {
-    ASSERT_TRUE(tap.truth.has_value());
-    EXPECT_NEAR(tap.truth->contact_z_mm, kSurfaceMm + 100 * kTiltX, 1e-9);
-  }
-  ASSERT_EQ(bench.Run("PROBE_ACCURACY SAMPLES=4"), std::nullopt);
-  EXPECT_EQ(taps.size(), 7u);
-  EXPECT_THAT(bench.responses.front(), StartsWith("// PROBE_ACCURACY at X:100.000 Y:50.000"));
-  EXPECT_THAT(bench.responses.back(), StartsWith("// probe accuracy results: maximum "));
-}
-
 TEST(Probe, WhatCannotBeProbedIsSaidInKlippersWords) {
   Bench bench;
   EXPECT_EQ(bench.Run("PROBE SAMPLES=0"),
@@ -175,54 +156,6 @@ TEST(Probe, WhatCannotBeProbedIsSaidInKlippersWords) {
   EXPECT_TRUE(ObjectStatus(without_cell.klipper, "load_cell_probe").empty());
 }
 
-TEST(Probe, AShutdownEndsItAndARestartBeginsTheStreamAnew) {
-  Bench bench;
-  (void)bench.klipper.RunScript("PROBE");
-  bench.klipper.Advance(bench.klipper.now_s() + 1);
-  bench.klipper.EmergencyStop();
-  EXPECT_THAT(bench.Run("PROBE").value_or(""), HasSubstr("Shutdown"));
-  bench.klipper.Restart();
-  bench.klipper.Advance(bench.klipper.now_s() + 5);
-  ASSERT_FALSE(bench.klipper.cell()->readings().empty());
-  EXPECT_LE(bench.klipper.cell()->readings().front().time_s, 1.0 / 320);
-  ASSERT_EQ(bench.Run("G28\nPROBE"), std::nullopt);
-}
-
-TEST(Probe, TheStreamIsSteadyAndTaredBeforeEachTap) {
-  KlipperConfig config = ConfigWithCell();
-  config.load_cell->cell.converter.offset_g = 123;
-  config.load_cell->cell.disturbance.drift_g_s = 0.5;
-  Bench bench(config);
-  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
-  const auto& readings = bench.klipper.cell()->readings();
-  ASSERT_GT(readings.size(), 320u);
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    EXPECT_NEAR(readings[i].time_s - readings[i - 1].time_s, 1.0 / 320, 2e-6);
-    EXPECT_NEAR(readings[i].force_g,
-                static_cast<double>(readings[i].counts - readings[i].tare_counts) / 100, 1e-6);
-  }
-  // Some 20 samples of 2 gf: 0.45 gf, and less than 1 gf of drift since.
-  const ProbedTap& tap = bench.klipper.history().taps[0];
-  double before_g = 0;
-  for (int i = 0; i < 20; ++i) before_g += tap.force_g[static_cast<std::size_t>(i)] / 20;
-  EXPECT_NEAR(before_g, 0, 4 * 0.64 + 1.5);
-  const auto status = ObjectStatus(bench.klipper, "load_cell_probe");
-  EXPECT_EQ(status["counts_per_gram"], 100);
-  EXPECT_EQ(status["tare_counts"], bench.klipper.cell()->tare_counts());
-  EXPECT_LE(status["min_force_g"], status["max_force_g"]);
-}
-
-TEST(Probe, PlasticUnderTheNozzleStopsTheApproachEarly) {
-  KlipperConfig config = ConfigWithCell();
-  config.load_cell->cell.press.blob_g = 120;
-  config.load_cell->cell.press.blob_mm = 0.3;
-  Bench bench(config);
-  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
-  const ProbedTap& tap = bench.klipper.history().taps[0];
-  EXPECT_GT(tap.reported_z_mm, tap.surface_z_mm);
-  EXPECT_FALSE(tap.truth.has_value());
-}
-
 TEST(TapMacros, KeepWhatTheyAreToldAndFailWithoutAContact) {
   KlipperConfig config = ConfigWithCell();
   AddTapMacros(config);
@@ -239,25 +172,6 @@ TEST(TapMacros, KeepWhatTheyAreToldAndFailWithoutAContact) {
             "trammel: no contact, refused: no_break");
   EXPECT_FALSE(bench.klipper.kept["TRAMMEL_TAP_RESULT"].contains("Z")) << "nothing of before";
 }
-
-TEST(TapMacros, GiveUpByThemselvesWhereNobodyAnswers) {
-  constexpr double kAnswerS = 5;
-  KlipperConfig config = ConfigWithCell();
-  AddTapMacros(config, kAnswerS);
-  Bench bench(config);
-  ASSERT_EQ(bench.Run("_TRAMMEL_TAP"), std::nullopt);
-  const double asked_s = bench.klipper.now_s();
-  bench.klipper.Advance(asked_s + kAnswerS - 0.2);
-  EXPECT_TRUE(bench.klipper.kept.empty());
-  bench.klipper.Advance(asked_s + kAnswerS + 0.2);
-  EXPECT_EQ(bench.klipper.kept["TRAMMEL_TAP_RESULT"]["REASON"], "no_answer");
-  std::vector<std::string> heard;
-  for (const KlipperEvent& event : bench.klipper.TakeEvents()) heard.push_back(event.text);
-  EXPECT_THAT(heard, ::testing::Contains("!! trammel: no contact, refused: no_answer"));
-}
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 class KlipperTools : public testing::Test {
  protected:
@@ -300,15 +214,6 @@ TEST_F(KlipperTools, TellTheirOffsetsAndTheirNumbers) {
   EXPECT_THAT(names, testing::IsSupersetOf({"toolchanger", "tool T0", "tool T1"}));
 }
 
-TEST_F(KlipperTools, AnOffsetThatIsSetIsToldAtOnceAndGoneAfterARestart) {
-  EXPECT_EQ(Run("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=-0.125"), "");
-  EXPECT_EQ(Tool()["gcode_x_offset"], -0.125);
-  EXPECT_EQ(ObjectStatus(*klipper_, "tool T0")["gcode_x_offset"], 0.0);
-  klipper_->Restart();
-  klipper_->Advance(klipper_->now_s() + 10);
-  EXPECT_EQ(Tool()["gcode_x_offset"], 0.25);
-}
-
 TEST_F(KlipperTools, SaveToolParameterWaitsForSaveConfig) {
   EXPECT_THAT(Run("SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset"),
               HasSubstr("Tool does not have parameter gcode_x_offset"));
@@ -346,17 +251,6 @@ TEST_F(KlipperTools, WrongToolsAndWrongValuesAreToldAsTheRealOneTellsThem) {
   EXPECT_EQ(klipper_->state(), KlippyState::kShutdown);
 }
 
-TEST_F(KlipperTools, ResetGoesBackToWhatWasSetBeforeTheSecondTime) {
-  EXPECT_EQ(Run("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.3\n"
-                "RESET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset"),
-            "");
-  EXPECT_EQ(Tool()["gcode_x_offset"], 0.3);  // the first value was never a parameter
-  EXPECT_EQ(Run("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.4\n"
-                "RESET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset"),
-            "");
-  EXPECT_EQ(Tool()["gcode_x_offset"], 0.3);
-}
-
 TEST_F(KlipperTools, ATMovesTheActiveExtruderAndTheOffsetOfGcode) {
   EXPECT_THAT(Run("T1"), HasSubstr("axis not homed"));
   klipper_->homed = {true, true, true};
@@ -367,23 +261,6 @@ TEST_F(KlipperTools, ATMovesTheActiveExtruderAndTheOffsetOfGcode) {
   EXPECT_EQ(Run("SELECT_TOOL T=0"), "");
   EXPECT_EQ(ObjectStatus(*klipper_, "toolhead")["extruder"], "extruder");
   EXPECT_EQ(ObjectStatus(*klipper_, "gcode_move")["homing_origin"][0], 0.0);
-}
-
-TEST_F(KlipperTools, EachHeatsItsOwnNozzle) {
-  EXPECT_EQ(Run("M104 T1 S200"), "");
-  EXPECT_EQ(ObjectStatus(*klipper_, "extruder1")["target"], 200.0);
-  EXPECT_EQ(ObjectStatus(*klipper_, "extruder")["target"], 0.0);
-  EXPECT_THAT(ObjectStatus(*klipper_, "heaters")["available_heaters"],
-              testing::Contains("extruder1"));
-  EXPECT_THAT(Run("M104 T7 S200"), HasSubstr("Extruder not configured"));
-  EXPECT_EQ(Run("TURN_OFF_HEATERS"), "");
-  EXPECT_EQ(ObjectStatus(*klipper_, "extruder1")["target"], 0.0);
-}
-
-TEST(KlipperWithoutTools, KnowsNeitherTheCommandsNorTheObjects) {
-  const VirtualKlipper klipper(DefaultKlipperConfig(), {});
-  EXPECT_TRUE(ObjectStatus(klipper, "toolchanger").empty());
-  EXPECT_TRUE(ObjectStatus(klipper, "tool T1").empty());
 }
 
 }  // namespace

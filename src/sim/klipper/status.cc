@@ -104,13 +104,9 @@ Json GcodeMove(const VirtualKlipper& machine) {
 }
 
 Json HeaterSettings(const HeaterConfig& heater, double min_extrude_temp_c) {
-  return {{"sensor_type", "Generic 3950"},
-          {"min_temp", 0.0},
-          {"max_temp", heater.highest_c},
-          {"min_extrude_temp", min_extrude_temp_c},
-          {"max_power", 1.0},
-          {"control", "pid"},
-          {"pwm_cycle_time", 0.1}};
+  return {
+      {"sensor_type", "Generic 3950"},          {"min_temp", 0.0},  {"max_temp", heater.highest_c},
+      {"min_extrude_temp", min_extrude_temp_c}, {"control", "pid"}, {"pwm_cycle_time", 0.1}};
 }
 
 Json StepperSettings(const KlipperConfig& config, std::size_t axis) {
@@ -136,7 +132,6 @@ Json ConfigFile(const VirtualKlipper& machine) {
                    {"stepper_y", StepperSettings(config, 1)},
                    {"stepper_z", StepperSettings(config, 2)},
                    {"virtual_sdcard", {{"path", "/home/pi/printer_data/gcodes"}}},
-                   {"respond", {{"default_type", "echo"}, {"default_prefix", "echo:"}}},
                    {"idle_timeout", {{"timeout", config.idle_timeout_s}}}};
   settings["extruder"].update({{"nozzle_diameter", config.nozzle_diameter_mm},
                                {"filament_diameter", config.filament_diameter_mm},
@@ -238,7 +233,7 @@ Json IdleTimeout(const VirtualKlipper& machine) {
   const bool printing = machine.idle_state == "Printing";
   return {{"state", machine.idle_state},
           {"printing_time", printing ? machine.now_s() - machine.active_since_s : 0.0},
-          {"idle_timeout", machine.idle_timeout_s}};
+          {"idle_timeout", machine.config().idle_timeout_s}};
 }
 
 // G1 and M104 have no help; the others do.
@@ -267,31 +262,16 @@ Json Commands(const VirtualKlipper& machine) {
 Json LoadCellStatus(const VirtualKlipper& machine) {
   const CellProbe& cell = *machine.cell();
   const ConverterTraits& converter = machine.config().load_cell->cell.converter;
-  constexpr std::size_t kShown = 64;  // readings that the last second's extremes are taken of
   Json status = {
-      {"is_calibrated", true},
       {"counts_per_gram", converter.counts_per_g},
       {"reference_tare_counts", std::llround(converter.offset_g * converter.counts_per_g)},
       {"tare_counts", cell.tare_counts()}};
-  const auto& readings = cell.readings();
-  if (readings.empty()) return status;
-  double lowest_g = readings.back().force_g;
-  double highest_g = lowest_g;
-  const std::size_t shown = std::min(kShown, readings.size());
-  for (std::size_t i = readings.size() - shown; i < readings.size(); ++i) {
-    lowest_g = std::min(lowest_g, readings[i].force_g);
-    highest_g = std::max(highest_g, readings[i].force_g);
-  }
-  status["force_g"] = readings.back().force_g;
-  status["min_force_g"] = lowest_g;
-  status["max_force_g"] = highest_g;
+  if (!cell.readings().empty()) status["force_g"] = cell.readings().back().force_g;
   return status;
 }
 
 Json ProbeStatus(const VirtualKlipper& machine) {
-  return {{"name", "load_cell_probe"},
-          {"last_query", false},
-          {"last_z_result", machine.last_probe_z_mm}};
+  return {{"name", "load_cell_probe"}, {"last_z_result", machine.last_probe_z_mm}};
 }
 
 /// A Python literal as JSON tells it.
@@ -308,7 +288,6 @@ Json ToolStatus(const VirtualKlipper& machine, const ToolConfig& tool) {
   for (const auto& [name, value] : state.parameters) status[name] = Literal(value);
   status.update({{"name", tool.name},
                  {"toolchanger", "toolchanger"},
-                 {"detect_state", "unavailable"},
                  {"tool_number", tool.number},
                  {"extruder", tool.extruder()},
                  {"heater", tool.extruder()},
@@ -335,11 +314,8 @@ Json ToolchangerStatus(const VirtualKlipper& machine) {
           {"status", active < 0 ? "uninitialized" : "ready"},
           {"tool", active < 0 ? Json(nullptr) : Json(by_number.at(active))},
           {"tool_number", active},
-          {"detected_tool", nullptr},
-          {"detected_tool_number", -1},
           {"tool_numbers", numbers},
-          {"tool_names", names},
-          {"has_detection", false}};
+          {"tool_names", names}};
 }
 
 using Teller = std::function<Json(const VirtualKlipper&)>;
@@ -352,23 +328,7 @@ const std::map<std::string, Teller>& Tellers() {
        }},
       {"webhooks", Webhooks},
       {"configfile", ConfigFile},
-      {"mcu",
-       [](const VirtualKlipper&) {
-         return Json{{"mcu_version", "virtual"}};
-       }},
-      {"heaters",
-       [](const VirtualKlipper& m) {
-         Json names = {"heater_bed", "extruder"};
-         for (const Heater& heater : m.more_nozzles) names.push_back(heater.config.name);
-         return Json{{"available_heaters", names},
-                     {"available_sensors", names},
-                     {"available_monitors", Json::array()}};
-       }},
       {"heater_bed", [](const VirtualKlipper& m) { return HeaterStatus(m.bed); }},
-      {"fan",
-       [](const VirtualKlipper& m) {
-         return Json{{"speed", m.fan_speed}, {"rpm", nullptr}};
-       }},
       {"gcode_move", GcodeMove},
       {"save_variables",
        [](const VirtualKlipper& m) {
@@ -382,28 +342,10 @@ const std::map<std::string, Teller>& Tellers() {
        [](const VirtualKlipper& m) {
          return Json{{"is_paused", m.print.paused}};
        }},
-      {"display_status",
-       [](const VirtualKlipper& m) {
-         return Json{
-             {"progress", VirtualSdcard(m)["progress"]},
-             {"message", m.display_message.empty() ? Json(nullptr) : Json(m.display_message)}};
-       }},
       {"idle_timeout", IdleTimeout},
-      {"stepper_enable",
-       [](const VirtualKlipper& m) {
-         return Json{{"steppers",
-                      {{"extruder", m.homed[0]},
-                       {"stepper_x", m.homed[0]},
-                       {"stepper_y", m.homed[1]},
-                       {"stepper_z", m.homed[2]}}}};
-       }},
       {"motion_report", MotionReport},
       {"toolhead", Toolhead},
       {"extruder", Extruder},
-      {"system_stats",
-       [](const VirtualKlipper&) {
-         return Json{{"sysload", 0.1}, {"cputime", 1.0}, {"memavail", 1000000}};
-       }},
   };
   return tellers;
 }

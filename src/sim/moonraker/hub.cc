@@ -191,15 +191,6 @@ void Hub::FaultTick(double time_s, int laser_moves) {
     refuse_until_s_ = time_s + faults.refuse_for_s;
     CloseAll();
   }
-  std::vector<Held> due;
-  const auto later = std::stable_partition(
-      held_.begin(), held_.end(), [time_s](const Held& held) { return held.due_s > time_s; });
-  due.assign(later, held_.end());
-  held_.erase(later, held_.end());
-  for (const Held& held : due) {
-    const auto found = connections_.find(held.connection);
-    if (found != connections_.end()) found->second.peer->Send(held.text);
-  }
 }
 
 void Hub::CloseAll() {
@@ -358,13 +349,7 @@ void Hub::Notify(const std::string& method, const Json& params, std::uint64_t ex
 void Hub::Send(std::uint64_t number, const std::string& text) {
   if (silent()) return;
   const auto found = connections_.find(number);
-  if (found == connections_.end()) return;
-  const double delay_s = options_.faults.answer_delay_s;
-  if (delay_s > 0) {
-    held_.push_back({time_s_ + delay_s, number, text});
-  } else {
-    found->second.peer->Send(text);
-  }
+  if (found != connections_.end()) found->second.peer->Send(text);
 }
 
 Json Hub::EventTime() const { return monotonic_s_ + RawLessMonotonic(); }

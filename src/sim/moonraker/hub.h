@@ -25,7 +25,6 @@ struct ServerFaults {
   std::optional<int> close_at_laser_move;  ///< all sockets, at the n-th move with the laser on
   double refuse_for_s = 0;                 ///< after closing: new connections are closed at once
   std::optional<double> silent_from_s;     ///< nothing is sent any more
-  double answer_delay_s = 0;               ///< every message is held back so long
 };
 
 struct HubOptions {
@@ -107,11 +106,6 @@ class Hub {
     std::uint64_t owner = 0;  ///< the connection that it ends with, or 0: Moonraker's own
     std::size_t next = 0;
   };
-  struct Held {
-    double due_s = 0;
-    std::uint64_t connection = 0;
-    std::string text;
-  };
 
   void Call(std::uint64_t connection, const std::string& method, const Json& params,
             const Reply& reply);
@@ -177,7 +171,6 @@ class Hub {
   std::map<std::uint64_t, Reply> scripts_;
   std::vector<Query> queries_;
   std::vector<Dump> dumps_;
-  std::vector<Held> held_;
   std::map<std::string, double> tokens_;  ///< with the time until which they are good
   double monotonic_s_ = 0;
   double time_s_ = 0;  ///< the machine's

@@ -1,19 +1,14 @@
 #include "sim/moonraker/server.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <cerrno>
 #include <chrono>
 #include <deque>
 #include <thread>
@@ -33,7 +28,6 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using Tcp = net::ip::tcp;
-using Local = net::local::stream_protocol;
 using ErrorCode = beast::error_code;
 
 constexpr std::size_t kLongestMessage = 4 << 20;
@@ -43,74 +37,22 @@ constexpr std::size_t kMostWaiting = 20'000;  // messages that a client has not 
 constexpr std::size_t kMostWaitingBytes = 64 << 20;
 constexpr long kMostConnections = 100;
 constexpr auto kTick = std::chrono::milliseconds(3);
-constexpr char kEndOfObject = '\x03';
 
 // Held by each connection as long as it lasts: the holders are counted.
 using Place = std::shared_ptr<void>;
 
 // A client of the hub: its messages on their way out, one write at a time. One that takes nothing
 // is cut off.
-class Session : public Peer, public std::enable_shared_from_this<Session> {
- public:
-  Session(Hub& hub, Place place) : hub_(hub), place_(std::move(place)) {}
-  ~Session() override { Leave(); }
-
-  void Send(const std::string& message) override {
-    if (waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes) return Close();
-    bytes_ += message.size();
-    waiting_.push_back(message);
-    if (waiting_.size() == 1) Write(waiting_.front());
-  }
-
- protected:
-  // Begins to write a message, which stays until Done().
-  virtual void Write(const std::string& message) = 0;
-  virtual void Read() = 0;
-
-  // A handler of reads and writes: an error ends the connection.
-  template <class Then>
-  auto Unless(Then then) {
-    return [self = shared_from_this(), this, then](const ErrorCode& error, std::size_t size) {
-      error ? Leave() : then(size);
-    };
-  }
-  auto Done() {
-    return Unless([this](std::size_t) {
-      bytes_ -= waiting_.front().size();
-      waiting_.pop_front();
-      if (!waiting_.empty()) Write(waiting_.front());
-    });
-  }
-  void Join(std::optional<std::uint64_t> number) {
-    number_ = number;
-    if (number_) Read();
-  }
-  void Receive(const std::string& text) {
-    if (number_) hub_.Receive(*number_, text);
-    Read();
-  }
-  void Leave() {
-    if (number_) hub_.Close(*number_);
-    number_.reset();
-  }
-
-  Hub& hub_;
-
- private:
-  Place place_;
-  std::optional<std::uint64_t> number_;
-  std::deque<std::string> waiting_;
-  std::size_t bytes_ = 0;
-};
-
-class WebSocketSession : public Session {
+class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
  public:
   /// @param through  to Klipper itself
   WebSocketSession(beast::tcp_stream stream, Hub& hub, Place place, bool authorised, bool through)
-      : Session(hub, std::move(place)),
+      : hub_(hub),
+        place_(std::move(place)),
         socket_(std::move(stream)),
         authorised_(authorised),
         through_(through) {}
+  ~WebSocketSession() override { Leave(); }
 
   void Accept(const http::request<http::string_body>& request) {
     beast::get_lowest_layer(socket_).expires_never();
@@ -120,8 +62,16 @@ class WebSocketSession : public Session {
     socket_.text(true);
     socket_.async_accept(request, [self = shared_from_this(), this](const ErrorCode& error) {
       if (error) return;
-      Join(through_ ? hub_.OpenThrough(*this, authorised_) : hub_.Open(*this, authorised_));
+      number_ = through_ ? hub_.OpenThrough(*this, authorised_) : hub_.Open(*this, authorised_);
+      if (number_) Read();
     });
+  }
+
+  void Send(const std::string& message) override {
+    if (waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes) return Close();
+    bytes_ += message.size();
+    waiting_.push_back(message);
+    if (waiting_.size() == 1) Write();
   }
 
   void Close() override {
@@ -130,52 +80,42 @@ class WebSocketSession : public Session {
   }
 
  private:
-  void Read() override {
-    socket_.async_read(buffer_, Unless([this](std::size_t) {
+  // A handler of reads and writes: an error ends the connection.
+  template <class Then>
+  auto Unless(Then then) {
+    return [self = shared_from_this(), this, then](const ErrorCode& error, std::size_t) {
+      error ? Leave() : then();
+    };
+  }
+  void Read() {
+    socket_.async_read(buffer_, Unless([this] {
                          const std::string text = beast::buffers_to_string(buffer_.data());
                          buffer_.clear();
-                         Receive(text);
+                         if (number_) hub_.Receive(*number_, text);
+                         Read();
                        }));
   }
-  void Write(const std::string& message) override {
-    socket_.async_write(net::buffer(message), Done());
+  void Write() {
+    socket_.async_write(net::buffer(waiting_.front()), Unless([this] {
+                          bytes_ -= waiting_.front().size();
+                          waiting_.pop_front();
+                          if (!waiting_.empty()) Write();
+                        }));
+  }
+  void Leave() {
+    if (number_) hub_.Close(*number_);
+    number_.reset();
   }
 
+  Hub& hub_;
+  Place place_;
   websocket::stream<beast::tcp_stream> socket_;
   bool authorised_;
   bool through_;
   beast::flat_buffer buffer_;
-};
-
-class UnixSession : public Session {
- public:
-  UnixSession(Local::socket socket, Hub& hub, Place place)
-      : Session(hub, std::move(place)), socket_(std::move(socket)) {}
-
-  void Start() { Join(hub_.Open(*this, true)); }
-
-  void Send(const std::string& message) override { Session::Send(message + kEndOfObject); }
-
-  void Close() override {
-    ErrorCode ignored;
-    socket_.close(ignored);
-  }
-
- private:
-  void Read() override {
-    net::async_read_until(socket_, net::dynamic_buffer(incoming_, kLongestMessage), kEndOfObject,
-                          Unless([this](std::size_t size) {
-                            const std::string text = incoming_.substr(0, size - 1);
-                            incoming_.erase(0, size);
-                            Receive(text);
-                          }));
-  }
-  void Write(const std::string& message) override {
-    net::async_write(socket_, net::buffer(message), Done());
-  }
-
-  Local::socket socket_;
-  std::string incoming_;
+  std::optional<std::uint64_t> number_;
+  std::deque<std::string> waiting_;
+  std::size_t bytes_ = 0;
 };
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
@@ -271,17 +211,6 @@ struct PrinterServer::Sockets {
     });
   }
 
-  void AcceptUnix() {
-    local.async_accept([this](const ErrorCode& error, Local::socket socket) {
-      if (error == net::error::operation_aborted) return;
-      if (!error && places.use_count() <= kMostConnections) {
-        (void)NoteBug(
-            [&] { std::make_shared<UnixSession>(std::move(socket), hub, places)->Start(); });
-      }
-      AcceptUnix();
-    });
-  }
-
   void Tick() {
     (void)NoteBug([this] { hub.Tick(MonotonicNow()); });
     timer.expires_after(kTick);
@@ -302,22 +231,6 @@ struct PrinterServer::Sockets {
                               options.port, error.message()),
                   ErrorKind::kMachine);
     }
-    if (!options.unix_socket.empty()) {
-      local.open(Local(), error);
-      if (!error) local.bind(Local::endpoint(options.unix_socket.string()), error);
-      // Before it listens, so that nobody else ever connects.
-      if (!error && chmod(options.unix_socket.c_str(), S_IRUSR | S_IWUSR) != 0) {
-        error.assign(errno, boost::system::system_category());
-      }
-      if (!error) local.listen(net::socket_base::max_listen_connections, error);
-      if (error) {
-        return Fail(fmt::format("cannot listen on the Unix socket {}: {}; remove it or choose "
-                                "another --unix",
-                                options.unix_socket.string(), error.message()),
-                    ErrorKind::kMachine);
-      }
-      AcceptUnix();
-    }
     AcceptTcp();
     Tick();
     return {};
@@ -329,7 +242,6 @@ struct PrinterServer::Sockets {
   Place places = std::make_shared<int>(0);
   net::io_context context{1};
   Tcp::acceptor tcp{context};
-  Local::acceptor local{context};
   net::steady_timer timer{context};
   std::thread thread;
 };
@@ -338,10 +250,6 @@ PrinterServer::PrinterServer(std::unique_ptr<Sockets> sockets) : sockets_(std::m
 
 Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine,
                                                             ServerOptions options) {
-  if (options.unix_socket.string().size() > 100) {
-    return Fail(fmt::format("--unix {}: a socket's path has at most 100 bytes",
-                            options.unix_socket.string()));
-  }
   auto sockets = std::make_unique<Sockets>(machine, std::move(options));
   TRY(sockets->Listen());
   Sockets& running = *sockets;
@@ -358,10 +266,6 @@ PrinterServer::~PrinterServer() {
   sockets_->context.stop();
   sockets_->thread.join();
   sockets_->hub.Abandon();
-  if (!sockets_->options.unix_socket.empty()) {
-    std::error_code ignored;
-    std::filesystem::remove(sockets_->options.unix_socket, ignored);
-  }
 }
 
 void PrinterServer::Inject(ServerFaults faults) {

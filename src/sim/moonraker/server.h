@@ -1,8 +1,7 @@
-// The virtual Moonraker's sockets: WebSocket and HTTP on loopback, JSON on a Unix socket.
+// The virtual Moonraker's sockets: WebSocket and HTTP on loopback.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 
 #include "base/result.h"
@@ -13,8 +12,7 @@ namespace trammel::sim {
 
 struct ServerOptions {
   HubOptions hub;
-  std::uint16_t port = 0;             ///< of 127.0.0.1; 0 takes a free one
-  std::filesystem::path unix_socket;  ///< empty: none; a file that is there already is an error
+  std::uint16_t port = 0;  ///< of 127.0.0.1; 0 takes a free one
 };
 
 /// Serves from its own thread until it is destroyed.

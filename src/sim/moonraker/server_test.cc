@@ -8,8 +8,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "base/bug_note.h"
-#include "base/check.h"
 #include "sim/camera/camera_http.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/moonraker/test_client.h"
@@ -17,7 +15,6 @@
 namespace trammel::sim {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 // Fast enough for a test of seconds, slow enough for a loaded machine.
@@ -184,27 +181,6 @@ TEST(PrinterServer, TellsChangesOnlyAndNotifiesBeforeItAnswers) {
   EXPECT_TRUE(update["params"][1].is_number());
 }
 
-TEST(PrinterServer, EmergencyStopAndRestartAreToldAndEndEverySubscription) {
-  Bench bench;
-  TestClient client(bench.port());
-  (void)client.Call("printer.objects.subscribe", {{"objects", {{"webhooks", nullptr}}}});
-  (void)client.Call("printer.gcode.script", Script("G28"));
-  ASSERT_EQ(client.Call("printer.emergency_stop")["result"], "ok");
-  const Json update = client.WaitFor("notify_status_update");
-  EXPECT_EQ(update["params"][0]["webhooks"]["state"], "shutdown");
-  (void)client.WaitFor("notify_klippy_shutdown");
-  EXPECT_EQ(client.Call("server.info")["result"]["klippy_state"], "shutdown");
-  EXPECT_THAT(
-      client.Call("printer.gcode.script", Script("G28"))["error"]["message"].get<std::string>(),
-      StartsWith("Shutdown due to webhooks request\n"));
-  ASSERT_EQ(client.Call("printer.firmware_restart")["result"], "ok");
-  (void)client.WaitFor("notify_klippy_disconnected");
-  (void)client.WaitFor("notify_klippy_ready");
-  client.passed.clear();
-  (void)client.Call("printer.gcode.script", Script("G28"));
-  for (const Json& message : client.passed) EXPECT_NE(message["method"], "notify_status_update");
-}
-
 TEST(PrinterServer, CallsInFlightFailWithTheDisconnect) {
   Bench bench;
   TestClient client(bench.port());
@@ -308,95 +284,6 @@ TEST(PrinterServer, AnswersNoPageOfSomewhereElse) {
             200);
 }
 
-TEST(PrinterServer, HoldsAHundredConnectionsAndNoMore) {
-  Bench bench;
-  std::vector<std::unique_ptr<TestClient>> clients;
-  for (int i = 0; i < 100; ++i) clients.push_back(std::make_unique<TestClient>(bench.port()));
-  EXPECT_ANY_THROW(TestClient{bench.port()});
-  EXPECT_TRUE(clients.front()->Call("server.info").contains("result"));
-  clients.pop_back();
-  // Its place is free once the server has noticed.
-  const auto answers = [&] {
-    try {
-      return TestClient(bench.port()).Call("server.info").contains("result");
-    } catch (const std::exception&) {
-      return false;
-    }
-  };
-  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (!answers() && std::chrono::steady_clock::now() < limit) {
-  }
-  EXPECT_TRUE(answers());
-}
-
-TEST(PrinterServer, StoresNoMoreThanItsBoundOfFiles) {
-  ServerOptions options;
-  options.hub.most_file_bytes = 1000;
-  Bench bench(options);
-  const auto upload = [&](const std::string& name) {
-    const std::string body = "--x\r\nContent-Disposition: form-data; name=\"file\"; filename=\"" +
-                             name + "\"\r\n\r\n" + std::string(240, 'G') + "\r\n--x--\r\n";
-    return TestHttp(bench.port(), "POST", "/server/files/upload", body,
-                    {{"Content-Type", "multipart/form-data; boundary=x"}})
-        .status;
-  };
-  for (const char* name : {"1", "2", "3", "4"}) EXPECT_EQ(upload(name), 201) << name;
-  EXPECT_EQ(upload("5"), 500);
-  EXPECT_EQ(upload("4"), 201);  // in its own place
-}
-
-TEST(PrinterServer, TheUnixSocketSpeaksObjectsThatEndInAByteOfThree) {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / ("trammel-sim-" + std::to_string(getpid())))
-          .string();
-  ServerOptions options;
-  options.unix_socket = path;
-  options.hub.api_key = "secret";  // asks nobody on this socket
-  Bench bench(options);
-  TestClient client(path);
-  EXPECT_TRUE(client.Call("server.connection.identify", Agent()).contains("result"));
-  EXPECT_EQ(client.Call("printer.info")["result"]["state"], "ready");
-}
-
-TEST(PrinterServer, RemoteMethodsReachTheAgentWithTypedArguments) {
-  Bench bench;
-  TestClient client(bench.port());
-  (void)client.Call("server.connection.identify", Agent());
-  (void)client.Call("connection.register_remote_method", {{"method_name", "calib_agent_event"}});
-  (void)client.Call("printer.gcode.script", Script("CALL_AGENT WHAT=start T=1.5"));
-  ASSERT_FALSE(client.passed.empty());
-  EXPECT_EQ(client.passed.back()["params"], (Json{{"what", "start"}, {"t", 1.5}}));
-  TestClient twin(bench.port());
-  EXPECT_EQ(twin.Call("server.connection.identify", Agent())["error"]["code"], 400);
-}
-
-TEST(PrinterServer, DumpsTheMotionThatTheHeadReallyMakes) {
-  Bench bench;
-  TestClient client(bench.port());
-  (void)client.Call("server.connection.identify", Agent());
-  (void)client.Call("connection.register_remote_method", {{"method_name", "motion"}});
-  (void)client.Call("printer.gcode.script", Script("G28\nG1 X100 Y100 F6000\nM400"));
-  const Json header =
-      client.Call("printer.motion_report.dump_trapq",
-                  {{"name", "toolhead"}, {"response_template", {{"method", "motion"}}}});
-  EXPECT_EQ(header["result"]["header"][2], "start_velocity");
-  (void)client.Call("printer.gcode.script", Script("G1 X130 F400\nM400"));
-  // The batches came while M400 waited.
-  double longest_s = 0;
-  double speed_mm_s = 0;
-  for (const Json& message : client.passed) {
-    if (message.value("method", "") != "motion") continue;
-    for (const Json& row : message["params"]["data"]) {
-      const bool cruises = row[3] == 0.0 && row[4][0] > 99.0;
-      if (!cruises || row[1] <= longest_s) continue;
-      longest_s = row[1];
-      speed_mm_s = row[2];
-    }
-  }
-  EXPECT_NEAR(longest_s, 30 / (400.0 / 60), 0.01);
-  EXPECT_NEAR(speed_mm_s, 400.0 / 60, 1e-9);
-}
-
 TEST(PrinterServer, SurvivesWhateverIsSent) {
   Bench bench;
   TestClient client(bench.port());
@@ -424,18 +311,6 @@ TEST(PrinterServer, SurvivesWhateverIsSent) {
   garbled.SendText("\xff\xfe");
   EXPECT_FALSE(garbled.Next()) << "a text frame that is no UTF-8 costs the connection";
   EXPECT_TRUE(client.Call("server.info").contains("result")) << "but only that one";
-}
-
-TEST(PrinterServer, ABugInAHandlerEndsThatConnectionAndNotTheServer) {
-  ServerOptions options;
-  options.hub.camera_port = []() -> int { throw Bug("no camera was asked for"); };
-  const Bench bench(options);
-  TestClient client(bench.port());
-  (void)client.Send("server.webcams.list");
-  EXPECT_FALSE(client.Next()) << "the connection is still there";
-  TestClient other(bench.port());
-  EXPECT_TRUE(other.Call("server.info").contains("result"));
-  EXPECT_TRUE(NotedBug());
 }
 
 TEST(PrinterServer, ItsFaultsAreWhatTheySay) {

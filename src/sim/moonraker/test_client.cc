@@ -2,9 +2,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/read_until.hpp>
-#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -18,7 +15,6 @@ namespace net = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using Local = net::local::stream_protocol;
 constexpr auto kLongest = std::chrono::seconds(10);
 
 net::ip::tcp::endpoint Loopback(std::uint16_t port) {
@@ -29,36 +25,22 @@ net::ip::tcp::endpoint Loopback(std::uint16_t port) {
 
 struct TestClient::Wire {
   net::io_context context;
-  std::optional<websocket::stream<beast::tcp_stream>> web;
-  std::optional<Local::socket> local;
+  websocket::stream<beast::tcp_stream> web{context};
   beast::flat_buffer buffer;
-  std::string incoming;
 };
 
 TestClient::TestClient(std::uint16_t port, const std::string& target, const std::string& api_key)
     : wire_(std::make_unique<Wire>()) {
-  wire_->web.emplace(wire_->context);
-  beast::get_lowest_layer(*wire_->web).socket().connect(Loopback(port));
-  wire_->web->set_option(websocket::stream_base::decorator([api_key](auto& request) {
+  beast::get_lowest_layer(wire_->web).socket().connect(Loopback(port));
+  wire_->web.set_option(websocket::stream_base::decorator([api_key](auto& request) {
     if (!api_key.empty()) request.set("X-Api-Key", api_key);
   }));
-  wire_->web->handshake("127.0.0.1", target);
-}
-
-TestClient::TestClient(const std::string& unix_path) : wire_(std::make_unique<Wire>()) {
-  wire_->local.emplace(wire_->context);
-  wire_->local->connect(Local::endpoint(unix_path));
+  wire_->web.handshake("127.0.0.1", target);
 }
 
 TestClient::~TestClient() = default;
 
-void TestClient::SendText(const std::string& text) {
-  if (wire_->web) {
-    wire_->web->write(net::buffer(text));
-  } else {
-    net::write(*wire_->local, net::buffer(text + '\x03'));
-  }
-}
+void TestClient::SendText(const std::string& text) { wire_->web.write(net::buffer(text)); }
 
 int TestClient::Send(const std::string& method, const Json& params) {
   Json request = {{"jsonrpc", "2.0"}, {"method", method}, {"id", next_id_}};
@@ -70,29 +52,16 @@ int TestClient::Send(const std::string& method, const Json& params) {
 std::optional<TestClient::Json> TestClient::Next() {
   bool done = false;
   beast::error_code failure;
-  std::size_t size = 0;
-  const auto finish = [&](const beast::error_code& error, std::size_t bytes) {
+  wire_->web.async_read(wire_->buffer, [&](const beast::error_code& error, std::size_t) {
     done = true;
     failure = error;
-    size = bytes;
-  };
-  if (wire_->web) {
-    wire_->web->async_read(wire_->buffer, finish);
-  } else {
-    net::async_read_until(*wire_->local, net::dynamic_buffer(wire_->incoming), '\x03', finish);
-  }
+  });
   wire_->context.restart();
   wire_->context.run_for(kLongest);
   if (!done) throw std::runtime_error("no message of the server within 10 s");
   if (failure) return std::nullopt;
-  std::string text;
-  if (wire_->web) {
-    text = beast::buffers_to_string(wire_->buffer.data());
-    wire_->buffer.clear();
-  } else {
-    text = wire_->incoming.substr(0, size - 1);
-    wire_->incoming.erase(0, size);
-  }
+  const std::string text = beast::buffers_to_string(wire_->buffer.data());
+  wire_->buffer.clear();
   return Json::parse(text);
 }
 

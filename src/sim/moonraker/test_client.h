@@ -18,8 +18,6 @@ class TestClient {
   /// Over a WebSocket; `target` with a token, `api_key` as a header where it is not empty.
   explicit TestClient(std::uint16_t port, const std::string& target = "/websocket",
                       const std::string& api_key = {});
-  /// Over a Unix socket.
-  explicit TestClient(const std::string& unix_path);
   ~TestClient();
 
   void SendText(const std::string& text);

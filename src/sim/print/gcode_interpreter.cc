@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "sim/gcode/command.h"
+#include "sim/gcode/modes.h"
 
 namespace trammel::sim {
 namespace {
 
 constexpr Bound kPositionMm{-1e4, 1e4};
-constexpr Bound kFilamentMm{-1e6, 1e6};
 constexpr Bound kFeedMmMin{1e-3, 6e6};
 constexpr Bound kVelocityMmS{1e-3, 1e5};
 constexpr Bound kAccelerationMmS2{1, 1e6};
@@ -24,21 +24,12 @@ constexpr Bound kSmoothTimeS{0, 0.2};
 constexpr Bound kPercent{1, 1e4};
 constexpr Bound kDwellMs{0, 1e9};
 constexpr Bound kTemperatureC{-300, 2000};
-constexpr std::size_t kMostMoves = 1'000'000;
 constexpr std::size_t kMostIgnoredNames = 200;
 constexpr std::size_t kMostSavedStates = 100;
 
-using Axes = std::array<double, 4>;  // x, y, z, e
-
-// What SAVE_GCODE_STATE keeps. A logical coordinate plus `base` is the machine's.
-struct State {
-  bool absolute = true;
-  bool absolute_filament = true;
-  Axes base{};
-  Axes machine{};
+struct State : Modes {
   double feed_mm_s = 25;  // Klipper's, before any F
   double speed_factor = 1;
-  double extrude_factor = 1;
 };
 
 class Interpreter {
@@ -61,11 +52,11 @@ class Interpreter {
   Result<void> Linear(const Command& command);
   Result<void> GoTo(const Axes& target, int line);
   Result<void> Dwell(const Command& command);
-  Result<void> Home(const Command& command);
+  Result<void> HomeAxes(const Command& command);
   Result<void> SetMode(const Command& command);
   Result<void> Stop(const Command& command);
   Result<void> SetFactor(const Command& command);
-  Result<void> SetPosition(const Command& command);
+  Result<void> SetOrigin(const Command& command);
   Result<void> SetOffset(const Command& command);
   Result<void> SetAcceleration(const Command& command);
   Result<void> SetVelocityLimit(const Command& command);
@@ -92,18 +83,7 @@ Result<bool> Interpreter::Read(const Command& command, const std::string& key, c
 }
 
 Result<void> Interpreter::GoTo(const Axes& target, int line) {
-  static constexpr const char* kNames[] = {"X", "Y", "Z", "E"};
-  for (std::size_t axis = 0; axis < 4; ++axis) {
-    const Bound& bound = axis < 3 ? kPositionMm : kFilamentMm;
-    if (!(target[axis] >= bound.lo && target[axis] <= bound.hi)) {
-      return Fail(fmt::format("G-code line {}: {} goes to {} mm; it must lie within {} … {}", line,
-                              kNames[axis], target[axis], bound.lo, bound.hi));
-    }
-  }
-  if (program_.moves.size() >= kMostMoves) {
-    return Fail(
-        fmt::format("G-code line {}: more than {} moves; print a shorter file", line, kMostMoves));
-  }
+  TRY(CheckMove(target, program_.moves.size(), line));
   const Axes& now = state_.machine;
   if (now != target) {
     Move move = next_;
@@ -120,20 +100,8 @@ Result<void> Interpreter::GoTo(const Axes& target, int line) {
 }
 
 Result<void> Interpreter::Linear(const Command& command) {
-  Axes target = state_.machine;
-  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = TRY(NumberOf(command, kKeys[axis], kPositionMm));
-    if (number.has_value()) {
-      target[axis] = *number + (state_.absolute ? state_.base[axis] : target[axis]);
-    }
-  }
-  const auto filament = TRY(NumberOf(command, "E", kFilamentMm));
-  if (filament.has_value()) {
-    const double scaled = *filament * state_.extrude_factor;
-    const bool absolute = state_.absolute && state_.absolute_filament;
-    target[3] = scaled + (absolute ? state_.base[3] : target[3]);
-  }
+  const Axes target =
+      TRY(TargetOf(command, state_, {}, state_.absolute && state_.absolute_filament));
   TRY(Read(command, "F", kFeedMmMin, state_.feed_mm_s, 1.0 / 60));
   return GoTo(target, command.line);
 }
@@ -149,15 +117,8 @@ Result<void> Interpreter::Dwell(const Command& command) {
   return {};
 }
 
-Result<void> Interpreter::Home(const Command& command) {
-  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
-  const bool all = !command.has("X") && !command.has("Y") && !command.has("Z");
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (all || command.has(kKeys[axis])) {
-      state_.machine[axis] = 0;
-      state_.base[axis] = 0;
-    }
-  }
+Result<void> Interpreter::HomeAxes(const Command& command) {
+  Home(command, state_);
   next_.stop_before = true;
   return {};
 }
@@ -183,37 +144,24 @@ Result<void> Interpreter::SetFactor(const Command& command) {
   return {};
 }
 
-Result<void> Interpreter::SetPosition(const Command& command) {
-  static constexpr const char* kKeys[] = {"X", "Y", "Z", "E"};
-  const bool all = command.parameters.empty();
-  for (std::size_t axis = 0; axis < 4; ++axis) {
-    const auto number = TRY(NumberOf(command, kKeys[axis], axis < 3 ? kPositionMm : kFilamentMm));
-    if (number.has_value()) {
-      const double factor = axis == 3 ? state_.extrude_factor : 1;
-      state_.base[axis] = state_.machine[axis] - *number * factor;
-    } else if (all) {
-      state_.base[axis] = state_.machine[axis];
-    }
-  }
-  return {};
+Result<void> Interpreter::SetOrigin(const Command& command) {
+  return SetPosition(command, {}, state_);
 }
 
 // SET_GCODE_OFFSET shifts every later coordinate; its own MOVE=1 moves at once.
 Result<void> Interpreter::SetOffset(const Command& command) {
-  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
   Axes target = state_.machine;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto set = TRY(NumberOf(command, kKeys[axis], kPositionMm));
-    const auto adjust = TRY(NumberOf(command, std::string(kKeys[axis]) + "_ADJUST", kPositionMm));
+    const auto set = TRY(NumberOf(command, kAxisKeys[axis], kPositionMm));
+    const auto adjust =
+        TRY(NumberOf(command, std::string(kAxisKeys[axis]) + "_ADJUST", kPositionMm));
     // An absolute offset replaces what this command gave before; G92 shifts are rare beside it.
     const double shift = set.has_value() ? *set - offset_[axis] : adjust.value_or(0);
     offset_[axis] += shift;
     state_.base[axis] += shift;
     target[axis] += shift;
   }
-  const auto found = command.parameters.find("MOVE");
-  return found != command.parameters.end() && found->second == "1" ? GoTo(target, command.line)
-                                                                   : Result<void>{};
+  return command.text_of("MOVE") == "1" ? GoTo(target, command.line) : Result<void>{};
 }
 
 Result<void> Interpreter::SetAcceleration(const Command& command) {
@@ -266,8 +214,7 @@ Result<void> Interpreter::SetTemperature(const Command& command) {
 }
 
 Result<void> Interpreter::SaveState(const Command& command) {
-  const auto found = command.parameters.find("NAME");
-  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  const std::string name = command.text_of("NAME", "default");
   if (saved_.size() >= kMostSavedStates && saved_.count(name) == 0) {
     return Fail(
         fmt::format("G-code line {}: more than {} saved states", command.line, kMostSavedStates));
@@ -277,26 +224,21 @@ Result<void> Interpreter::SaveState(const Command& command) {
 }
 
 Result<void> Interpreter::RestoreState(const Command& command) {
-  const auto found = command.parameters.find("NAME");
-  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  const std::string name = command.text_of("NAME", "default");
   const auto kept = saved_.find(name);
   if (kept == saved_.end()) {
     return Fail(fmt::format("G-code line {}: RESTORE_GCODE_STATE without a saved state of its name",
                             command.line));
   }
-  const Axes here = state_.machine;
-  state_ = kept->second;
-  const Axes then = state_.machine;
-  state_.machine = here;
-  // The filament's logical position is as saved although the machine has moved on.
-  state_.base[3] += here[3] - then[3];
-  const auto move = command.parameters.find("MOVE");
-  if (move == command.parameters.end() || move->second != "1") {
-    return {};
-  }
+  const State saved = kept->second;
+  Restore(saved, state_);
+  state_.feed_mm_s = saved.feed_mm_s;
+  state_.speed_factor = saved.speed_factor;
+  if (command.text_of("MOVE") != "1") return {};
   const double feed = state_.feed_mm_s;
   TRY(Read(command, "MOVE_SPEED", kVelocityMmS, state_.feed_mm_s));
-  auto went = GoTo({then[0], then[1], then[2], here[3]}, command.line);
+  auto went =
+      GoTo({saved.machine[0], saved.machine[1], saved.machine[2], state_.machine[3]}, command.line);
   state_.feed_mm_s = feed;
   return went;
 }
@@ -307,12 +249,12 @@ const std::map<std::string, Interpreter::Handler>& Interpreter::Handlers() {
       {"G0", &I::Linear},
       {"G1", &I::Linear},
       {"G4", &I::Dwell},
-      {"G28", &I::Home},
+      {"G28", &I::HomeAxes},
       {"G90", &I::SetMode},
       {"G91", &I::SetMode},
       {"M82", &I::SetMode},
       {"M83", &I::SetMode},
-      {"G92", &I::SetPosition},
+      {"G92", &I::SetOrigin},
       {"M400", &I::Stop},
       {"SAVE_GCODE_STATE", &I::SaveState},
       {"M120", &I::SaveState},

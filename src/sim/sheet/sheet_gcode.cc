@@ -9,10 +9,7 @@ namespace trammel::sim {
 namespace sheet {
 namespace {
 
-constexpr Bound kPositionMm{-1e4, 1e4};
-constexpr Bound kFilamentMm{-1e6, 1e6};
 constexpr Bound kPercent{1, 1e4};
-constexpr std::size_t kMostMoves = 1'000'000;
 constexpr int kMostCommands = 5'000'000;
 constexpr std::size_t kMostNames = 200;
 constexpr int kDeepestMacro = 10;
@@ -36,12 +33,12 @@ const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Han
       {"G3", &I::Arc},
       {"G5", &I::Refuse},
       {"G20", &I::Refuse},
-      {"G28", &I::Home},
+      {"G28", &I::HomeAxes},
       {"G90", &I::SetModes},
       {"G91", &I::SetModes},
       {"M82", &I::SetModes},
       {"M83", &I::SetModes},
-      {"G92", &I::SetPosition},
+      {"G92", &I::SetOrigin},
       {"M221", &I::SetExtrudeFactor},
       {"M200", &I::SetVolumetric},
       {"M120", &I::SaveState},
@@ -69,19 +66,9 @@ void Interpreter::Ignore(const std::string& name) {
 }
 
 Result<void> Interpreter::GoTo(const Axes& target, int line) {
-  for (std::size_t axis = 0; axis < 4; ++axis) {
-    const Bound& bound = axis < 3 ? kPositionMm : kFilamentMm;
-    if (!(target[axis] >= bound.lo && target[axis] <= bound.hi)) {
-      return Fail(fmt::format("G-code line {}: {} goes to {} mm; it must lie within {} … {}", line,
-                              axis < 3 ? kAxisKeys[axis] : "E", target[axis], bound.lo, bound.hi));
-    }
-  }
+  TRY(CheckMove(target, program_.moves.size(), line));
   const Axes& now = state_.machine;
   if (now == target) return {};
-  if (program_.moves.size() >= kMostMoves) {
-    return Fail(
-        fmt::format("G-code line {}: more than {} moves; print a shorter file", line, kMostMoves));
-  }
   const double e_mm = target[3] - now[3];
   if (e_mm > 0 && !tool_in_use_) {
     return Fail(
@@ -102,7 +89,7 @@ Result<void> Interpreter::GoTo(const Axes& target, int line) {
   move.to = {target[0], target[1]};
   move.z_mm = std::max(now[2], target[2]);
   move.e_mm = e_mm;
-  move.shift = {ShiftOf(0), ShiftOf(1)};
+  move.shift = {shift()[0], shift()[1]};
   program_.moves.push_back(move);
   state_.machine = target;
   return {};
@@ -110,20 +97,9 @@ Result<void> Interpreter::GoTo(const Axes& target, int line) {
 
 Result<void> Interpreter::Linear(const Command& command) {
   if (setup_.firmware == SheetFirmware::kRepRapFirmware && command.has("R")) return Refuse(command);
-  Axes target = state_.machine;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = TRY(NumberOf(command, kAxisKeys[axis], kPositionMm));
-    if (!number.has_value()) continue;
-    target[axis] = *number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis)
-                                                    : state_.machine[axis]);
-  }
-  const auto filament = TRY(NumberOf(command, "E", kFilamentMm));
-  if (filament.has_value()) {
-    // On Klipper G91 makes the extruder relative too, whatever M82 said.
-    const bool absolute = state_.modes.absolute_filament && (state_.modes.absolute || !klipper());
-    target[3] = *filament * state_.extrude_factor + (absolute ? state_.origin[3] : target[3]);
-  }
-  return GoTo(target, command.line);
+  // On Klipper G91 makes the extruder relative too, whatever M82 said.
+  const bool absolute = state_.absolute_filament && (state_.absolute || !klipper());
+  return GoTo(TRY(TargetOf(command, state_, shift(), absolute)), command.line);
 }
 
 Result<void> Interpreter::Refuse(const Command& command) {
@@ -133,37 +109,24 @@ Result<void> Interpreter::Refuse(const Command& command) {
                           inches ? "write millimetres" : "write straight G0 and G1 moves"));
 }
 
-Result<void> Interpreter::Home(const Command& command) {
-  const bool all = !command.has("X") && !command.has("Y") && !command.has("Z");
+Result<void> Interpreter::HomeAxes(const Command& command) {
   offsets_.Home();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!all && !command.has(kAxisKeys[axis])) continue;
-    state_.machine[axis] = 0;
-    state_.origin[axis] = 0;
-  }
+  Home(command, state_);
   return {};
 }
 
-Result<void> Interpreter::SetPosition(const Command& command) {
-  const bool all = command.parameters.empty();
-  for (std::size_t axis = 0; axis < 4; ++axis) {
-    const char* key = axis < 3 ? kAxisKeys[axis] : "E";
-    const auto number = TRY(NumberOf(command, key, axis < 3 ? kPositionMm : kFilamentMm));
-    if (!number.has_value() && !all) continue;
-    const double factor = axis == 3 ? state_.extrude_factor : 1;
-    state_.origin[axis] = state_.machine[axis] - ShiftOf(axis) - number.value_or(0) * factor;
-  }
-  return {};
+Result<void> Interpreter::SetOrigin(const Command& command) {
+  return SetPosition(command, shift(), state_);
 }
 
 Result<void> Interpreter::SetModes(const Command& command) {
   const std::string& name = command.name;
   if (name == "M82" || name == "M83") {
-    state_.modes.absolute_filament = name == "M82";
+    state_.absolute_filament = name == "M82";
     return {};
   }
-  state_.modes.absolute = name == "G90";
-  if (setup_.firmware == SheetFirmware::kMarlin) state_.modes.absolute_filament = name == "G90";
+  state_.absolute = name == "G90";
+  if (setup_.firmware == SheetFirmware::kMarlin) state_.absolute_filament = name == "G90";
   return {};
 }
 
@@ -180,13 +143,11 @@ Result<void> Interpreter::SetVolumetric(const Command& command) {
 
 Result<void> Interpreter::SaveState(const Command& command) {
   if (setup_.firmware == SheetFirmware::kMarlin) return {};  // M120 is about endstops there
-  const auto found = command.parameters.find("NAME");
-  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  const std::string name = command.text_of("NAME", "default");
   if (saved_.size() >= kMostNames && saved_.count(name) == 0) {
     return Fail(fmt::format("G-code line {}: more than {} saved states", command.line, kMostNames));
   }
-  saved_[name] = state_;
-  saved_[name].shift = offsets_.shift();
+  saved_[name] = {state_, offsets_.shift()};
   return {};
 }
 
@@ -197,32 +158,29 @@ Result<void> Interpreter::Pause(const Command& /*command*/) {
     Ignore("PAUSE");
     return {};
   }
-  saved_["PAUSE_STATE"] = state_;
-  saved_["PAUSE_STATE"].shift = offsets_.shift();
+  saved_["PAUSE_STATE"] = {state_, offsets_.shift()};
   return {};
 }
 
 Result<void> Interpreter::RestoreState(const Command& command) {
   if (setup_.firmware == SheetFirmware::kMarlin) return {};
-  const auto found = command.parameters.find("NAME");
-  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  const std::string name = command.text_of("NAME", "default");
   const auto kept = saved_.find(name);
   if (kept == saved_.end()) {
     return Fail(fmt::format("G-code line {}: {} without a saved state of its name", command.line,
                             command.name));
   }
+  const State saved = kept->second;
   if (!klipper()) {
-    state_.modes = kept->second.modes;
+    state_.absolute = saved.absolute;
+    state_.absolute_filament = saved.absolute_filament;
     return {};
   }
-  const Axes here = state_.machine;
-  state_ = kept->second;
-  const Axes then = std::exchange(state_.machine, here);
-  state_.origin[3] += here[3] - then[3];
-  offsets_.RestoreGcodeOffset(kept->second.shift);
-  const auto move = command.parameters.find("MOVE");
-  const bool go = move != command.parameters.end() && move->second == "1";
-  return go ? GoTo({then[0], then[1], then[2], here[3]}, command.line) : Result<void>{};
+  Restore(saved, state_);
+  offsets_.RestoreGcodeOffset(saved.shift);
+  if (command.text_of("MOVE") != "1") return {};
+  const Axes& then = saved.machine;
+  return GoTo({then[0], then[1], then[2], state_.machine[3]}, command.line);
 }
 
 Result<void> Interpreter::RunMacro(const std::string& text, int number, int depth) {

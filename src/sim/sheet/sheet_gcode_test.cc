@@ -43,36 +43,10 @@ constexpr auto kKlipper = SheetFirmware::kKlipper;
 constexpr auto kMarlin = SheetFirmware::kMarlin;
 constexpr auto kRrf = SheetFirmware::kRepRapFirmware;
 
-TEST(SheetGcode, FollowsAbsoluteAndRelativeMovesAndG92) {
-  const SheetProgram program =
-      Interpreted("G90\nM83\nG1 X10 Y20 E1\nG91\nG1 X1 Y-2 E0.5\nG90\nG92 X0 Y0\nG1 X5 Y5 E2");
-  ExpectAt(End(program), 16, 23);
-  ASSERT_EQ(program.moves.size(), 3U);
-  EXPECT_NEAR(program.moves[1].e_mm, 0.5, kExactMm);
-  EXPECT_NEAR(program.moves[2].e_mm, 2, kExactMm);
-}
-
-TEST(SheetGcode, G90MakesTheExtruderAbsoluteOnMarlinOnly) {
-  const std::string gcode = "M83\nG1 X1 E1\nG90\nG1 X2 E1";
-  EXPECT_NEAR(Interpreted(gcode, Of(kKlipper)).moves.back().e_mm, 1, kExactMm);
-  EXPECT_NEAR(Interpreted(gcode, Of(kRrf)).moves.back().e_mm, 1, kExactMm);
-  EXPECT_NEAR(Interpreted(gcode, Of(kMarlin)).moves.back().e_mm, 0, kExactMm);
-}
-
 TEST(SheetGcode, KlipperAddsTheGcodeOffsetAndMarlinAndRrfSubtractTheToolOffset) {
   ExpectAt(End(Interpreted("SET_GCODE_OFFSET X=0.3 Y=-0.2\nG1 X10 Y10", Of(kKlipper))), 10.3, 9.8);
   ExpectAt(End(Interpreted("M218 T1 X0.3 Y-0.2\nT1\nG1 X10 Y10", Of(kMarlin))), 9.7, 10.2);
   ExpectAt(End(Interpreted("G10 P1 X0.3 Y-0.2\nT1\nG1 X10 Y10", Of(kRrf))), 9.7, 10.2);
-}
-
-TEST(SheetGcode, GcodeOffsetAdjustsAndMovesOnlyWhenAsked) {
-  ExpectAt(End(Interpreted("G1 X10 Y10\nSET_GCODE_OFFSET X=0.3\nSET_GCODE_OFFSET X_ADJUST=0.2")),
-           10, 10);
-  ExpectAt(
-      End(Interpreted("G1 X10 Y10\nSET_GCODE_OFFSET X=0.3\nSET_GCODE_OFFSET X_ADJUST=0.2 MOVE=1")),
-      10.2, 10);
-  ExpectAt(End(Interpreted("SET_GCODE_OFFSET X=0.3\nSET_GCODE_OFFSET X_ADJUST=0.2\nG1 X10")), 10.5,
-           0);
 }
 
 TEST(SheetGcode, AToolchangerSetsTheGcodeOffsetWhenTheToolChanges) {
@@ -96,16 +70,6 @@ TEST(SheetGcode, RrfTakesNewOffsetsAtOnceAndG10AloneIsARetraction) {
   ExpectAt(End(Interpreted("T1\nG10 P1 X1\nG1 X10 Y10", Of(kRrf))), 9, 10);
   ExpectAt(End(Interpreted("T1\nG10 L1 P1 X1\nG10\nG1 X10 Y10", Of(kRrf))), 9, 10);
   EXPECT_THAT(ErrorOf("T-1\nM83\nG1 X10 E1", Of(kRrf)), HasSubstr("without a tool"));
-}
-
-TEST(SheetGcode, StoredOffsetsActFromTheStart) {
-  SheetSetup setup = Of(kRrf);
-  setup.stored[0] = PlaneMm{2, 0};
-  setup.stored[1] = PlaneMm{1, 1};
-  ExpectAt(End(Interpreted("G1 X10 Y10", setup)), 8, 10);
-  ExpectAt(End(Interpreted("T1\nG1 X10 Y10", setup)), 9, 9);
-  setup.firmware = kMarlin;
-  ExpectAt(End(Interpreted("T1\nG1 X10 Y10", setup)), 11, 9);
 }
 
 TEST(SheetGcode, MacrosAndTemplatesSelectTools) {
@@ -135,18 +99,6 @@ TEST(SheetGcode, TwoCarriagesHaveAnXOfTheirOwn) {
               HasSubstr("extruder 0 extrudes while carriage 1 moves"));
 }
 
-TEST(SheetGcode, RestoringAStateBringsTheOffsetBack) {
-  ExpectAt(
-      End(Interpreted("SET_GCODE_OFFSET X=1\nSAVE_GCODE_STATE NAME=a\nSET_GCODE_OFFSET X=3\nG91\n"
-                      "RESTORE_GCODE_STATE NAME=a\nG1 X10 Y10")),
-      11, 10);
-}
-
-TEST(SheetGcode, HomingKeepsWhatTheFirmwareKeeps) {
-  ExpectAt(End(Interpreted("SET_GCODE_OFFSET X=1\nG28\nG1 X10 Y10", Of(kKlipper))), 11, 10);
-  ExpectAt(End(Interpreted("M218 T1 X1\nT1\nG28\nG1 X10 Y10", Of(kMarlin))), 9, 10);
-}
-
 TEST(SheetGcode, RefusesByNameWhatItCannotDo) {
   EXPECT_THAT(ErrorOf("G2 X1 Y1 I1"), HasSubstr("line 1: G2"));
   EXPECT_THAT(ErrorOf("\nG20"), HasSubstr("line 2: G20"));
@@ -162,18 +114,6 @@ TEST(SheetGcode, RefusesByNameWhatItCannotDo) {
   const auto macros = ParseSheetMacros("[gcode_macro A]\ngcode:\n  G1 X{params.X}\n");
   ASSERT_FALSE(macros);
   EXPECT_THAT(macros.error().message, HasSubstr("line 3: macro A uses a template"));
-}
-
-TEST(SheetGcode, NamesWhatItSkipsButNotWhatNeverMovesATool) {
-  const SheetProgram program = Interpreted("M104 S200\nMY_PRIME\nMY_PRIME X=1\nPAUSE\nG1 X1");
-  EXPECT_EQ(program.ignored, (std::map<std::string, int>{{"MY_PRIME", 2}}));
-}
-
-TEST(SheetGcode, GuessesTheFirmwareFromCommentsThenFromCommands) {
-  EXPECT_EQ(GuessSheetFirmware("; firmware = marlin\nSET_GCODE_OFFSET X=1"), kMarlin);
-  EXPECT_EQ(GuessSheetFirmware("G10 P1 X0.1"), kRrf);
-  EXPECT_EQ(GuessSheetFirmware("M218 T1 X0.1"), kMarlin);
-  EXPECT_EQ(GuessSheetFirmware("G1 X1"), kKlipper);
 }
 
 }  // namespace

@@ -35,33 +35,27 @@ Result<void> Interpreter::SetGcodeOffset(const Command& command) {
     const std::string key = kAxisKeys[axis];
     const auto set = TRY(NumberOf(command, key, kOffsetMm));
     const auto adjust = TRY(NumberOf(command, key + "_ADJUST", kOffsetMm));
-    const double before = ShiftOf(axis);
+    const double before = offsets_.shift()[axis];
     if (set.has_value()) {
       offsets_.SetGcodeOffset(static_cast<int>(axis), *set);
     } else {
       offsets_.AdjustGcodeOffset(static_cast<int>(axis), adjust.value_or(0));
     }
-    target[axis] += ShiftOf(axis) - before;
+    target[axis] += offsets_.shift()[axis] - before;
   }
-  const auto found = command.parameters.find("MOVE");
-  const bool go = found != command.parameters.end() && found->second == "1";
-  return go ? GoTo(target, command.line) : Result<void>{};
+  return command.text_of("MOVE") == "1" ? GoTo(target, command.line) : Result<void>{};
 }
 
 // SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.1, and SET_TOOL_OFFSET T=1 X=0.1.
 Result<void> Interpreter::SetToolParameter(const Command& command) {
   const auto tool = TRY(NumberOf(command, "T", kToolNumber));
   int number = tool.has_value() ? static_cast<int>(*tool) : tool_;
-  if (const auto name = command.parameters.find("TOOL"); name != command.parameters.end()) {
-    const auto named = TRY(ToolNamed(name->second, command.line));
-    number = named;
-  }
-  const auto parameter = command.parameters.find("PARAMETER");
+  if (command.has("TOOL")) number = TRY(ToolNamed(command.text_of("TOOL"), command.line));
   for (int axis = 0; axis < 2; ++axis) {
     const std::string long_name = axis == 0 ? "GCODE_X_OFFSET" : "GCODE_Y_OFFSET";
-    const bool meant =
-        parameter != command.parameters.end() && UpperCase(parameter->second) == long_name;
-    const auto value = TRY(NumberOf(command, meant ? "VALUE" : kAxisKeys[axis], kOffsetMm));
+    const bool meant = UpperCase(command.text_of("PARAMETER")) == long_name;
+    const auto value = TRY(
+        NumberOf(command, meant ? "VALUE" : kAxisKeys[static_cast<std::size_t>(axis)], kOffsetMm));
     if (value.has_value()) offsets_.Store(number, axis, *value);
   }
   return {};
@@ -73,9 +67,13 @@ Result<void> Interpreter::SetHotendOffset(const Command& command) {
     Ignore(command.name);
     return {};
   }
-  const auto tool = TRY(NumberOf(command, "T", kToolNumber));
+  return StoreXy(command, "T");
+}
+
+Result<void> Interpreter::StoreXy(const Command& command, const char* tool_key) {
+  const auto tool = TRY(NumberOf(command, tool_key, kToolNumber));
   for (int axis = 0; axis < 2; ++axis) {
-    const auto value = TRY(NumberOf(command, kAxisKeys[axis], kOffsetMm));
+    const auto value = TRY(NumberOf(command, kAxisKeys[static_cast<std::size_t>(axis)], kOffsetMm));
     if (value.has_value()) {
       offsets_.Store(tool.has_value() ? static_cast<int>(*tool) : tool_, axis, *value);
     }
@@ -91,14 +89,7 @@ Result<void> Interpreter::SetToolOffset(const Command& command) {
     return {};
   }
   TRY(NumberOf(command, "L", {1, 1}));
-  const auto tool = TRY(NumberOf(command, "P", kToolNumber));
-  for (int axis = 0; axis < 2; ++axis) {
-    const auto value = TRY(NumberOf(command, kAxisKeys[axis], kOffsetMm));
-    if (value.has_value()) {
-      offsets_.Store(tool.has_value() ? static_cast<int>(*tool) : tool_, axis, *value);
-    }
-  }
-  return {};
+  return StoreXy(command, "P");
 }
 
 Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_changer) {
@@ -111,18 +102,16 @@ Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_c
   tool_ = tool;
   if (!has_carriages_) extruder_ = tool;
   Axes target = state_.machine;
-  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] -= ShiftOf(axis);
+  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] -= offsets_.shift()[axis];
   offsets_.Select(tool, by_changer);
-  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] += ShiftOf(axis);
+  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] += offsets_.shift()[axis];
   // Marlin brings the new nozzle to where the old one was.
   const bool moves = setup_.firmware == SheetFirmware::kMarlin && !command.has("S");
   return moves ? GoTo(target, command.line) : Result<void>{};
 }
 
 Result<void> Interpreter::ActivateExtruder(const Command& command) {
-  const auto found = command.parameters.find("EXTRUDER");
-  const std::string name =
-      found == command.parameters.end() ? "" : UpperCase(found->second).substr(0, 40);
+  const std::string name = UpperCase(command.text_of("EXTRUDER")).substr(0, 40);
   const std::string_view digits =
       std::string_view(name).substr(std::min<std::size_t>(8, name.size()));
   const bool known = name.substr(0, 8) == "EXTRUDER" && digits.size() <= 1 &&
@@ -134,18 +123,18 @@ Result<void> Interpreter::ActivateExtruder(const Command& command) {
                     command.line, name));
   }
   extruder_ = digits.empty() ? 0 : digits[0] - '0';
-  state_.origin[3] = state_.machine[3];
+  state_.base[3] = state_.machine[3];
   state_.extrude_factor = 1;
   return has_carriages_ ? Result<void>{} : ChangeTool(command, extruder_, false);
 }
 
 Result<void> Interpreter::SetDualCarriage(const Command& command) {
-  const auto found = command.parameters.find("MODE");
-  if (found != command.parameters.end() && UpperCase(found->second) != "PRIMARY") {
+  const std::string mode = command.text_of("MODE", "PRIMARY");
+  if (UpperCase(mode) != "PRIMARY") {
     return Fail(
         fmt::format("G-code line {}: SET_DUAL_CARRIAGE MODE={} is not understood by the "
                     "virtual machine; use PRIMARY",
-                    command.line, found->second.substr(0, 20)));
+                    command.line, mode.substr(0, 20)));
   }
   const auto carriage = TRY(NumberOf(command, "CARRIAGE", {0, 1}));
   if (!carriage.has_value()) {
@@ -165,9 +154,8 @@ Result<void> Interpreter::SetDualCarriage(const Command& command) {
 Result<void> Interpreter::SelectTool(const Command& command) {
   const auto by_number = TRY(NumberOf(command, "T", kToolNumber));
   if (by_number.has_value()) return ChangeTool(command, static_cast<int>(*by_number), true);
-  const auto name = command.parameters.find("TOOL");
-  const auto named = ToolNamed(name == command.parameters.end() ? "" : name->second, command.line);
-  return named ? ChangeTool(command, *named, true) : tl::unexpected(named.error());
+  const auto named = TRY(ToolNamed(command.text_of("TOOL"), command.line));
+  return ChangeTool(command, named, true);
 }
 
 // T0 … T7, T-1 and the templates of the setup. False: not one of these.
@@ -213,20 +201,9 @@ constexpr double kLongestChordRad = 0.35;
 Result<void> Interpreter::Arc(const Command& command) {
   if (setup_.firmware != SheetFirmware::kRepRapFirmware || command.has("R")) return Refuse(command);
   const Axes start = state_.machine;
-  Axes target = start;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto number = TRY(NumberOf(command, kAxisKeys[axis], kCentreMm));
-    if (!number.has_value()) continue;
-    target[axis] =
-        *number + (state_.modes.absolute ? state_.origin[axis] + ShiftOf(axis) : start[axis]);
-  }
-  const auto filament = TRY(NumberOf(command, "E", {-1e6, 1e6}));
+  const Axes target = TRY(TargetOf(command, state_, shift(), state_.absolute_filament));
   const auto i = TRY(NumberOf(command, "I", kCentreMm));
   const auto j = TRY(NumberOf(command, "J", kCentreMm));
-  if (filament) {
-    target[3] = *filament * state_.extrude_factor +
-                (state_.modes.absolute_filament ? state_.origin[3] : start[3]);
-  }
   const double centre_x = start[0] + i.value_or(0);
   const double centre_y = start[1] + j.value_or(0);
   const double radius = std::hypot(start[0] - centre_x, start[1] - centre_y);

@@ -8,27 +8,16 @@
 #include <utility>
 
 #include "sim/gcode/command.h"
+#include "sim/gcode/modes.h"
 #include "sim/sheet/sheet_gcode.h"
 #include "sim/sheet/sheet_tool_offsets.h"
 
 namespace trammel::sim::sheet {
 
 inline constexpr Bound kToolNumber{0, kMostSheetTools - 1};
-inline constexpr const char* kAxisKeys[] = {"X", "Y", "Z"};
-
-using Axes = std::array<double, 4>;  // x, y, z, e
-
-struct Modes {
-  bool absolute = true;
-  bool absolute_filament = true;
-};
 
 // What Klipper's SAVE_GCODE_STATE keeps.
-struct State {
-  Modes modes;
-  Axes origin{};  // G92: machine = command + origin + shift
-  Axes machine{};
-  double extrude_factor = 1;
+struct State : Modes {
   SheetToolOffsets::Shift shift{};
 };
 
@@ -46,7 +35,10 @@ class Interpreter {
   static const std::map<std::string, Handler, std::less<>>& Handlers();
 
   bool klipper() const { return setup_.firmware == SheetFirmware::kKlipper; }
-  double ShiftOf(std::size_t axis) const { return axis < 3 ? offsets_.shift()[axis] : 0; }
+  Axes shift() const {
+    const SheetToolOffsets::Shift& mm = offsets_.shift();
+    return {mm[0], mm[1], mm[2], 0};
+  }
 
   Result<void> RunMacro(const std::string& text, int number, int depth);
   Result<bool> RunToolCommand(const Command& command, std::string_view line);
@@ -57,8 +49,8 @@ class Interpreter {
   Result<void> Linear(const Command& command);
   Result<void> Arc(const Command& command);
   Result<void> Refuse(const Command& command);
-  Result<void> Home(const Command& command);
-  Result<void> SetPosition(const Command& command);
+  Result<void> HomeAxes(const Command& command);
+  Result<void> SetOrigin(const Command& command);
   Result<void> SetModes(const Command& command);
   Result<void> SetExtrudeFactor(const Command& command);
   Result<void> SetVolumetric(const Command& command);
@@ -69,6 +61,8 @@ class Interpreter {
   Result<void> SetToolParameter(const Command& command);
   Result<void> SetHotendOffset(const Command& command);
   Result<void> SetToolOffset(const Command& command);
+  // X and Y of a command as offsets of the tool that a key names, or of the tool in use.
+  Result<void> StoreXy(const Command& command, const char* tool_key);
   Result<void> ActivateExtruder(const Command& command);
   Result<void> SetDualCarriage(const Command& command);
   Result<void> SelectTool(const Command& command);
@@ -76,7 +70,7 @@ class Interpreter {
   const SheetSetup& setup_;
   SheetProgram program_;
   SheetToolOffsets offsets_;
-  State state_;
+  Modes state_;
   std::map<std::string, State> saved_;
   bool tool_in_use_ = true;
   int tool_ = 0;
