@@ -114,7 +114,8 @@ std::vector<int> CornersOf(const sim::BoardSheet& sheet) {
 Result<sim::SpindleLens> LensOf(const SimMillArguments& arguments) {
   sim::SpindleLens lens = sim::AsRealCamera({});
   const auto size = ParseWholePair(arguments.frame);
-  if (!size || std::abs(size->first * 3 - size->second * 4) > 3) {
+  if (!size || size->first < 64 || size->first > 20'000 ||
+      std::abs(size->first * 3 - size->second * 4) > 3) {
     return Fail(fmt::format("--frame {}: must be WIDTHxHEIGHT of 4 : 3, for example 1296x972",
                             arguments.frame.substr(0, 40)));
   }
@@ -130,7 +131,6 @@ Result<sim::SpindleLens> LensOf(const SimMillArguments& arguments) {
   if (!arguments.camera_mm.empty()) {
     lens.offset_mm = {arguments.camera_mm[0], arguments.camera_mm[1], arguments.camera_mm[2]};
   }
-  TRY(sim::Validate(lens));
   return lens;
 }
 

@@ -14,6 +14,7 @@
 #include "app/commands.h"
 #include "app/option_values.h"
 #include "app/slow_work.h"
+#include "files/whole_file.h"
 #include "sim/camera/scan_recorder.h"
 #include "sim/commands/commands.h"
 #include "sim/photo/photo.h"
@@ -23,7 +24,8 @@
 namespace trammel::app {
 namespace {
 
-constexpr std::uintmax_t kLargestGcode = 100'000'000;
+constexpr std::size_t kLargestGcode = 100'000'000;
+constexpr std::size_t kLargestPlan = 10'000'000;
 
 struct ScanArguments {
   std::string gcode;
@@ -70,12 +72,13 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
     return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
                             arguments.out));
   }
-  const sim::Plan plan = TRY(sim::ReadPlanFile(arguments.plan));
+  const std::string plan_text = TRY(files::ReadWholeFile(arguments.plan, kLargestPlan));
+  const sim::Plan plan = TRY(sim::ParsePlan(plan_text, arguments.plan));
   sim::ScanOptions options = sim::ScanOptionsFor(plan);
   options.pattern = arguments.pattern;
   options.frame_width_px = frame.width_px;
   options.frame_height_px = frame.height_px;
-  const std::string gcode = TRY(sim::ReadTextFile(arguments.gcode, kLargestGcode));
+  const std::string gcode = TRY(files::ReadWholeFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and scanning");
   const Result<sim::Print> print =
       sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
@@ -151,7 +154,7 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
     return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
                             arguments.out));
   }
-  const std::string gcode = TRY(sim::ReadTextFile(arguments.gcode, kLargestGcode));
+  const std::string gcode = TRY(files::ReadWholeFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and taking the photo");
   const Result<sim::Print> print =
       sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);

@@ -19,10 +19,10 @@
 #include "app/slow_work.h"
 #include "base/result.h"
 #include "files/new_file.h"
+#include "files/whole_file.h"
 #include "sim/commands/commands.h"
 #include "sim/phone/phone_photo.h"
 #include "sim/print/named_number.h"
-#include "sim/print/plan_file.h"
 #include "sim/scanner/scanner_page.h"
 #include "sim/scanner/scanner_traits.h"
 #include "sim/sheet/original_sheet.h"
@@ -62,81 +62,93 @@ void SetEachTool(double value, SheetWorld& world) {
 }
 
 constexpr SheetNumber kSheetNumbers[] = {
-    {"backlash-x-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[0] = v / 1000; }},
-    {"backlash-y-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[1] = v / 1000; }},
-    {"leg-placement-um", [](double v, SheetWorld& w) { w.machine.leg_placement_mm = v / 1000; }},
-    {"leg-width-um", [](double v, SheetWorld& w) { w.machine.leg_width_mm = v / 1000; }},
-    {"roughness-um", [](double v, SheetWorld& w) { w.machine.edge_roughness_mm = v / 1000; }},
-    {"roughness-mm", [](double v, SheetWorld& w) { w.machine.edge_correlation_mm = v; }},
-    {"coupling-um", [](double v, SheetWorld& w) { w.machine.coupling_mm = v / 1000; }},
+    {"backlash-x-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[0] = v / 1000; }, 0,
+     1000},
+    {"backlash-y-um", [](double v, SheetWorld& w) { w.machine.backlash_mm[1] = v / 1000; }, 0,
+     1000},
+    {"leg-placement-um", [](double v, SheetWorld& w) { w.machine.leg_placement_mm = v / 1000; }, 0,
+     100},
+    {"leg-width-um", [](double v, SheetWorld& w) { w.machine.leg_width_mm = v / 1000; }, 0, 100},
+    {"roughness-um", [](double v, SheetWorld& w) { w.machine.edge_roughness_mm = v / 1000; }, 0,
+     100},
+    {"roughness-mm", [](double v, SheetWorld& w) { w.machine.edge_correlation_mm = v; }, 0.05, 2},
+    {"coupling-um", [](double v, SheetWorld& w) { w.machine.coupling_mm = v / 1000; }, 0, 500},
     {"motor-um",
      [](double v, SheetWorld& w) {
        for (sim::PeriodicError& error : w.machine.motor) error.amplitude_mm = v / 1000;
-     }},
+     },
+     0, 200},
     {"pulley-um",
      [](double v, SheetWorld& w) {
        for (sim::PeriodicError& error : w.machine.pulley) error.amplitude_mm = v / 1000;
-     }},
-    {"start-bulge-um", [](double v, SheetWorld& w) { w.machine.start_bulge_mm = v / 1000; }},
-    {"end-bulge-um", [](double v, SheetWorld& w) { w.machine.end_bulge_mm = v / 1000; }},
-    {"wrinkle-um", [](double v, SheetWorld& w) { SetWrinkle(v / 1000, w.paper); }},
-    {"dirt", [](double v, SheetWorld& w) { w.paper.dirt_count = sim::WholeOf(v); }},
-    {"broken-share", SetEachTool<&sim::SheetTool::broken_share>},
-    {"string-share", SetEachTool<&sim::SheetTool::string_share>},
-    {"bead-height", [](double v, SheetWorld& w) { w.machine.bead_height_mm = v; }},
-    {"filament-diameter", [](double v, SheetWorld& w) { w.machine.filament_diameter_mm = v; }},
+     },
+     0, 200},
+    {"start-bulge-um", [](double v, SheetWorld& w) { w.machine.start_bulge_mm = v / 1000; }, -300,
+     500},
+    {"end-bulge-um", [](double v, SheetWorld& w) { w.machine.end_bulge_mm = v / 1000; }, -300, 500},
+    {"wrinkle-um", [](double v, SheetWorld& w) { SetWrinkle(v / 1000, w.paper); }, 0, 1000},
+    {"dirt", [](double v, SheetWorld& w) { w.paper.dirt_count = sim::WholeOf(v); }, 0, 10000},
+    {"broken-share", SetEachTool<&sim::SheetTool::broken_share>, 0, 1},
+    {"string-share", SetEachTool<&sim::SheetTool::string_share>, 0, 1},
+    {"bead-height", [](double v, SheetWorld& w) { w.machine.bead_height_mm = v; }, 0.05, 1},
+    {"filament-diameter", [](double v, SheetWorld& w) { w.machine.filament_diameter_mm = v; }, 0.5,
+     5},
     {"paper",
      [](double v, SheetWorld& w) {
        w.paper.reflectance = {v, v, v};
-     }},
-    {"width-factor", SetEachTool<&sim::SheetTool::width_factor>},
-    {"opacity", SetEachTool<&sim::SheetTool::opacity>},
-    {"missing-share", SetEachTool<&sim::SheetTool::missing_share>},
-    {"hairs", [](double v, SheetWorld& w) { w.paper.hair_count = sim::WholeOf(v); }},
-    {"fold-um", [](double v, SheetWorld& w) { FoldOf(w.paper).taken_up_mm = v / 1000; }},
-    {"fold-deg", [](double v, SheetWorld& w) { FoldOf(w.paper).direction_rad = v * kDegree; }},
-    {"fold-x-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.x_mm = v; }},
-    {"fold-y-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.y_mm = v; }},
-    {"fold-darkness", [](double v, SheetWorld& w) { FoldOf(w.paper).darkness = v; }},
+     },
+     0, 1},
+    {"width-factor", SetEachTool<&sim::SheetTool::width_factor>, 0.3, 3},
+    {"opacity", SetEachTool<&sim::SheetTool::opacity>, 0.01, 1},
+    {"missing-share", SetEachTool<&sim::SheetTool::missing_share>, 0, 1},
+    {"hairs", [](double v, SheetWorld& w) { w.paper.hair_count = sim::WholeOf(v); }, 0, 100},
+    {"fold-um", [](double v, SheetWorld& w) { FoldOf(w.paper).taken_up_mm = v / 1000; }, -1000,
+     1000},
+    {"fold-deg", [](double v, SheetWorld& w) { FoldOf(w.paper).direction_rad = v * kDegree; }, -360,
+     360},
+    {"fold-x-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.x_mm = v; }, -1000, 1000},
+    {"fold-y-mm", [](double v, SheetWorld& w) { FoldOf(w.paper).through.y_mm = v; }, -1000, 1000},
+    {"fold-darkness", [](double v, SheetWorld& w) { FoldOf(w.paper).darkness = v; }, 0, 1},
 };
 
 using sim::ScannerTraits;
 constexpr sim::NamedNumber<ScannerTraits> kScannerNumbers[] = {
-    {"rotation-deg", [](double v, ScannerTraits& s) { s.rotation_rad = v * kDegree; }},
-    {"shift-x-mm", [](double v, ScannerTraits& s) { s.shift_x_mm = v; }},
-    {"shift-y-mm", [](double v, ScannerTraits& s) { s.shift_y_mm = v; }},
-    {"scale-x", [](double v, ScannerTraits& s) { s.scale_x = v; }},
-    {"scale-y", [](double v, ScannerTraits& s) { s.scale_y = v; }},
-    {"skew", [](double v, ScannerTraits& s) { s.skew = v; }},
+    {"rotation-deg", [](double v, ScannerTraits& s) { s.rotation_rad = v * kDegree; }, -360, 360},
+    {"shift-x-mm", [](double v, ScannerTraits& s) { s.shift_x_mm = v; }, -500, 500},
+    {"shift-y-mm", [](double v, ScannerTraits& s) { s.shift_y_mm = v; }, -500, 500},
+    {"scale-x", [](double v, ScannerTraits& s) { s.scale_x = v; }, 0.9, 1.1},
+    {"scale-y", [](double v, ScannerTraits& s) { s.scale_y = v; }, 0.9, 1.1},
+    {"skew", [](double v, ScannerTraits& s) { s.skew = v; }, -0.05, 0.05},
     {"bar-um",
      [](double v, ScannerTraits& s) {
        for (sim::PeriodicError& error : s.bar) error.amplitude_mm = v / 1000;
-     }},
-    {"shadow", [](double v, ScannerTraits& s) { s.shadow_strength = v; }},
-    {"shadow-mm", [](double v, ScannerTraits& s) { s.shadow_mm = v; }},
-    {"blur-um", [](double v, ScannerTraits& s) { s.blur_mm = v / 1000; }},
-    {"noise", [](double v, ScannerTraits& s) { s.noise = v; }},
-    {"texture", [](double v, ScannerTraits& s) { s.texture = v; }},
-    {"gamma", [](double v, ScannerTraits& s) { s.gamma = v; }},
-    {"lamp-falloff", [](double v, ScannerTraits& s) { s.lamp_falloff = v; }},
-    {"cast-red", [](double v, ScannerTraits& s) { s.cast[0] = v; }},
-    {"cast-green", [](double v, ScannerTraits& s) { s.cast[1] = v; }},
-    {"cast-blue", [](double v, ScannerTraits& s) { s.cast[2] = v; }},
-    {"crop-top-mm", [](double v, ScannerTraits& s) { s.crop_top_mm = v; }},
-    {"crop-left-mm", [](double v, ScannerTraits& s) { s.crop_left_mm = v; }},
-    {"perspective-x", [](double v, ScannerTraits& s) { s.perspective_x = v; }},
-    {"perspective-y", [](double v, ScannerTraits& s) { s.perspective_y = v; }},
+     },
+     0, 500},
+    {"shadow", [](double v, ScannerTraits& s) { s.shadow_strength = v; }, 0, 1},
+    {"shadow-mm", [](double v, ScannerTraits& s) { s.shadow_mm = v; }, 0, 1},
+    {"blur-um", [](double v, ScannerTraits& s) { s.blur_mm = v / 1000; }, 0, 500},
+    {"noise", [](double v, ScannerTraits& s) { s.noise = v; }, 0, 0.2},
+    {"texture", [](double v, ScannerTraits& s) { s.texture = v; }, 0, 0.2},
+    {"gamma", [](double v, ScannerTraits& s) { s.gamma = v; }, 0.5, 3},
+    {"lamp-falloff", [](double v, ScannerTraits& s) { s.lamp_falloff = v; }, 0, 0.5},
+    {"cast-red", [](double v, ScannerTraits& s) { s.cast[0] = v; }, 0.2, 1.2},
+    {"cast-green", [](double v, ScannerTraits& s) { s.cast[1] = v; }, 0.2, 1.2},
+    {"cast-blue", [](double v, ScannerTraits& s) { s.cast[2] = v; }, 0.2, 1.2},
+    {"crop-top-mm", [](double v, ScannerTraits& s) { s.crop_top_mm = v; }, 0, 500},
+    {"crop-left-mm", [](double v, ScannerTraits& s) { s.crop_left_mm = v; }, 0, 500},
+    {"perspective-x", [](double v, ScannerTraits& s) { s.perspective_x = v; }, -0.5, 0.5},
+    {"perspective-y", [](double v, ScannerTraits& s) { s.perspective_y = v; }, -0.5, 0.5},
 };
 
 std::string SettingNames() {
   return sim::NamesOf(kSheetNumbers) + ", " + sim::NamesOf(kScannerNumbers);
 }
 
-constexpr std::uintmax_t kLargestGcode = 100'000'000;
+constexpr std::size_t kLargestGcode = 100'000'000;
 
 struct SimSheetArguments {
   std::string gcode;
-  std::string original;  // tools of the original generator's sheet; empty: none
+  std::vector<int> original;  // tools of the original generator's sheet; empty: none
   std::vector<std::string> original_offsets;
   bool original_repaired = false;
   std::string pattern_out;
@@ -168,7 +180,7 @@ struct SimSheetArguments {
 };
 
 Result<std::string> ReadOptional(const std::string& path) {
-  return path.empty() ? Result<std::string>{} : sim::ReadTextFile(path, kLargestGcode);
+  return path.empty() ? Result<std::string>{} : files::ReadWholeFile(path, kLargestGcode);
 }
 
 Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::string& gcode) {
@@ -224,22 +236,19 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
 // Draws the original generator's sheet, and writes its G-code where that is wanted.
 Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
   sim::OriginalSheet original;
-  const auto tools = sim::ParseOriginalTools(arguments.original);
-  if (!tools) return Fail("--original " + tools.error().message);
-  original.tools = *tools;
+  original.tools = arguments.original;
   original.reference = arguments.reference;
   original.repaired = arguments.original_repaired;
-  if (!arguments.original_offsets.empty()) original.offsets.resize(tools->size());
+  if (!arguments.original_offsets.empty()) original.offsets.resize(original.tools.size());
   for (const std::string& text : arguments.original_offsets) {
     const auto shift =
-        TRY(ParseToolShift("--original-offset", text, static_cast<int>(tools->size())));
+        TRY(ParseToolShift("--original-offset", text, static_cast<int>(original.tools.size())));
     if (shift.tool < 1) {
       return Fail(fmt::format("--original-offset {}: places in the list of --original count from 1",
                               text.substr(0, 40)));
     }
     original.offsets[static_cast<std::size_t>(shift.tool) - 1] = {shift.x_mm, shift.y_mm};
   }
-  TRY(Validate(original));
   std::string gcode = OriginalGcode(original);
   if (arguments.pattern_out.empty()) return gcode;
   TRY(files::WriteWholeFile(arguments.pattern_out, gcode, files::IfThere::kRefuse));
@@ -254,7 +263,7 @@ Result<std::string> GcodeOf(const SimSheetArguments& arguments) {
   if (!arguments.pattern_out.empty()) {
     return Fail("--pattern-out: writes the sheet of --original; give that, too");
   }
-  return sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  return files::ReadWholeFile(arguments.gcode, kLargestGcode);
 }
 
 Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetScene scene) {
@@ -353,7 +362,6 @@ Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSh
       return Fail("--photo-set " + set.error().message);
     }
   }
-  TRY(Validate(phone));
   const SlowWork work("taking the photo");
   const auto frame =
       TRY(sim::PhotographSheet(sheet, phone, sim::ScanningOf(arguments.name).Fork(1)));
@@ -400,9 +408,13 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
 }
 
 void AddOriginalOptions(CLI::App& sheet, SimSheetArguments& arguments) {
-  sheet.add_option("--original", arguments.original,
-                   "instead of a file: the sheet of the method's original generator with these "
-                   "tools, for example 1,2,3,4,5 (--reference is its reference tool)");
+  sheet
+      .add_option("--original", arguments.original,
+                  "instead of a file: the sheet of the method's original generator with these "
+                  "tools, for example 1,2,3,4,5 (--reference is its reference tool)")
+      ->delimiter(',')
+      ->expected(1, 5)
+      ->check(CLI::Range(0, sim::kMostSheetTools - 1));
   sheet.add_option("--original-offset", arguments.original_offsets,
                    "PLACE:X,Y in mm, an offset on purpose of a place in that list, counted from "
                    "1; as published, the last place's moves the whole print");
@@ -430,8 +442,12 @@ void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {
 }
 
 void AddScannerOptions(CLI::App& sheet, SimSheetArguments& arguments) {
-  sheet.add_option("--dpi", arguments.dpi, "of the scan")->capture_default_str();
-  sheet.add_option("--bits", arguments.bits, "per sample, 8 or 16")->capture_default_str();
+  sheet.add_option("--dpi", arguments.dpi, "of the scan")
+      ->check(NumberIn(50.0, 4800.0))
+      ->capture_default_str();
+  sheet.add_option("--bits", arguments.bits, "per sample, 8 or 16")
+      ->check(CLI::IsMember({8, 16}))
+      ->capture_default_str();
   sheet.add_flag("--colour", arguments.colour, "red, green and blue instead of grey");
   sheet.add_flag("--mirrored", arguments.mirrored, "as by a faulty driver");
   sheet.add_option("--says-dpi", arguments.says_dpi, "what the file claims, or none");

@@ -40,36 +40,42 @@ struct SpindleShop {
 
 using SpindleNumber = sim::NamedNumber<SpindleShop>;
 constexpr SpindleNumber kNumbers[] = {
-    {"sigma-px", [](double v, SpindleShop& s) { s.setup.sigma_px = v; }},
-    {"repeatability-mm", [](double v, SpindleShop& s) { s.setup.machine.repeatability_mm = v; }},
-    {"scale-x", [](double v, SpindleShop& s) { s.setup.machine.scale[0] = v; }},
-    {"scale-y", [](double v, SpindleShop& s) { s.setup.machine.scale[1] = v; }},
-    {"scale-z", [](double v, SpindleShop& s) { s.setup.machine.scale[2] = v; }},
-    {"square-xy-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xy_rad = v; }},
-    {"square-xz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xz_rad = v; }},
-    {"square-yz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_yz_rad = v; }},
-    {"angle-rad", [](double v, SpindleShop& s) { s.setup.spread.angle_rad = v; }},
-    {"eccentricity-mm", [](double v, SpindleShop& s) { s.setup.spread.eccentricity_mm = v; }},
-    {"tilt-rad", [](double v, SpindleShop& s) { s.setup.spread.tilt_rad = v; }},
-    {"misplaced-mm", [](double v, SpindleShop& s) { s.setup.part.misplaced_mm = v; }},
-    {"misplaced-rad", [](double v, SpindleShop& s) { s.setup.part.misplaced_rad = v; }},
-    {"temperature-c", [](double v, SpindleShop& s) { s.setup.part.temperature_c = v; }},
-    {"expansion-per-k", [](double v, SpindleShop& s) { s.setup.part.expansion_per_k = v; }},
-    {"out-of-machine-mm", [](double v, SpindleShop& s) { s.setup.part.out_of_machine_mm = v; }},
+    {"sigma-px", [](double v, SpindleShop& s) { s.setup.sigma_px = v; }, 0, 10},
+    {"repeatability-mm", [](double v, SpindleShop& s) { s.setup.machine.repeatability_mm = v; }, 0,
+     1},
+    {"scale-x", [](double v, SpindleShop& s) { s.setup.machine.scale[0] = v; }, -0.01, 0.01},
+    {"scale-y", [](double v, SpindleShop& s) { s.setup.machine.scale[1] = v; }, -0.01, 0.01},
+    {"scale-z", [](double v, SpindleShop& s) { s.setup.machine.scale[2] = v; }, -0.01, 0.01},
+    {"square-xy-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xy_rad = v; }, -0.01,
+     0.01},
+    {"square-xz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_xz_rad = v; }, -0.01,
+     0.01},
+    {"square-yz-rad", [](double v, SpindleShop& s) { s.setup.machine.square_yz_rad = v; }, -0.01,
+     0.01},
+    {"angle-rad", [](double v, SpindleShop& s) { s.setup.spread.angle_rad = v; }, 0, 0.5},
+    {"eccentricity-mm", [](double v, SpindleShop& s) { s.setup.spread.eccentricity_mm = v; }, 0, 5},
+    {"tilt-rad", [](double v, SpindleShop& s) { s.setup.spread.tilt_rad = v; }, 0, 0.1},
+    {"misplaced-mm", [](double v, SpindleShop& s) { s.setup.part.misplaced_mm = v; }, 0, 100},
+    {"misplaced-rad", [](double v, SpindleShop& s) { s.setup.part.misplaced_rad = v; }, 0, 0.5},
+    {"temperature-c", [](double v, SpindleShop& s) { s.setup.part.temperature_c = v; }, -50, 150},
+    {"expansion-per-k", [](double v, SpindleShop& s) { s.setup.part.expansion_per_k = v; }, 0,
+     1e-4},
+    {"out-of-machine-mm", [](double v, SpindleShop& s) { s.setup.part.out_of_machine_mm = v; }, 0,
+     10},
     {"out-of-machine-scale",
-     [](double v, SpindleShop& s) { s.setup.part.out_of_machine_scale = v; }},
-    {"white", [](double v, SpindleShop& s) { s.picture.light.white = v; }},
-    {"dark", [](double v, SpindleShop& s) { s.picture.light.dark = v; }},
-    {"surface", [](double v, SpindleShop& s) { s.picture.light.surface = v; }},
-    {"hidden", [](double v, SpindleShop& s) { s.picture.light.hidden = v; }},
-    {"vignetting", [](double v, SpindleShop& s) { s.picture.light.vignetting = v; }},
-    {"gradient", [](double v, SpindleShop& s) { s.picture.light.gradient = v; }},
-    {"gradient-rad", [](double v, SpindleShop& s) { s.picture.light.gradient_rad = v; }},
-    {"blur-px", [](double v, SpindleShop& s) { s.picture.eye.blur_px = v; }},
-    {"motion-px", [](double v, SpindleShop& s) { s.picture.eye.motion_px = v; }},
-    {"motion-rad", [](double v, SpindleShop& s) { s.picture.eye.motion_rad = v; }},
-    {"read-noise", [](double v, SpindleShop& s) { s.picture.eye.read_noise = v; }},
-    {"shot-noise", [](double v, SpindleShop& s) { s.picture.eye.shot_noise = v; }},
+     [](double v, SpindleShop& s) { s.setup.part.out_of_machine_scale = v; }, -0.01, 0.01},
+    {"white", [](double v, SpindleShop& s) { s.picture.light.white = v; }, 0, 1000},
+    {"dark", [](double v, SpindleShop& s) { s.picture.light.dark = v; }, 0, 1000},
+    {"surface", [](double v, SpindleShop& s) { s.picture.light.surface = v; }, 0, 255},
+    {"hidden", [](double v, SpindleShop& s) { s.picture.light.hidden = v; }, 0, 1000},
+    {"vignetting", [](double v, SpindleShop& s) { s.picture.light.vignetting = v; }, 0, 0.9},
+    {"gradient", [](double v, SpindleShop& s) { s.picture.light.gradient = v; }, -1, 1},
+    {"gradient-rad", [](double v, SpindleShop& s) { s.picture.light.gradient_rad = v; }, -10, 10},
+    {"blur-px", [](double v, SpindleShop& s) { s.picture.eye.blur_px = v; }, 0, 20},
+    {"motion-px", [](double v, SpindleShop& s) { s.picture.eye.motion_px = v; }, 0, 50},
+    {"motion-rad", [](double v, SpindleShop& s) { s.picture.eye.motion_rad = v; }, -10, 10},
+    {"read-noise", [](double v, SpindleShop& s) { s.picture.eye.read_noise = v; }, 0, 50},
+    {"shot-noise", [](double v, SpindleShop& s) { s.picture.eye.shot_noise = v; }, 0, 10},
 };
 
 using sim::operator*;
@@ -219,12 +225,12 @@ Result<std::vector<std::vector<sim::HiddenWedge>>> WedgesOf(const SimSpindleArgu
                                                             const sim::SpindlePart& part) {
   std::vector<std::vector<sim::HiddenWedge>> wedges(part.targets.size());
   for (const std::string& text : arguments.hide) {
-    constexpr double kTurn_deg = 360;
+    constexpr double kWidest_deg = 179;
     const auto parsed = ParseToolShift("--hide", text, kMostTarget);
-    if (!parsed || !(parsed->y_mm > 0 && parsed->y_mm <= kTurn_deg)) {
+    if (!parsed || !(parsed->y_mm > 0 && parsed->y_mm <= kWidest_deg)) {
       return Fail(
           fmt::format("--hide {}: must be TARGET:FROM,EXTENT, for example 2:0,90, in degrees with "
-                      "an extent of at most 360",
+                      "an extent of at most 179",
                       text.substr(0, 40)));
     }
     const std::size_t at = static_cast<std::size_t>(parsed->tool) - 1;
@@ -272,9 +278,6 @@ Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
 
   sim::SpindleWorld world = sim::DrawSpindleWorld(setup, arguments.name);
   if (arguments.clamp_angle_rad) world.clamping.angle_rad = *arguments.clamp_angle_rad;
-  const sim::SpindlePicture first = sim::PictureAt(world, 0, patterns, wedges, like);
-  TRY(sim::Validate(first));
-
   const std::filesystem::path out = arguments.out;
   TRY(MakeFolder(out));
   // Whole targets only: what is nearer to the edge has no centre that can be measured.

@@ -16,64 +16,10 @@ constexpr double kAroundMm = 20;  // of paper beyond the print
 constexpr double kWaveMm = 70;
 constexpr double kTable = 0.2;  // reflectance of what lies under the paper
 constexpr int kBandRows = 64;
-constexpr int kCapCorners = 7;
 constexpr int kPaperSteps = 64;  // along each of its edges
 // What the pyramid of CoverageRows smears already: a square of a pixel twice, less the square that
 // every pixel has.
 constexpr double kPyramidPx = 0.29;
-
-PixelPlace Corner(const StrokePoint& point, const PlaneMm& along, double left_mm, double ahead_mm,
-                  const PhoneMap& map, double height_mm, double outwards) {
-  return map.PixelOf({point.centre.x_mm - along.y_mm * left_mm + along.x_mm * ahead_mm,
-                      point.centre.y_mm + along.x_mm * left_mm + along.y_mm * ahead_mm},
-                     height_mm, outwards);
-}
-
-void Close(InkOutline& outline) {
-  double area = 0;
-  outline.top_px = outline.left_px = 1e9;
-  outline.bottom_px = outline.right_px = -1e9;
-  for (std::size_t i = 0; i < outline.corners.size(); ++i) {
-    const PixelPlace& a = outline.corners[i];
-    const PixelPlace& b = outline.corners[(i + 1) % outline.corners.size()];
-    area += a.x_px * b.y_px - b.x_px * a.y_px;
-    outline.top_px = std::min(outline.top_px, a.y_px);
-    outline.bottom_px = std::max(outline.bottom_px, a.y_px);
-    outline.left_px = std::min(outline.left_px, a.x_px);
-    outline.right_px = std::max(outline.right_px, a.x_px);
-  }
-  // What lies right of an edge that runs down is covered.
-  if (area > 0) outline.weight = -outline.weight;
-}
-
-InkOutline OutlineOf(const InkStroke& stroke, const PhoneMap& map, double height_mm,
-                     double outwards) {
-  InkOutline outline;
-  outline.ink = stroke.ink;
-  outline.weight = stroke.opacity;
-  const auto add = [&](const StrokePoint& point, double left_mm, double ahead_mm) {
-    outline.corners.push_back(
-        Corner(point, stroke.along, left_mm, ahead_mm, map, height_mm, outwards));
-  };
-  const auto cap = [&](const StrokePoint& point, double first_mm, double second_mm, double ahead) {
-    for (int i = 1; i <= kCapCorners; ++i) {
-      const double angle = std::numbers::pi * i / (kCapCorners + 1);
-      const double side = std::cos(angle);
-      add(point, ahead * side * (side > 0 ? first_mm : second_mm),
-          ahead * std::sin(angle) * (first_mm + second_mm) / 2);
-    }
-  };
-  for (const StrokePoint& point : stroke.points) add(point, point.left_mm, 0);
-  const StrokePoint& last = stroke.points.back();
-  cap(last, last.left_mm, last.right_mm, 1);
-  for (auto point = stroke.points.rbegin(); point != stroke.points.rend(); ++point) {
-    add(*point, -point->right_mm, 0);
-  }
-  const StrokePoint& first = stroke.points.front();
-  cap(first, first.right_mm, first.left_mm, -1);
-  Close(outline);
-  return outline;
-}
 
 InkOutline PaperOutline(const PhoneMap& map, double outwards) {
   InkOutline outline;
@@ -101,8 +47,9 @@ void DrawChannel(const PrintedSheet& sheet, const PhoneTraits& traits, const Pho
     const auto ink = static_cast<std::size_t>(stroke.ink);
     const bool dirt = stroke.ink == kDirtInk;
     const double height_mm = dirt ? 0 : traits.line_height_mm + traits.extra_height_mm[ink];
-    outlines.push_back(
-        OutlineOf(stroke, map, height_mm, map.OutwardsBy(channel_px + traits.tool_colour_px[ink])));
+    const double outwards = map.OutwardsBy(channel_px + traits.tool_colour_px[ink]);
+    outlines.push_back(OutlineOf(
+        stroke, [&](const PlaneMm& bed) { return map.PixelOf(bed, height_mm, outwards); }));
   }
   const InkOutline paper = PaperOutline(map, map.OutwardsBy(channel_px));
   CoverageRows rows;
@@ -250,7 +197,6 @@ std::array<PlaneMm, 4> PhoneMap::Paper() const {
 }
 
 Result<Frame> PhotographSheet(const PrintedSheet& sheet, const PhoneTraits& traits, Random random) {
-  TRY(Validate(traits));
   if (sheet.strokes.empty()) return Fail("no tool printed: there is nothing to photograph");
   const PhoneMap map(sheet, traits);
   Frame frame(traits.width_px, traits.height_px);

@@ -53,9 +53,6 @@ struct PhoneTraits {
   int jpeg_quality = 92;  ///< 1 … 100
 };
 
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const PhoneTraits& traits);
-
 /// A photo as somebody takes it who was told how: the sheet fills four fifths of the frame at "2x",
 /// tilt up to 15 degrees, |k1| up to 0.03, bow up to 1 mm, lines that differ by 30 um in height
 /// (1 sigma) and 0.2 px in colour.
@@ -84,13 +81,13 @@ class PhoneMap {
   std::array<std::array<double, 3>, 3> camera_from_sheet_{};
 };
 
-/// REQUIRES valid traits. Error (kInput): a sheet without strokes.
+/// REQUIRES traits within their bounds. Error (kInput): a sheet without strokes.
 [[nodiscard]] Result<Frame> PhotographSheet(const PrintedSheet& sheet, const PhoneTraits& traits,
                                             Random random);
 
 /// Names of what can be set, separated by commas; angles end in -deg, heights in -um.
 [[nodiscard]] std::string PhoneTraitNames();
-/// Error (kInput): a name that is not there.
+/// Error (kInput): a name that is not there; a value outside its bounds.
 [[nodiscard]] Result<void> SetPhoneTrait(std::string_view name, double value, PhoneTraits& traits);
 
 /// The truth behind a photo as JSON (docs/reference/formats.md).

@@ -78,29 +78,10 @@ Special SpecialOf(std::string_view name, std::size_t& tool) {
 
 Result<void> Bounded(std::string_view name, double value, double least, double most) {
   if (value >= least && value <= most) return {};
-  return Fail(fmt::format("photo: {} = {}: must be {} ... {}", name, value, least, most));
+  return Fail(fmt::format("{} = {}: must be {} ... {}", name, value, least, most));
 }
 
 }  // namespace
-
-Result<void> Validate(const PhoneTraits& traits) {
-  PhoneTraits copy = traits;
-  for (const PhoneField& field : kFields) {
-    // A hair's breadth for the rounding of units.
-    const double value = field.at(copy) / field.unit;
-    const double slack = 1e-9 * std::max(1.0, std::abs(field.most));
-    TRY(Bounded(field.name, value, field.least - slack, field.most + slack));
-  }
-  for (std::size_t ink = 0; ink < kInkCount; ++ink) {
-    TRY(Bounded("a line's own height, um", 1e3 * traits.extra_height_mm[ink], -500, 500));
-    TRY(Bounded("a line's own colour shift, px", traits.tool_colour_px[ink], -10, 10));
-  }
-  for (const auto& [name, value] :
-       {std::pair{"width-px", traits.width_px}, std::pair{"height-px", traits.height_px}}) {
-    TRY(Bounded(name, value, 64, 9000));
-  }
-  return Bounded("jpeg-quality", traits.jpeg_quality, 1, 100);
-}
 
 PhoneTraits DrawPhone(const PrintedSheet& sheet, Random random) {
   PhoneTraits traits;
@@ -150,6 +131,7 @@ std::string PhoneTraitNames() {
 Result<void> SetPhoneTrait(std::string_view name, double value, PhoneTraits& traits) {
   for (const PhoneField& field : kFields) {
     if (name != field.name) continue;
+    TRY(Bounded(name, value, field.least, field.most));
     field.at(traits) = value * field.unit;
     return {};
   }
@@ -158,19 +140,19 @@ Result<void> SetPhoneTrait(std::string_view name, double value, PhoneTraits& tra
   switch (SpecialOf(name, tool)) {
     case Special::kWidth:
       traits.width_px = whole;
-      return {};
+      return Bounded(name, value, 64, 9000);
     case Special::kHeight:
       traits.height_px = whole;
-      return {};
+      return Bounded(name, value, 64, 9000);
     case Special::kQuality:
       traits.jpeg_quality = whole;
-      return {};
+      return Bounded(name, value, 1, 100);
     case Special::kToolHeight:
       traits.extra_height_mm[tool] = value * 1e-3;
-      return {};
+      return Bounded(name, value, -500, 500);
     case Special::kToolColour:
       traits.tool_colour_px[tool] = value;
-      return {};
+      return Bounded(name, value, -10, 10);
     case Special::kNone:
       break;
   }

@@ -1,42 +1,25 @@
 #include "sim/photo/photo_camera.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
 #include <string>
 
+#include "sim/print/named_number.h"
+
 namespace trammel::sim {
 
 namespace {
 
-constexpr std::array kScenes = {PhotoScene::kNaturalOnGold, PhotoScene::kNaturalOnDark,
-                                PhotoScene::kBlackOnLight};
+constexpr NamedChoice<PhotoScene> kScenes[] = {{"natural-on-gold", PhotoScene::kNaturalOnGold},
+                                               {"natural-on-dark", PhotoScene::kNaturalOnDark},
+                                               {"black-on-light", PhotoScene::kBlackOnLight}};
 
 }  // namespace
 
-std::string_view ToString(PhotoScene scene) {
-  switch (scene) {
-    case PhotoScene::kNaturalOnGold:
-      return "natural-on-gold";
-    case PhotoScene::kNaturalOnDark:
-      return "natural-on-dark";
-    case PhotoScene::kBlackOnLight:
-      return "black-on-light";
-  }
-  return "natural-on-gold";
-}
-
 Result<PhotoScene> ParsePhotoScene(std::string_view name) {
-  std::string known;
-  for (const PhotoScene scene : kScenes) {
-    if (ToString(scene) == name) return scene;
-    known += (known.empty() ? "" : ", ") + std::string(ToString(scene));
-  }
-  return Fail(
-      fmt::format("there is no photo scene \"{}\"; choose one of {}", name.substr(0, 60), known));
+  return ChoiceOf(kScenes, "photo scene", name);
 }
 
 PhotoTraits DrawPhotoTraits(PhotoScene scene, Random& random) {

@@ -14,10 +14,7 @@ namespace trammel::sim {
 /// What was printed on what. Natural: translucent, whitish.
 enum class PhotoScene { kNaturalOnGold, kNaturalOnDark, kBlackOnLight };
 
-/// "natural-on-gold", "natural-on-dark" or "black-on-light".
-[[nodiscard]] std::string_view ToString(PhotoScene scene);
-
-/// The inverse of ToString. Error (kInput): another name; the message lists what exists.
+/// "natural-on-gold", "natural-on-dark" or "black-on-light". Error (kInput): another name.
 [[nodiscard]] Result<PhotoScene> ParsePhotoScene(std::string_view name);
 
 /// Light that one lamp throws back from the plate towards the camera, fading like a Gaussian.

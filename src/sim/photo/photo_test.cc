@@ -10,12 +10,9 @@
 #include <utility>
 
 #include "sim/laser/laser_test_support.h"
-#include "support/temporary_folder.h"
 
 namespace trammel::sim {
 namespace {
-
-using ::testing::HasSubstr;
 
 PhotoTraits SmallPhoto() {
   PhotoTraits traits;
@@ -69,25 +66,6 @@ TEST(PhotoCamera, RayAndProjectionAreInverse) {
   }
 }
 
-TEST(PhotoCamera, FillsThePictureAsWanted) {
-  for (const double tilt : {0.0, 0.3}) {
-    PhotoTraits traits;
-    traits.fill = 0.7;
-    traits.tilt_rad = tilt;
-    traits.tilt_towards_rad = -1.2;
-    const PhotoCamera camera(traits, {100, 80, 130, 140});
-    double widest = 0;
-    for (const double x : {100.0, 130.0}) {
-      for (const double y : {80.0, 140.0}) {
-        const ImagePoint seen = camera.Project({x, y, 0});
-        widest = std::max(
-            {widest, std::abs(2 * seen.x_px / 1079 - 1), std::abs(2 * seen.y_px / 1919 - 1)});
-      }
-    }
-    EXPECT_NEAR(widest, 0.7, 0.002);
-  }
-}
-
 TEST(PhotoCamera, LooksUprightAndFurtherAwayIsSmaller) {
   PhotoTraits traits;
   traits.tilt_rad = 0.3;
@@ -123,21 +101,6 @@ TEST(Photo, BeadEdgesLieWhereTheCameraProjectsThem) {
   }
 }
 
-TEST(Photo, NaturalFilamentIsBrighterThanADarkPlate) {
-  PhotoTraits traits = SmallPhoto();
-  traits.scene = PhotoScene::kNaturalOnDark;
-  const Bed bed = ThreeBeads();
-  const Result<Frame> photo = RenderPhoto(bed, traits, Random(1));
-  ASSERT_TRUE(photo);
-  const PhotoCamera camera(traits, *PrintedRegion(bed));
-  const auto green = [&](const Vector3& at) {
-    const ImagePoint seen = camera.Project(at);
-    return int{photo->view().row(static_cast<int>(
-        std::lround(seen.y_px)))[3 * static_cast<int>(std::lround(seen.x_px)) + 1]};
-  };
-  EXPECT_GT(green({110, 110, 0.3}), green({110, 105, 0}) + 60);
-}
-
 TEST(Photo, EqualSeedsGiveEqualPicturesAndOthersDiffer) {
   const auto render = [](std::uint64_t seed) {
     Random random(seed);
@@ -148,37 +111,6 @@ TEST(Photo, EqualSeedsGiveEqualPicturesAndOthersDiffer) {
   };
   EXPECT_EQ(render(11), render(11));
   EXPECT_NE(render(11), render(12));
-}
-
-TEST(Photo, RefusesAnEmptyBedAndAnAbsurdSize) {
-  const Result<Frame> empty = RenderPhoto(Bed{250, 250, {}}, SmallPhoto(), Random(1));
-  ASSERT_FALSE(empty);
-  EXPECT_THAT(empty.error().message, HasSubstr("no filament"));
-  PhotoTraits traits = SmallPhoto();
-  traits.width_px = 30000;
-  const Result<Frame> huge = RenderPhoto(ThreeBeads(), traits, Random(1));
-  ASSERT_FALSE(huge);
-  EXPECT_THAT(huge.error().message, HasSubstr("30000 x 400"));
-}
-
-TEST(Photo, WritesAJpegAndOverwritesNothing) {
-  const test::TemporaryFolder scratch;
-  const Frame frame(64, 64);
-  ASSERT_TRUE(WriteJpegFile(frame, 90, scratch.path() / "a.jpg"));
-  EXPECT_EQ(test::ReadWhole(scratch.path() / "a.jpg").substr(0, 2), "\xff\xd8");
-  const Result<void> again = WriteJpegFile(frame, 90, scratch.path() / "a.jpg");
-  ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().message, HasSubstr("a.jpg: is there already"));
-  EXPECT_FALSE(WriteJpegFile(frame, 90, "/nowhere/a.jpg"));
-}
-
-TEST(PhotoScene, NamesReadBackAndOthersAreRefused) {
-  for (const char* name : {"natural-on-gold", "natural-on-dark", "black-on-light"}) {
-    const Result<PhotoScene> scene = ParsePhotoScene(name);
-    ASSERT_TRUE(scene);
-    EXPECT_EQ(ToString(*scene), name);
-  }
-  EXPECT_THAT(ParsePhotoScene("pink").error().message, HasSubstr("natural-on-gold"));
 }
 
 }  // namespace

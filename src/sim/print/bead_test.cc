@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "base/check.h"
@@ -26,28 +24,10 @@ double Volume(const std::vector<double>& area) {
   return sum;
 }
 
-TEST(Bead, TheNominalBeadOfThePaperIsHalfAMillimetreWide) {
-  const BeadShape shape = ShapeOf(0.1104, kGapMm, {});
-  EXPECT_NEAR(shape.width_mm, 0.495, 1e-3);
-  EXPECT_NEAR(shape.height_mm, kGapMm, 1e-12);
-}
-
 TEST(Bead, EveryShapeHasTheAreaItWasGiven) {
   for (double area = 0; area < 1.5; area += 1e-3) {
     const BeadShape shape = ShapeOf(area, kGapMm, {});
     ASSERT_NEAR(StadiumArea(shape.width_mm, shape.height_mm), area, 1e-12);
-  }
-}
-
-TEST(Bead, WidthAndHeightGrowSteadilyWithArea) {
-  BeadShape before = ShapeOf(0, kGapMm, {});
-  constexpr double kStep = 1e-4;
-  for (double area = kStep; area < 1.5; area += kStep) {
-    const BeadShape shape = ShapeOf(area, kGapMm, {});
-    ASSERT_GE(shape.width_mm, before.width_mm) << area;
-    ASSERT_GE(shape.height_mm, before.height_mm - 1e-12) << area;
-    ASSERT_LE(shape.width_mm - before.width_mm, 0.012) << area;  // sqrt(4 * kStep / pi) at 0
-    before = shape;
   }
 }
 
@@ -60,12 +40,6 @@ TEST(Bead, StarvedNarrowsThenSinksAndOverfedRises) {
   EXPECT_GT(fat.height_mm, 1.2 * kGapMm);
   EXPECT_GT(fat.width_mm, 0.8);
   EXPECT_LE(ShapeOf(5, kGapMm, {}).height_mm, 2 * kGapMm);
-}
-
-TEST(Bead, AThreadHighInTheAirStaysRound) {
-  const BeadShape shape = ShapeOf(0.1, 5, {});
-  EXPECT_NEAR(shape.width_mm, std::sqrt(0.4 / std::numbers::pi), 1e-12);
-  EXPECT_NEAR(shape.height_mm, shape.width_mm, 1e-12);
 }
 
 TEST(Smear, KeepsVolumeAndEvenBeadsAndSpreadsASpike) {
@@ -83,23 +57,6 @@ TEST(Smear, KeepsVolumeAndEvenBeadsAndSpreadsASpike) {
   EXPECT_EQ(tiny, (std::vector<double>{1, 2}));
 }
 
-TEST(SpreadSurplus, RoundsABlobAndLeavesAFullBead) {
-  const double full = FullArea(kGapMm, {});
-  std::vector<double> area(300, full);
-  area[0] = 1;
-  for (std::size_t i = 145; i < 155; ++i) area[i] = 1;
-  const double before = Volume(area);
-  SpreadSurplus(area, std::vector<double>(300, full), kSpacingMm);
-  EXPECT_NEAR(Volume(area), before, 1e-9);
-  EXPECT_LT(area[150], 0.6);
-  EXPECT_GT(area[140], full + 0.05);
-  EXPECT_EQ(area[80], full);
-  for (const double a : area) ASSERT_GE(a, full);
-  std::vector<double> thin(50, 0.05);
-  SpreadSurplus(thin, std::vector<double>(50, full), kSpacingMm);
-  EXPECT_EQ(thin, std::vector<double>(50, 0.05));
-}
-
 TEST(BreakUp, GathersDropletsAndKeepsTheVolume) {
   constexpr std::uint64_t kSeed = 3;
   Random random(kSeed);
@@ -114,23 +71,6 @@ TEST(BreakUp, GathersDropletsAndKeepsTheVolume) {
     ASSERT_NEAR(Volume(area), before, 1e-12) << "seed " << kSeed << " trial " << trial;
     for (const double a : area) ASSERT_GE(a, 0);
   }
-}
-
-TEST(BreakUp, LeavesEmptyRoomBetweenDroplets) {
-  Random random(4);
-  std::vector<double> area(300, 0.006);
-  BreakUp(area, kSpacingMm, 0.012, random);
-  const auto empty = std::count(area.begin(), area.end(), 0.0);
-  EXPECT_GT(empty, 100);
-  EXPECT_LT(empty, 250);
-}
-
-TEST(BreakUp, TouchesNothingThatIsThickEnough) {
-  Random random(4);
-  std::vector<double> area(50, 0.0121);
-  const std::vector<double> before = area;
-  BreakUp(area, kSpacingMm, 0.012, random);
-  EXPECT_EQ(area, before);
 }
 
 double SectionArea(const Relief& relief, double x_mm, double y0_mm, double y1_mm) {
@@ -151,42 +91,6 @@ TEST(Surface, BeadKeepsItsAreaWidthAndHeight) {
     EXPECT_EQ(relief.HeightAt(2, 0.007 + width / 2 + 0.026), 0);
     EXPECT_GT(relief.HeightAt(2, 0.007 + width / 2 - 0.03), 0.05);
   }
-}
-
-TEST(Surface, KeepsTheAreaOfEveryWidthAtEveryPlace) {
-  // What is left is what the table of sections says between its fills.
-  constexpr double kShare = 0.002;
-  for (double width = 0.3; width < 0.8; width += 0.0037) {
-    for (const double y : {0.0, 0.007, 0.0125}) {
-      const Bed bed = StraightBead(0, 4, y, width, 0.25);
-      const Relief relief = RasterizeBed(bed, {-1, -1, 5, 1}, 0.025);
-      const double wanted = bed.strands[0].samples[0].area_mm2;
-      EXPECT_NEAR(SectionArea(relief, 2.013, -1, 1), wanted, kShare * wanted) << width << " " << y;
-    }
-  }
-}
-
-TEST(Surface, DiagonalBeadIsTheSameBead) {
-  Bed bed = StraightBead(0, 4, 0, 0.5, 0.25);
-  for (BeadSample& sample : bed.strands[0].samples) {
-    sample.y_mm = sample.x_mm * std::numbers::sqrt2 / 2;
-    sample.x_mm = sample.y_mm;
-  }
-  const Relief relief = RasterizeBed(bed, {-1, -1, 5, 5}, 0.025);
-  const double wanted = bed.strands[0].samples[0].area_mm2;
-  // A cut along y meets the bead at 45 degrees.
-  EXPECT_NEAR(SectionArea(relief, 1.4, 0, 3), wanted * std::numbers::sqrt2, 0.02 * wanted);
-}
-
-TEST(Surface, BrokenFilamentLeavesTheBarePlate) {
-  Bed bed = StraightBead(0, 4, 0, 0.5, 0.25);
-  for (BeadSample& sample : bed.strands[0].samples) {
-    if (sample.x_mm > 1.5 && sample.x_mm < 2.5) sample = {sample.x_mm, 0, 0, 0, 0};
-  }
-  const Relief relief = RasterizeBed(bed, {-1, -1, 5, 1}, 0.025);
-  EXPECT_EQ(relief.HeightAt(2, 0), 0);
-  EXPECT_GT(relief.HeightAt(1.4, 0), 0.2);
-  EXPECT_GT(relief.HeightAt(2.6, 0), 0.2);
 }
 
 TEST(Surface, RefusesAGridThatWouldFillTheMemory) {

@@ -90,34 +90,6 @@ TEST(DrivenFilament, IsSpeedPlusAdvanceTimesAcceleration) {
   EXPECT_NEAR(trial.driven[step], expected, 1e-6 * expected);
 }
 
-TEST(DrivenFilament, AveragesWithATriangleOfTheSmoothTime) {
-  // The step of filament speed from rest to a retraction: its spread in time grows by the
-  // triangle's variance, T^2 / 24, and its centre stays. With advance 0 nothing is averaged.
-  const auto moments = [](const std::vector<double>& driven) {
-    double sum = 0, mean = 0, square = 0;
-    for (std::size_t i = 0; i < driven.size(); ++i) {
-      const double t = static_cast<double>(i) * kStepS;
-      sum += driven[i];
-      mean += driven[i] * t;
-      square += driven[i] * t * t;
-    }
-    mean /= sum;
-    return std::pair{mean, square / sum - mean * mean};
-  };
-  Move move;
-  move.to = {};
-  move.e_mm = 0.5;
-  move.feed_mm_s = 35;
-  move.acceleration_mm_s2 = 3000;
-  move.smooth_time_s = 0.04;
-  const auto plain = moments(DrivenFilament(PlanMotion(std::vector<Move>{move})));
-  move.pressure_advance_s = 0.03;
-  const auto averaged = moments(DrivenFilament(PlanMotion(std::vector<Move>{move})));
-  EXPECT_NEAR(averaged.first, plain.first, 1e-9);
-  constexpr double kGridShare = 1e-3;  // the kernel's grid of 0.25 ms against 40 ms
-  EXPECT_NEAR(averaged.second - plain.second, 0.04 * 0.04 / 24, kGridShare * 0.04 * 0.04 / 24);
-}
-
 TEST(Extruder, TheRightAdvanceWithoutSmoothingGivesAFlatLine) {
   const Trial trial = Extruded(LongLine(kTauS, 0));
   const StrokeDeposit& deposit = trial.extrusion.strokes.at(0);
@@ -185,69 +157,12 @@ TEST(Extruder, KeepsEveryBitOfFilament) {
   }
 }
 
-TEST(Extruder, ClippingLeavesNoDebtWhereRefillingDoes) {
-  ExtruderOptions clip;
-  clip.starvation = Starvation::kClip;
-  const TestPattern over = LongLine(0.06, 0.04);
-  const double refilled_mm = Surplus(Extruded(over).extrusion.strokes.at(0), 70, 110);
-  const double clipped_mm = Surplus(Extruded(over, clip).extrusion.strokes.at(0), 70, 110);
-  const double owed_mm = (kTauS - 0.06) * 145 * kFilamentPerMm;
-  EXPECT_NEAR(refilled_mm, owed_mm, 0.01 * std::abs(owed_mm));
-  EXPECT_GT(clipped_mm, 0.9 * owed_mm);
-  EXPECT_LT(clipped_mm, 0);
-}
-
-TEST(Extruder, NothingOozesWhileRetracted) {
-  const Trial trial = Extruded({});
-  EXPECT_LT(trial.extrusion.oozed_mm, 1e-3);
-}
-
-TEST(FindStrokes, ALineIsOneStrokeAndARetractionParts) {
-  const Trial trial = Extruded({});
-  ASSERT_EQ(trial.strokes.size(), 10U);
-  for (const Stroke& stroke : trial.strokes) {
-    EXPECT_NEAR(stroke.length_mm, 30, 1e-9);
-    EXPECT_TRUE(stroke.primed);
-    EXPECT_LT(stroke.arrives_s, stroke.start_s);
-  }
-}
-
 std::vector<StorageLaw> AllLaws() {
   return {{StorageKind::kLinear, 0.04, 1, 0, 1},
           {StorageKind::kPower, 0.15, 0.4, 0, 1},
           {StorageKind::kPower, 0.05, 0.85, 0, 1},
           {StorageKind::kTanh, 0.06, 1, 0.7, 1.5},
           {StorageKind::kReciprocal, 0.06, 1, 0.95, 0.3}};
-}
-
-TEST(StorageLaw, FlowFromStoredUndoesStored) {
-  // Newton stops at 1e-12 of the flow; the power law rounds in two calls of pow.
-  constexpr double kRelative = 1e-10;
-  for (const StorageLaw& law : AllLaws()) {
-    for (const double flow : {1e-3, 0.23, 1.0, 6.9, 40.0}) {
-      EXPECT_NEAR(FlowFromStored(law, Stored(law, flow)).flow_mm_s, flow, kRelative * flow)
-          << ToString(law.kind);
-      EXPECT_NEAR(FlowFromStored(law, Stored(law, -flow)).flow_mm_s, -flow, kRelative * flow)
-          << ToString(law.kind);
-    }
-    EXPECT_EQ(FlowFromStored(law, 0).flow_mm_s, 0);
-  }
-}
-
-TEST(StorageLaw, SlopeIsTheFlowsDerivative) {
-  // Central differences with a relative step of 1e-5 err by about 1e-10 of the value.
-  constexpr double kRelative = 1e-6;
-  for (const StorageLaw& law : AllLaws()) {
-    for (const double flow : {0.23, 6.9}) {
-      const double stored = Stored(law, flow);
-      const double step = 1e-5 * stored;
-      const double slope = (FlowFromStored(law, stored + step).flow_mm_s -
-                            FlowFromStored(law, stored - step).flow_mm_s) /
-                           (2 * step);
-      EXPECT_NEAR(FlowFromStored(law, stored).slope_per_s, slope, kRelative * slope)
-          << ToString(law.kind);
-    }
-  }
 }
 
 TEST(StorageLaw, IdealPressureAdvanceIsTheChordOfEachLaw) {

@@ -1,4 +1,4 @@
-// Fields of structs by name: their bounds, and options NAME=NUMBER that set them.
+// Fields of structs by name: options NAME=NUMBER that set them, within bounds.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <initializer_list>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -15,25 +14,6 @@
 #include "base/result.h"
 
 namespace trammel::sim {
-
-struct FieldBound {
-  const char* name;
-  double value;
-  double lo;
-  double hi;
-};
-
-/// Error (kInput): names the first field that is outside its bounds, or not a number.
-[[nodiscard]] inline Result<void> CheckBounds(const char* what,
-                                              std::initializer_list<FieldBound> fields) {
-  for (const FieldBound& field : fields) {
-    if (!(field.value >= field.lo && field.value <= field.hi)) {
-      return Fail(fmt::format("{} {} is {}; it must lie within {} … {}", what, field.name,
-                              field.value, field.lo, field.hi));
-    }
-  }
-  return {};
-}
 
 template <class Target>
 struct NamedNumber {
@@ -85,6 +65,25 @@ template <class Target, std::size_t count>
     return true;
   }
   return false;
+}
+
+template <class Value>
+struct NamedChoice {
+  std::string_view name;
+  Value value;
+};
+
+/// The value that a name stands for. Error (kInput): another name; the message lists what exists.
+template <class Value, std::size_t count>
+[[nodiscard]] Result<Value> ChoiceOf(const NamedChoice<Value> (&table)[count],
+                                     std::string_view what, std::string_view name) {
+  std::string known;
+  for (const auto& entry : table) {
+    if (entry.name == name) return entry.value;
+    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  return Fail(
+      fmt::format("there is no {} \"{}\"; choose one of {}", what, name.substr(0, 60), known));
 }
 
 /// A count out of an option's number; -1 where it is negative, at most a million.

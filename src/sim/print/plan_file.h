@@ -1,8 +1,6 @@
 // Reads *.plan.json: where the lines of a printed pattern are.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,15 +31,8 @@ struct Plan {
   std::vector<PlannedLine> lines;
 };
 
-/// Errors (kInput) name the key, the value and the bound: text that is not JSON, unknown or missing
-/// keys, wrong types, numbers out of bounds, lines that are not along x or y.
-[[nodiscard]] Result<Plan> ParsePlan(std::string_view json);
-
-/// The same for a file of at most 10 MB; errors name the file.
-[[nodiscard]] Result<Plan> ReadPlanFile(const std::filesystem::path& path);
-
-/// A whole file of at most `limit_bytes`. Errors (kInput) name the file and what is wrong with it.
-[[nodiscard]] Result<std::string> ReadTextFile(const std::filesystem::path& path,
-                                               std::uintmax_t limit_bytes);
+/// Errors (kInput) name the file, the key, the value and the bound: text that is not JSON, missing
+/// keys, wrong types, numbers out of bounds.
+[[nodiscard]] Result<Plan> ParsePlan(std::string_view json, const std::string& file = "the plan");
 
 }  // namespace trammel::sim

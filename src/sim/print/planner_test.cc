@@ -68,15 +68,6 @@ TEST(Planner, PlansALineAsARealKlipperDid) {
   EXPECT_NEAR(approach[1].cruise_s, 2.9995, kRecordedTo);
 }
 
-TEST(Planner, MinimumCruiseRatioLowersThePeakOfAShortMove) {
-  const auto plan = PlanMotion(std::vector<Move>{StraightMove({0, 0, 0}, {2, 0, 0}, 300)});
-  // The peak that 1500 mm/s^2 reaches in half of the length.
-  EXPECT_NEAR(plan[0].cruise_v_mm_s, std::sqrt(1500.0 * 2), kExact);
-  Move sharp = StraightMove({0, 0, 0}, {2, 0, 0}, 300);
-  sharp.minimum_cruise_ratio = 0;
-  EXPECT_NEAR(PlanMotion(std::vector<Move>{sharp})[0].cruise_v_mm_s, std::sqrt(3000.0 * 2), kExact);
-}
-
 TEST(Planner, CornersPassAtKlippersJunctionSpeeds) {
   const auto corner_speed = [](double turn_rad) {
     const auto plan = PlanMotion(std::vector<Move>{
@@ -91,29 +82,6 @@ TEST(Planner, CornersPassAtKlippersJunctionSpeeds) {
   // jd = scv^2 (sqrt(2) - 1) / a; v^2 = jd a s / (1 - s) with s the sine of half the inner angle.
   const double s = std::sin(0.5 * (kPi - kPi / 4));
   EXPECT_NEAR(corner_speed(kPi / 4), std::sqrt(25 * (std::sqrt(2.0) - 1) * s / (1 - s)), 1e-6);
-}
-
-TEST(Planner, RestsWhereAMoveStopsOrOnlyFilamentMoves) {
-  std::vector<Move> moves = {
-      StraightMove({0, 0, 0}, {20, 0, 0}, 100), StraightMove({20, 0, 0}, {40, 0, 0}, 100),
-      StraightMove({40, 0, 0}, {40, 0, 0}, 35, -0.5), StraightMove({40, 0, 0}, {60, 0, 0}, 100)};
-  EXPECT_NEAR(PlanMotion(moves)[1].start_v_mm_s, 100, kExact);
-  moves[1].stop_before = true;
-  moves[1].dwell_before_s = 0.5;
-  const auto plan = PlanMotion(moves);
-  EXPECT_EQ(plan[0].end_v_mm_s, 0);
-  EXPECT_EQ(plan[1].start_v_mm_s, 0);
-  EXPECT_NEAR(plan[1].start_s - plan[0].end_s(), 0.5, kExact);
-  EXPECT_EQ(plan[1].end_v_mm_s, 0);
-  EXPECT_EQ(plan[3].start_v_mm_s, 0);
-  EXPECT_NEAR(plan[2].length_mm, 0.5, kExact);
-}
-
-TEST(Planner, ADwellIsCutShort) {
-  std::vector<Move> moves = {StraightMove({0, 0, 0}, {20, 0, 0}, 100)};
-  moves[0].stop_before = true;
-  moves[0].dwell_before_s = 1e6;
-  EXPECT_LE(PlanMotion(moves)[0].start_s, 2);
 }
 
 TEST(Planner, AnyPathIsContinuousWithinItsLimits) {
@@ -149,18 +117,6 @@ TEST(Planner, AnyPathIsContinuousWithinItsLimits) {
     }
     EXPECT_NEAR(plan.back().end_v_mm_s, 0, kTolerance);
   }
-}
-
-TEST(Planner, PlansALongSpiralInLinearTime) {
-  std::vector<Move> moves;
-  Position at{50, 0, 0};
-  for (int i = 1; i <= 200000; ++i) {
-    const double turn = 1e-3 * i;
-    const Position to{50 * std::cos(turn), 50 * std::sin(turn), 0};
-    moves.push_back(StraightMove(at, to, 200));
-    at = to;
-  }
-  EXPECT_EQ(PlanMotion(moves).size(), moves.size());  // a quadratic planner would not end
 }
 
 }  // namespace

@@ -234,7 +234,6 @@ ExtruderOptions DrawExtruder(const PrinterTraits& traits, Random& random) {
 }  // namespace
 
 Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Random& random) {
-  TRY(Validate(traits));
   const Program program =
       TRY(InterpretGcode(gcode, {traits.max_velocity_mm_s, traits.max_acceleration_mm_s2,
                                  traits.square_corner_velocity_mm_s, traits.minimum_cruise_ratio,

@@ -6,11 +6,9 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "base/check.h"
 #include "base/statistics.h"
 #include "sim/laser/laser_test_support.h"
 
@@ -18,9 +16,7 @@ namespace trammel::sim {
 
 namespace {
 
-using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr double kFilamentAreaMm2 = std::numbers::pi / 4 * 1.75 * 1.75;
 constexpr double kNominalAreaMm2 = 0.045899 * kFilamentAreaMm2;
@@ -32,9 +28,9 @@ Print MustPrint(const std::string& gcode, const PrinterTraits& traits, std::uint
   return print ? *print : Print{};
 }
 
-std::string FaultOf(const std::string& gcode, const PrinterTraits& traits = {}) {
+std::string FaultOf(const std::string& gcode) {
   Random random(1);
-  const auto print = PrintGcode(gcode, traits, random);
+  const auto print = PrintGcode(gcode, {}, random);
   EXPECT_FALSE(print);
   return print ? "" : print.error().message;
 }
@@ -56,22 +52,6 @@ double MeanArea(const Strand& strand, double from_mm, double to_mm) {
     if (at_mm > from_mm && at_mm < to_mm) area.push_back(sample.area_mm2);
   }
   return Mean(area);
-}
-
-TEST(Printer, LaysTenLinesWithSamplesNoFurtherApartThanTheContract) {
-  const Print print = MustPrint(WriteTestPattern({}), {}, 1);
-  ASSERT_EQ(print.bed.strands.size(), 10U);
-  EXPECT_TRUE(print.notes.empty());
-  EXPECT_NEAR(print.truth.pressure_advance_s, 0.036, 1e-12);
-  for (const Strand& strand : print.bed.strands) {
-    EXPECT_NEAR(strand.samples.front().x_mm, 100, 1e-9);
-    EXPECT_NEAR(strand.samples.back().x_mm, 130, 1e-9);
-    for (std::size_t i = 1; i < strand.samples.size(); ++i) {
-      const BeadSample& a = strand.samples[i - 1];
-      const BeadSample& b = strand.samples[i];
-      ASSERT_LE(std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm), 0.05);
-    }
-  }
 }
 
 TEST(Printer, BeadVolumeIsFilamentVolumeWhereFilamentIsConserved) {
@@ -116,14 +96,6 @@ TEST(Printer, TruthIsTheWantedOneForEveryLawAndSpeed) {
   }
 }
 
-TEST(Printer, AFileOfOneSpeedGetsATruthAndANote) {
-  TestPattern pattern;
-  pattern.slow_mm_s = pattern.fast_mm_s = 40;
-  const Print print = MustPrint(WriteTestPattern(pattern), {}, 1);
-  EXPECT_NEAR(print.truth.pressure_advance_s, 0.036, 1e-12);
-  EXPECT_THAT(print.notes, Contains(HasSubstr("no straight stroke changes its speed")));
-}
-
 TEST(Printer, ASeedNamesOnePrint) {
   Random drawn(11);
   const PrinterTraits traits = DrawTraits(0.03, drawn);
@@ -139,24 +111,6 @@ TEST(Printer, ASeedNamesOnePrint) {
     }
   }
   EXPECT_NE(MeanArea(a.bed.strands[0], 10, 20), MeanArea(c.bed.strands[0], 10, 20));
-}
-
-TEST(Printer, FlowScattersFromLineToLineAsTheTraitSays) {
-  PrinterTraits traits;
-  traits.flow_scatter = 0.02;
-  traits.bed_size_y_mm = 2000;
-  TestPattern pattern;
-  pattern.lines = 200;
-  pattern.last_advance_s = 0;
-  pattern.slow_mm_s = pattern.fast_mm_s = 50;
-  const Print print = MustPrint(WriteTestPattern(pattern), traits, 1);
-  std::vector<double> level;
-  for (const Strand& strand : print.bed.strands) {
-    level.push_back(MeanArea(strand, 15, 25) / kNominalAreaMm2);
-  }
-  constexpr double kSigmas = 4;
-  EXPECT_NEAR(Mean(level), 1, kSigmas * 0.02 / std::sqrt(200.0));
-  EXPECT_NEAR(StandardDeviation(level), 0.02, kSigmas * 0.02 / std::sqrt(2 * 200.0));
 }
 
 TEST(Printer, LagScattersFromLineToLineAsTheTraitSays) {
@@ -184,55 +138,6 @@ TEST(Printer, LagScattersFromLineToLineAsTheTraitSays) {
   EXPECT_NEAR(StandardDeviation(lag_s), 0.002, kSigmas * 0.002 / std::sqrt(400.0) + 1e-4);
 }
 
-TEST(Printer, DefectsComeAtTheirRates) {
-  PrinterTraits traits;
-  traits.bed_size_y_mm = 2000;
-  traits.blobs_per_m = 10;
-  traits.strings_per_m = 10;
-  TestPattern pattern;
-  pattern.lines = 100;  // 3 m: 30 blobs and strings expected, 1 sigma 5.5
-  pattern.last_advance_s = 0;
-  pattern.slow_mm_s = pattern.fast_mm_s = 50;
-  const Print print = MustPrint(WriteTestPattern(pattern), traits, 3);
-  const double strings = static_cast<double>(print.bed.strands.size()) - 100;
-  EXPECT_NEAR(strings, 30, 4 * 5.5);
-  double surplus_mm3 = 0;
-  for (const Strand& strand : print.bed.strands) {
-    if (strand.samples.size() > 500) surplus_mm3 += Volume(strand) - 30 * kNominalAreaMm2;
-  }
-  EXPECT_NEAR(surplus_mm3, 30 * 0.06, 4 * 5.5 * 0.065);
-  traits = {};
-  traits.gaps_per_m = 1000;
-  const Print gaps = MustPrint(WriteTestPattern({}), traits, 4);
-  EXPECT_LT(MeanArea(gaps.bed.strands[5], 5, 25), 0.8 * kNominalAreaMm2);
-}
-
-TEST(Printer, ATiltedPlateMakesBeadsHighOnOneSide) {
-  PrinterTraits traits;
-  traits.plate_tilt_y = -0.001;
-  TestPattern pattern;
-  pattern.filament_per_mm = 0.035;  // narrow enough to be as high as the nozzle everywhere
-  const Print print = MustPrint(WriteTestPattern(pattern), traits, 1);
-  // y = 100 and 136 mm on a bed whose centre is y = 125 mm.
-  const auto height_at = [&](std::size_t line) {
-    return print.bed.strands[line].samples[100].height_mm;
-  };
-  EXPECT_NEAR(height_at(0), 0.25 - 0.025, 1e-9);
-  EXPECT_NEAR(height_at(9), 0.25 + 0.011, 1e-9);
-}
-
-TEST(Printer, WhatLooksWrongIsNoted) {
-  PrinterTraits traits;
-  traits.bed_size_x_mm = 120;
-  std::string gcode = WriteTestPattern({});
-  EXPECT_THAT(MustPrint(gcode, traits, 1).notes, Contains(HasSubstr("10 strand(s) leave the bed")));
-  gcode.replace(gcode.find("M109 S255"), 9, "PRINT_IT");
-  const Print print = MustPrint(gcode, {}, 1);
-  EXPECT_THAT(print.notes, Contains(HasSubstr("PRINT_IT")));
-  EXPECT_THAT(print.notes, Contains(HasSubstr("170")));
-  EXPECT_THAT(print.notes, Not(Contains(HasSubstr("leave the bed"))));
-}
-
 TEST(Printer, HostileFilesAreRefusedWithTheirReason) {
   EXPECT_THAT(FaultOf(""), HasSubstr("prints nothing"));
   EXPECT_THAT(FaultOf("G1 X10 F600\nG1 E5\n"), HasSubstr("prints nothing"));
@@ -241,59 +146,7 @@ TEST(Printer, HostileFilesAreRefusedWithTheirReason) {
   for (int i = 0; i < 6; ++i) far += "G1 X10000 E1\nG1 X-10000 E1\n";
   EXPECT_THAT(FaultOf(far), HasSubstr("mm of line"));
   EXPECT_THAT(FaultOf("M83\nG1 X10 Einf\n"), HasSubstr("line 2"));
-  PrinterTraits traits;
-  traits.k_star_s = std::nan("");
-  EXPECT_THAT(FaultOf(WriteTestPattern({}), traits), HasSubstr("k_star_s is nan"));
-  traits = {};
-  traits.slip = 0.5;
-  EXPECT_THAT(FaultOf(WriteTestPattern({}), traits), HasSubstr("slip is 0.5"));
 }
-
-TEST(Printer, OddButLegalFilesPrint) {
-  // A dot of a line, a huge overfeed, a nozzle in the plate, an advance far too high.
-  MustPrint("M83\nG1 X0.001 E0.1 F600\n", {}, 1);
-  MustPrint("M83\nG1 X10 E500 F600\n", {}, 1);
-  MustPrint("M83\nG1 Z-3 F600\nG1 X10 E0.5\n", {}, 1);
-  TestPattern wild;
-  wild.last_advance_s = 10;
-  PrinterTraits traits;
-  for (const double k_star_s : {1e-4, 10.0}) {
-    for (const StorageKind kind : {StorageKind::kPower, StorageKind::kReciprocal}) {
-      for (const Starvation starvation : {Starvation::kRefill, Starvation::kClip}) {
-        traits.k_star_s = k_star_s;
-        traits.law.kind = kind;
-        traits.law.exponent = 0.2;
-        traits.starvation = starvation;
-        const Print print = MustPrint(WriteTestPattern(wild), traits, 1);
-        for (const Strand& strand : print.bed.strands) {
-          for (const BeadSample& sample : strand.samples) {
-            ASSERT_TRUE(std::isfinite(sample.area_mm2) && sample.area_mm2 >= 0);
-            ASSERT_TRUE(std::isfinite(sample.width_mm) && std::isfinite(sample.height_mm));
-          }
-        }
-      }
-    }
-  }
-}
-
-TEST(PrinterTraits, DrawnPrintersAreValidAndDiffer) {
-  Random random(21);
-  int shear_thinning = 0;
-  for (int i = 0; i < 500; ++i) {
-    const PrinterTraits traits = DrawTraits(random.Uniform(1e-4, 1), random);
-    const auto valid = Validate(traits);
-    ASSERT_TRUE(valid) << valid.error().message;
-    ASSERT_GE(traits.law.exponent, 0.4);
-    ASSERT_GE(traits.lag_scatter_s, 0.001);
-    ASSERT_LE(traits.lag_scatter_s, 0.002);
-    shear_thinning += traits.law.kind != StorageKind::kLinear;
-  }
-  EXPECT_GT(shear_thinning, 300);
-  EXPECT_LT(shear_thinning, 480);
-  EXPECT_THROW((void)DrawTraits(0, random), Bug);
-}
-
-using ::testing::HasSubstr;
 
 TEST(World, TruthLiesInTheMiddleHalfOfWhatAPatternTestsByDefault) {
   const std::string gcode = WriteTestPattern({});
@@ -303,24 +156,6 @@ TEST(World, TruthLiesInTheMiddleHalfOfWhatAPatternTestsByDefault) {
     EXPECT_GE(print->truth.pressure_advance_s, 0.0149) << "seed " << seed;
     EXPECT_LE(print->truth.pressure_advance_s, 0.0451) << "seed " << seed;
   }
-}
-
-TEST(World, SeedNamesThePrint) {
-  const std::string gcode = WriteTestPattern({});
-  const Result<Print> a = PrintInWorld(gcode, 5, 0.03);
-  const Result<Print> b = PrintInWorld(gcode, 5, 0.03);
-  const Result<Print> c = PrintInWorld(gcode, 6, 0.03);
-  ASSERT_TRUE(a && b && c);
-  EXPECT_NEAR(a->truth.pressure_advance_s, 0.03, 1e-4);
-  const auto areas = [](const Print& print) {
-    std::vector<double> all;
-    for (const Strand& strand : print.bed.strands) {
-      for (const BeadSample& sample : strand.samples) all.push_back(sample.area_mm2);
-    }
-    return all;
-  };
-  EXPECT_EQ(areas(*a), areas(*b));
-  EXPECT_NE(areas(*a), areas(*c));
 }
 
 TEST(World, RefusesAnImpossibleTruth) {

@@ -20,15 +20,15 @@ PlaneMm Beside(const StrokePoint& point, const PlaneMm& along, double left_mm) {
 
 // Half an ellipse around the stroke's end, from one edge to the other.
 void AddCap(const StrokePoint& end, const PlaneMm& out, double first_mm, double second_mm,
-            const ScannerMap& map, InkOutline& outline) {
+            const InkPlace& seen_at, InkOutline& outline) {
   for (int i = 1; i <= kCapCorners; ++i) {
     const double angle_rad = std::numbers::pi * i / (kCapCorners + 1);
     const double side = std::cos(angle_rad);
     const double beside_mm = side * (side > 0 ? first_mm : second_mm);
     const double ahead_mm = std::sin(angle_rad) * (first_mm + second_mm) / 2;
     outline.corners.push_back(
-        map.PixelOf({end.centre.x_mm + out.x_mm * ahead_mm - out.y_mm * beside_mm,
-                     end.centre.y_mm + out.y_mm * ahead_mm + out.x_mm * beside_mm}));
+        seen_at({end.centre.x_mm + out.x_mm * ahead_mm - out.y_mm * beside_mm,
+                 end.centre.y_mm + out.y_mm * ahead_mm + out.x_mm * beside_mm}));
   }
 }
 
@@ -49,34 +49,43 @@ double SumOfShares(double reach) {
 
 }  // namespace
 
-InkOutline OutlineOf(const InkStroke& stroke, const ScannerMap& map) {
+InkOutline OutlineOf(const InkStroke& stroke, const InkPlace& seen_at) {
   InkOutline outline;
   outline.ink = stroke.ink;
   outline.raised = stroke.raised;
+  outline.weight = stroke.opacity;
   const std::vector<StrokePoint>& points = stroke.points;
   const PlaneMm back{-stroke.along.x_mm, -stroke.along.y_mm};
   outline.corners.reserve(2 * points.size() + 2 * kCapCorners);
   for (const StrokePoint& point : points) {
-    outline.corners.push_back(map.PixelOf(Beside(point, stroke.along, point.left_mm)));
+    outline.corners.push_back(seen_at(Beside(point, stroke.along, point.left_mm)));
   }
-  AddCap(points.back(), stroke.along, points.back().left_mm, points.back().right_mm, map, outline);
+  AddCap(points.back(), stroke.along, points.back().left_mm, points.back().right_mm, seen_at,
+         outline);
   for (auto point = points.rbegin(); point != points.rend(); ++point) {
-    outline.corners.push_back(map.PixelOf(Beside(*point, stroke.along, -point->right_mm)));
+    outline.corners.push_back(seen_at(Beside(*point, stroke.along, -point->right_mm)));
   }
-  AddCap(points.front(), back, points.front().right_mm, points.front().left_mm, map, outline);
+  AddCap(points.front(), back, points.front().right_mm, points.front().left_mm, seen_at, outline);
+  Close(outline);
+  return outline;
+}
 
-  // Seen with y up the outline runs clockwise; a mirrored picture turns it round.
-  outline.weight = map.keeps_handedness() ? -stroke.opacity : stroke.opacity;
+void Close(InkOutline& outline) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   outline.top_px = outline.left_px = kFar;
   outline.bottom_px = outline.right_px = -kFar;
+  double area = 0;
+  PixelPlace last = outline.corners.back();
   for (const PixelPlace& corner : outline.corners) {
+    area += last.x_px * corner.y_px - corner.x_px * last.y_px;
+    last = corner;
     outline.top_px = std::min(outline.top_px, corner.y_px);
     outline.bottom_px = std::max(outline.bottom_px, corner.y_px);
     outline.left_px = std::min(outline.left_px, corner.x_px);
     outline.right_px = std::max(outline.right_px, corner.x_px);
   }
-  return outline;
+  // What lies right of an edge that runs down is covered.
+  if (area > 0) outline.weight = -outline.weight;
 }
 
 void CoverageRows::Reset(int first_row, int rows, int width) {

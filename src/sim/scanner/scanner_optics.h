@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,8 +27,14 @@ struct InkOutline {
   std::vector<PixelPlace> corners;  ///< in order, not closed
 };
 
+/// From the bed to the picture.
+using InkPlace = std::function<PixelPlace(const PlaneMm&)>;
+
 /// Both edges of the stroke, joined by half circles at its ends.
-[[nodiscard]] InkOutline OutlineOf(const InkStroke& stroke, const ScannerMap& map);
+[[nodiscard]] InkOutline OutlineOf(const InkStroke& stroke, const InkPlace& seen_at);
+
+/// Sets the bounds, and the sign of an opacity in `weight`, from the corners.
+void Close(InkOutline& outline);
 
 /// How much of a few rows' pixels is covered, as differences along each row: a pixel's coverage is
 /// the sum of the values up to it. Adding an outline costs what its edge is long, not what it

@@ -59,7 +59,6 @@ std::array<double, 2> SheetScan::PlaceOf(const PlaneMm& bed) const {
 }
 
 Result<SheetScan> SheetScan::Lay(const PrintedSheet& sheet, const ScannerTraits& traits) {
-  TRY(Validate(traits));
   if (sheet.strokes.empty()) return Fail("no tool printed: there is nothing to scan");
   auto map = TRY(ScannerMap::Make(sheet, traits));
   const PageFormat format{map.width_px(), map.height_px(), traits.colour ? 3 : 1, traits.bits};
@@ -68,7 +67,8 @@ Result<SheetScan> SheetScan::Lay(const PrintedSheet& sheet, const ScannerTraits&
   colours.paper = sheet.paper;
   auto parts = std::make_unique<Parts>(Parts{std::move(colours), traits, map, format, {}, false});
   for (const InkStroke& stroke : sheet.strokes) {
-    InkOutline outline = OutlineOf(stroke, parts->map);
+    InkOutline outline =
+        OutlineOf(stroke, [&](const PlaneMm& bed) { return parts->map.PixelOf(bed); });
     const bool outside = outline.left_px < 0 || outline.right_px > format.width_px ||
                          outline.top_px < 0 || outline.bottom_px > format.height_px;
     parts->cut_off |= outside && stroke.ink != kDirtInk;

@@ -42,7 +42,7 @@ struct ScannedPage {
 /// A sheet on the glass. Memory: the outlines of its lines and some 100 rows.
 class SheetScan {
  public:
-  /// Errors (kInput): Validate's; ScannerMap::Make's.
+  /// Errors (kInput): a sheet without strokes; ScannerMap::Make's.
   [[nodiscard]] static Result<SheetScan> Lay(const PrintedSheet& sheet,
                                              const ScannerTraits& traits);
   SheetScan(SheetScan&&) noexcept;

@@ -1,21 +1,17 @@
 #include "sim/scanner/scanner_page.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 #include <numbers>
-#include <string>
 #include <vector>
 
 #include "sim/scanner/scanner_traits.h"
 
 namespace trammel::sim {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr std::uint64_t kSeed = 21;  // development
 // A twentieth of the smallest effect that anybody looks for on such a page.
@@ -142,13 +138,6 @@ TEST(ScannerPage, InkCoversItsAreaExactly) {
   EXPECT_NEAR(area_mm2, 0.4 * 6 + round_mm2, 2e-4);
 }
 
-TEST(ScannerPage, OverlappingInkIsInkOnce) {
-  const ScannedPage page = Scanned(Lines({0, 0.1}), Exact());
-  const auto scan = SheetScan::Lay(Lines({0, 0.1}), Exact());
-  const auto place = scan->PlaceOf({0.05, 3});
-  EXPECT_NEAR(At(page, static_cast<int>(place[0]), static_cast<int>(place[1])), 0.05, 1e-4);
-}
-
 TEST(ScannerPage, ShadowsFallOnOneSideOfALineAcrossTheBar) {
   PrintedSheet sheet = Lines({0});
   ScannerTraits traits = Exact();
@@ -169,69 +158,6 @@ TEST(ScannerPage, ShadowsFallOnOneSideOfALineAcrossTheBar) {
   traits.shadow_below = false;
   EXPECT_NEAR(brightness(-0.3), 0.8, 1e-3);
   EXPECT_LT(brightness(0.3), 0.72);
-}
-
-TEST(ScannerPage, BlurNoiseGrainLampGammaAndCastShow) {
-  const PrintedSheet sheet = Lines({0});
-  ScannerTraits traits = Exact();
-  traits.noise = 0.01;
-  const auto spread = [&](const ScannerTraits& of) {
-    const ScannedPage page = Scanned(sheet, of);
-    double sum = 0;
-    double squares = 0;
-    int count = 0;
-    for (int y = 0; y < 150; ++y) {
-      for (int x = 0; x < 150; ++x, ++count) {
-        sum += At(page, x, y);
-        squares += At(page, x, y) * At(page, x, y);
-      }
-    }
-    const double mean = sum / count;
-    return std::pair(mean, std::sqrt(squares / count - mean * mean));
-  };
-  // 22500 values: 0.5 % of the standard deviation, 1 sigma.
-  EXPECT_NEAR(spread(traits).second, 0.01, 0.0003) << "seed " << kSeed;
-  traits = Exact();
-  traits.texture = 0.02;
-  traits.texture_mm = 0.05;
-  EXPECT_NEAR(spread(traits).second, 0.8 * 0.02, 0.003) << "seed " << kSeed;
-  traits = Exact();
-  traits.lamp_falloff = 0.1;
-  EXPECT_LT(spread(traits).first, 0.79);
-  traits = {};
-  EXPECT_NEAR(spread(traits).first, std::pow(0.8, 1 / 2.2), 1 / 255.0);
-  traits.colour = true;
-  traits.cast = {1, 0.9, 0.8};
-  const ScannedPage page = Scanned(sheet, traits);
-  EXPECT_GT(At(page, 5, 5, 0), At(page, 5, 5, 1));
-  EXPECT_GT(At(page, 5, 5, 1), At(page, 5, 5, 2));
-}
-
-TEST(ScannerPage, SaysWhatIsCutOffAndRefusesNonsense) {
-  const PrintedSheet sheet = Lines({0, 10});
-  ScannerTraits traits = Exact();
-  EXPECT_FALSE(SheetScan::Lay(sheet, traits)->cut_off());
-  traits.crop_left_mm = 10.5;
-  EXPECT_TRUE(SheetScan::Lay(sheet, traits)->cut_off());
-  EXPECT_TRUE(ScanSheet(sheet, traits, Random(kSeed)));
-  traits.crop_left_mm = 100;
-  const auto nothing = SheetScan::Lay(sheet, traits);
-  ASSERT_FALSE(nothing);
-  EXPECT_THAT(nothing.error().message, HasSubstr("px"));
-  traits = Exact();
-  traits.gamma = std::nan("");
-  EXPECT_THAT(SheetScan::Lay(sheet, traits).error().message, HasSubstr("gamma is nan"));
-  traits = Exact();
-  traits.bits = 12;
-  EXPECT_THAT(SheetScan::Lay(sheet, traits).error().message, HasSubstr("bits is 12"));
-  EXPECT_THAT(SheetScan::Lay({}, Exact()).error().message, HasSubstr("nothing to scan"));
-}
-
-TEST(ScannerPage, ASeedGivesTheSamePageAgain) {
-  const PrintedSheet sheet = Lines({0, 4});
-  Random random(kSeed);
-  const ScannerTraits traits = DrawScannerTraits(sheet, random);
-  EXPECT_EQ(Scanned(sheet, traits).samples, Scanned(sheet, traits).samples);
 }
 
 TEST(ScannerPage, APageSeenAslantIsLargerWhereItIsNearer) {

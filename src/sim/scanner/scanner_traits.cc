@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "base/check.h"
-#include "sim/print/named_number.h"
 
 namespace trammel::sim {
 
@@ -19,44 +18,6 @@ constexpr double kA4HeightMm = 297;
 constexpr double kMarginMm = 5;
 
 }  // namespace
-
-Result<void> Validate(const ScannerTraits& traits) {
-  for (const PeriodicError& error : traits.bar) {
-    TRY(CheckBounds("scan bar error", {{"amplitude_mm", error.amplitude_mm, 0, 0.5},
-                                       {"period_mm", error.period_mm, 1, 1e4},
-                                       {"phase_rad", error.phase_rad, -100, 100}}));
-  }
-  TRY(CheckBounds("scanner", {{"dpi", traits.dpi, 50, 4800},
-                              {"rotation_rad", traits.rotation_rad, -10, 10},
-                              {"shift_x_mm", traits.shift_x_mm, -500, 500},
-                              {"shift_y_mm", traits.shift_y_mm, -500, 500},
-                              {"area_width_mm", traits.area_width_mm, 0, 1000},
-                              {"area_height_mm", traits.area_height_mm, 0, 1000},
-                              {"crop_left_mm", traits.crop_left_mm, 0, 500},
-                              {"crop_right_mm", traits.crop_right_mm, 0, 500},
-                              {"crop_top_mm", traits.crop_top_mm, 0, 500},
-                              {"crop_bottom_mm", traits.crop_bottom_mm, 0, 500}}));
-  TRY(CheckBounds("scanner", {{"scale_x", traits.scale_x, 0.9, 1.1},
-                              {"scale_y", traits.scale_y, 0.9, 1.1},
-                              {"skew", traits.skew, -0.05, 0.05},
-                              {"perspective_x", traits.perspective_x, -0.5, 0.5},
-                              {"perspective_y", traits.perspective_y, -0.5, 0.5},
-                              {"shadow_strength", traits.shadow_strength, 0, 1},
-                              {"shadow_mm", traits.shadow_mm, 0, 1},
-                              {"blur_mm", traits.blur_mm, 0, 0.5},
-                              {"lamp_falloff", traits.lamp_falloff, 0, 0.5},
-                              {"texture", traits.texture, 0, 0.2},
-                              {"texture_mm", traits.texture_mm, 0, 0.5},
-                              {"noise", traits.noise, 0, 0.2},
-                              {"gamma", traits.gamma, 0.5, 3},
-                              {"cast red", traits.cast[0], 0.2, 1.2},
-                              {"cast green", traits.cast[1], 0.2, 1.2},
-                              {"cast blue", traits.cast[2], 0.2, 1.2}}));
-  const int bits = traits.bits;
-  return bits == 8 || bits == 16
-             ? Result<void>{}
-             : Fail(fmt::format("scanner bits is {}; it must be 8 or 16", bits));
-}
 
 void PlaceOnA4(const PrintedSheet& sheet, ScannerTraits& traits, Random& random) {
   const double across = random.Uniform(-0.8, 0.8);
@@ -156,10 +117,8 @@ Result<ScannerMap> ScannerMap::Make(const PrintedSheet& sheet, const ScannerTrai
   map.area_width_mm_ = area(traits.area_width_mm, print.half_width_mm);
   map.area_height_mm_ = area(traits.area_height_mm, print.half_height_mm);
   const double px_per_mm = traits.dpi / kMmPerInch;
-  const double width_px =
-      std::floor((map.area_width_mm_ - traits.crop_left_mm - traits.crop_right_mm) * px_per_mm);
-  const double height_px =
-      std::floor((map.area_height_mm_ - traits.crop_top_mm - traits.crop_bottom_mm) * px_per_mm);
+  const double width_px = std::floor((map.area_width_mm_ - traits.crop_left_mm) * px_per_mm);
+  const double height_px = std::floor((map.area_height_mm_ - traits.crop_top_mm) * px_per_mm);
   if (!(width_px >= 8 && width_px <= kMostPixels && height_px >= 8 && height_px <= kMostPixels)) {
     return Fail(
         fmt::format("the scan would have {} x {} px; it must have 8 … {} a side: choose "

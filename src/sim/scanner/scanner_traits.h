@@ -21,9 +21,7 @@ struct ScannerTraits {
   double area_width_mm = 0;  ///< scanned, 0 … 1000; 0: the print and 10 mm around it
   double area_height_mm = 0;
   double crop_left_mm = 0;  ///< not scanned of the area, 0 … 500
-  double crop_right_mm = 0;
   double crop_top_mm = 0;
-  double crop_bottom_mm = 0;
   bool mirrored = false;  ///< left and right exchanged, as by a faulty driver
 
   double scale_x = 1;  ///< pixels per mm, over what dpi says; 0.9 … 1.1
@@ -50,9 +48,6 @@ struct ScannerTraits {
   bool colour = false;
   int bits = 8;  ///< 8 or 16
 };
-
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const ScannerTraits& traits);
 
 /// One scanner among those that people have, and how somebody laid the sheet on it: any quarter
 /// turn and up to 8 degrees more (A4 where the print fits, else as large as it needs), scale errors
@@ -90,8 +85,6 @@ class ScannerMap {
   [[nodiscard]] PixelPlace PixelOf(const PlaneMm& bed) const;
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
-  /// Whether what runs counter-clockwise on the bed runs clockwise in x right, y down.
-  [[nodiscard]] bool keeps_handedness() const { return !traits_.mirrored; }
 
  private:
   ScannerMap() = default;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -28,7 +27,6 @@ constexpr double kRetractMmS = 80;
 constexpr double kFilamentMm = 1.75;
 constexpr double kQuarterShare = 0.71;  // of the filament that a quarter turn would need
 constexpr int kFingers = 17;
-constexpr std::size_t kMostTools = 5;
 constexpr double kTurnMm = kFingerMm / 2;  // radius of all turns
 
 // Which way a structure lies: its fingers follow each other along `s`, its legs lie along `cross`.
@@ -226,51 +224,6 @@ std::string Writer::Write() {
 }
 
 }  // namespace
-
-Result<void> Validate(const OriginalSheet& sheet) {
-  if (sheet.tools.empty() || sheet.tools.size() > kMostTools) {
-    return Fail(fmt::format("{} tools on an original sheet: must be 1 ... {}", sheet.tools.size(),
-                            kMostTools));
-  }
-  for (const int tool : sheet.tools) {
-    if (tool >= 0 && tool < kMostSheetTools) continue;
-    return Fail(
-        fmt::format("tool {} of an original sheet: must be 0 ... {}", tool, kMostSheetTools - 1));
-  }
-  if (sheet.reference < 0 || sheet.reference >= kMostSheetTools) {
-    return Fail(fmt::format("reference {} of an original sheet: must be 0 ... {}", sheet.reference,
-                            kMostSheetTools - 1));
-  }
-  if (!sheet.offsets.empty() && sheet.offsets.size() != sheet.tools.size()) {
-    return Fail(
-        fmt::format("{} offsets for {} tools of an original sheet: give one for each, or "
-                    "none",
-                    sheet.offsets.size(), sheet.tools.size()));
-  }
-  for (const PlaneMm& offset : sheet.offsets) {
-    if (std::abs(offset.x_mm) <= 25 && std::abs(offset.y_mm) <= 25) continue;
-    return Fail(fmt::format("offset {}, {} mm on an original sheet: must lie within +-25 mm",
-                            offset.x_mm, offset.y_mm));
-  }
-  return {};
-}
-
-Result<std::vector<int>> ParseOriginalTools(std::string_view text) {
-  std::vector<int> tools;
-  std::string_view rest = text;
-  while (true) {
-    const std::string_view part = rest.substr(0, rest.find(','));
-    int tool = 0;
-    const auto [end, fault] = std::from_chars(part.data(), part.data() + part.size(), tool);
-    if (fault != std::errc() || end != part.data() + part.size() || tools.size() >= kMostTools) {
-      return Fail(fmt::format("{}: must be one to {} tools, for example 1,2,3", text.substr(0, 40),
-                              kMostTools));
-    }
-    tools.push_back(tool);
-    if (part.size() == rest.size()) return tools;
-    rest.remove_prefix(part.size() + 1);
-  }
-}
 
 std::string OriginalGcode(const OriginalSheet& sheet) { return Writer(sheet).Write(); }
 

@@ -2,12 +2,9 @@
 // geometry: other combs, no code, no control, one serpentine for each comb.
 #pragma once
 
-#include <array>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "base/result.h"
 #include "sim/sheet/sheet_gcode.h"
 
 namespace trammel::sim {
@@ -25,13 +22,8 @@ struct OriginalSheet {
   double extrusion_multiplier = 1.1;
 };
 
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const OriginalSheet& sheet);
-
-/// Reads "1,2,3,4,5". Error (kInput): another form.
-[[nodiscard]] Result<std::vector<int>> ParseOriginalTools(std::string_view text);
-
-/// G-code for RepRapFirmware, arcs included. REQUIRES a valid sheet.
+/// G-code for RepRapFirmware, arcs included. REQUIRES one to five tools, and an offset for each or
+/// none.
 [[nodiscard]] std::string OriginalGcode(const OriginalSheet& sheet);
 
 }  // namespace trammel::sim

@@ -1,7 +1,5 @@
 #include "sim/sheet/sheet_machine.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,8 +11,9 @@ namespace trammel::sim {
 
 namespace {
 
-constexpr std::array kScenes = {SheetScene::kBlackOnWhite, SheetScene::kWhiteOnBlack,
-                                SheetScene::kColoursOnWhite};
+constexpr NamedChoice<SheetScene> kScenes[] = {{"black-on-white", SheetScene::kBlackOnWhite},
+                                               {"white-on-black", SheetScene::kWhiteOnBlack},
+                                               {"colours-on-white", SheetScene::kColoursOnWhite}};
 
 // Filaments that a flatbed tells from white paper in at least one channel.
 constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.02},
@@ -26,25 +25,6 @@ constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.0
                                                                 {0.15, 0.15, 0.15},
                                                                 {0.02, 0.30, 0.40}}};
 
-Result<void> Validate(const SheetTool& tool) {
-  return CheckBounds("sheet tool", {{"offset_mm.x", tool.offset_mm.x_mm, -25, 25},
-                                    {"offset_mm.y", tool.offset_mm.y_mm, -25, 25},
-                                    {"ink red", tool.ink[0], 0, 1},
-                                    {"ink green", tool.ink[1], 0, 1},
-                                    {"ink blue", tool.ink[2], 0, 1},
-                                    {"width_factor", tool.width_factor, 0.3, 3},
-                                    {"opacity", tool.opacity, 0.01, 1},
-                                    {"missing_share", tool.missing_share, 0, 1},
-                                    {"broken_share", tool.broken_share, 0, 1},
-                                    {"string_share", tool.string_share, 0, 1}});
-}
-
-Result<void> Validate(const PeriodicError& error) {
-  return CheckBounds("periodic error", {{"amplitude_mm", error.amplitude_mm, 0, 0.2},
-                                        {"period_mm", error.period_mm, 0.05, 500},
-                                        {"phase_rad", error.phase_rad, -100, 100}});
-}
-
 LinearRgb InkOf(SheetScene scene, std::size_t tool, Random& random) {
   const double tone = random.Uniform(0.8, 1.2);
   LinearRgb ink = kFilaments[scene == SheetScene::kColoursOnWhite ? tool : 0];
@@ -55,49 +35,8 @@ LinearRgb InkOf(SheetScene scene, std::size_t tool, Random& random) {
 
 }  // namespace
 
-Result<void> Validate(const SheetMachine& machine) {
-  for (const SheetTool& tool : machine.tools) {
-    TRY(Validate(tool));
-  }
-  for (const auto& errors : {machine.motor, machine.pulley}) {
-    for (const PeriodicError& error : errors) {
-      TRY(Validate(error));
-    }
-  }
-  return CheckBounds("sheet machine",
-                     {{"backlash_mm.x", machine.backlash_mm[0], 0, 1},
-                      {"backlash_mm.y", machine.backlash_mm[1], 0, 1},
-                      {"coupling_mm", machine.coupling_mm, 0, 0.5},
-                      {"leg_placement_mm", machine.leg_placement_mm, 0, 0.1},
-                      {"leg_width_mm", machine.leg_width_mm, 0, 0.1},
-                      {"edge_roughness_mm", machine.edge_roughness_mm, 0, 0.1},
-                      {"edge_correlation_mm", machine.edge_correlation_mm, 0.05, 2},
-                      {"start_bulge_mm", machine.start_bulge_mm, -0.3, 0.5},
-                      {"end_bulge_mm", machine.end_bulge_mm, -0.3, 0.5},
-                      {"bead_height_mm", machine.bead_height_mm, 0.05, 1},
-                      {"filament_diameter_mm", machine.filament_diameter_mm, 0.5, 5}});
-}
-
-std::string_view ToString(SheetScene scene) {
-  switch (scene) {
-    case SheetScene::kBlackOnWhite:
-      return "black-on-white";
-    case SheetScene::kWhiteOnBlack:
-      return "white-on-black";
-    case SheetScene::kColoursOnWhite:
-      return "colours-on-white";
-  }
-  return "black-on-white";
-}
-
 Result<SheetScene> ParseSheetScene(std::string_view name) {
-  std::string known;
-  for (const SheetScene scene : kScenes) {
-    if (ToString(scene) == name) return scene;
-    known += (known.empty() ? "" : ", ") + std::string(ToString(scene));
-  }
-  return Fail(
-      fmt::format("there is no sheet scene \"{}\"; choose one of {}", name.substr(0, 60), known));
+  return ChoiceOf(kScenes, "sheet scene", name);
 }
 
 SheetMachine DrawSheetMachine(SheetScene scene, Random& random) {

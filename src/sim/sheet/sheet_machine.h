@@ -52,16 +52,10 @@ struct SheetMachine {
   double filament_diameter_mm = 1.75;  ///< 0.5 … 5
 };
 
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const SheetMachine& machine);
-
 /// What was printed on what.
 enum class SheetScene { kBlackOnWhite, kWhiteOnBlack, kColoursOnWhite };
 
-/// "black-on-white", "white-on-black" or "colours-on-white".
-[[nodiscard]] std::string_view ToString(SheetScene scene);
-
-/// The inverse of ToString. Error (kInput): another name; the message lists what exists.
+/// "black-on-white", "white-on-black" or "colours-on-white". Error (kInput): another name.
 [[nodiscard]] Result<SheetScene> ParseSheetScene(std::string_view name);
 
 /// One machine among those that people have: offsets within +-0.6 mm, play 0 … 80 um, lines placed

@@ -3,29 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/print/named_number.h"
-
 namespace trammel::sim {
-
-Result<void> Validate(const SheetPaper& paper) {
-  for (const WrinkleWave& wave : paper.wrinkle) {
-    TRY(CheckBounds("wrinkle", {{"amplitude_mm.x", wave.amplitude_mm.x_mm, -1, 1},
-                                {"amplitude_mm.y", wave.amplitude_mm.y_mm, -1, 1},
-                                {"wavelength_mm", wave.wavelength_mm, 5, 1e4}}));
-  }
-  for (const PaperFold& fold : paper.folds) {
-    TRY(CheckBounds("fold", {{"direction_rad", fold.direction_rad, -10, 10},
-                             {"taken_up_mm", fold.taken_up_mm, -1, 1},
-                             {"ridge_mm", fold.ridge_mm, 0.05, 20},
-                             {"darkness", fold.darkness, 0, 1}}));
-  }
-  return CheckBounds("sheet paper",
-                     {{"reflectance red", paper.reflectance[0], 0, 1},
-                      {"reflectance green", paper.reflectance[1], 0, 1},
-                      {"reflectance blue", paper.reflectance[2], 0, 1},
-                      {"dirt_count", static_cast<double>(paper.dirt_count), 0, 1e4},
-                      {"hair_count", static_cast<double>(paper.hair_count), 0, 100}});
-}
 
 PlaneMm WrinkleAt(const SheetPaper& paper, const PlaneMm& place) {
   PlaneMm moved;

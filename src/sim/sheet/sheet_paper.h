@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "base/random.h"
-#include "base/result.h"
 #include "sim/sheet/sheet_machine.h"
 
 namespace trammel::sim {
@@ -37,9 +36,6 @@ struct SheetPaper {
   std::vector<PaperFold> folds;
   int hair_count = 0;  ///< on the print, 20 … 80 mm long and curled, 0 … 100
 };
-
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const SheetPaper& paper);
 
 /// How far a point of the bed has moved once the paper is flat, by wrinkles and folds.
 [[nodiscard]] PlaneMm WrinkleAt(const SheetPaper& paper, const PlaneMm& place);

@@ -54,7 +54,7 @@ struct PrintedSheet {
 /// travels alike. A line's width follows from its filament. What was retracted has to be primed
 /// again before ink flows; above 1 mm nothing reaches the paper.
 /// Each line's noise has a generator of its own: a change in one does not touch the others.
-/// Errors (kInput): Validate's; a file that draws nothing.
+/// Error (kInput): a file that draws nothing.
 [[nodiscard]] Result<PrintedSheet> PrintSheet(const SheetProgram& program,
                                               const SheetMachine& machine, const SheetPaper& paper,
                                               const Random& random);

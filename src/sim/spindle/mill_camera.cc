@@ -43,11 +43,8 @@ class Camera final : public MillCamera {
   int port() const override { return http_->port(); }
 
   Result<void> Begin() {
-    const SpindlePicture first = BoardPictureAt(board_, 0, options_.patterns, options_.like);
-    TRY(Validate(first));
-    auto http = TRY(
+    http_ = TRY(
         CameraHttp::Listen(options_.port, CameraHeaders::kNone, [](const CameraPart&, double) {}));
-    http_ = std::move(http);
     thread_ = std::thread([this] { (void)NoteBug([this] { Run(); }); });
     return {};
   }

@@ -25,7 +25,7 @@ struct MillCameraOptions {
 class MillCamera {
  public:
   /// @param board  with one stop, which is where the machine stands and how it is turned at first
-  /// Errors (kMachine): a port in use. (kInput): what Validate has against the picture.
+  /// Error (kMachine): a port in use.
   [[nodiscard]] static Result<std::unique_ptr<MillCamera>> Start(
       const MillCameraOptions& options, BoardWorld board, std::shared_ptr<const VirtualMill> mill);
   virtual ~MillCamera() = default;

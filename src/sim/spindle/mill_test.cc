@@ -86,16 +86,6 @@ TEST(VirtualMill, RefusesWhatItsControllerWould) {
   EXPECT_TRUE(json::parse(other.mill.Answer("nonsense", kBegin_s)).contains("error"));
 }
 
-TEST(VirtualMill, TellsItsLimits) {
-  Ready ready;
-  const json shown = ready.Ask(
-      {{"do", "show"}, {"text", "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_W]MAX>"}}, kBegin_s);
-  EXPECT_EQ(shown["shown"], "800.000000 ######");
-  const json facts = ready.Ask({{"do", "facts"}}, kBegin_s);
-  EXPECT_EQ(facts["high"][0], 1200);
-  EXPECT_EQ(facts["axes"], "XYZC");
-}
-
 TEST(VirtualMill, AnEmergencyStopHaltsItHalfWayAndTakesItsPower) {
   MillOptions options;
   options.faults.estop_at_move = 1;
@@ -107,16 +97,6 @@ TEST(VirtualMill, AnEmergencyStopHaltsItHalfWayAndTakesItsPower) {
   EXPECT_NEAR(ready.mill.At(kBegin_s + 9).stated_mm[0], 650, 1e-9);
   ready.mill.Leave(kBegin_s + 9);
   EXPECT_EQ(ready.Ask({{"do", "state"}}, kBegin_s + 9)["estop"], true);
-}
-
-TEST(VirtualMill, ALineThatDiesLeavesTheMoveToItsEnd) {
-  MillOptions options;
-  options.faults.silent_at_move = 1;
-  Ready ready(options);
-  EXPECT_TRUE(ready.mill.serves());
-  (void)ready.Mdi("G53 G1 X700 F6000", kBegin_s);
-  EXPECT_FALSE(ready.mill.serves());
-  EXPECT_EQ(ready.mill.At(kBegin_s + 1).stated_mm[0], 700);
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ struct BoardWorld {
                                                   int heights, double reach_mm, double low_mm,
                                                   double high_mm, const std::vector<double>& c_rad);
 
-/// REQUIRES stops, a lens that Validate() has nothing against, touched marks that exist.
+/// REQUIRES stops, and touched marks that exist.
 [[nodiscard]] BoardWorld DrawBoardWorld(const BoardSetup& setup, std::uint64_t seed);
 
 /// Where the camera really is at a stop, and the lens it then has.

@@ -297,26 +297,6 @@ Page Expose(const SpindleEye& eye, const cv::Mat& grey, Random& random) {
   return page;
 }
 
-Result<void> Check(const char* name, double value, double lo, double hi) {
-  if (value >= lo && value <= hi) return {};
-  return Fail(fmt::format("{} is {}: must be within {} … {}", name, value, lo, hi));
-}
-
-Result<void> CheckPattern(const RingPattern& pattern) {
-  const bool rises = pattern.bits == 0 ? pattern.ground_radius_mm >= pattern.dot_radius_mm
-                                       : pattern.ring_inner_mm >= pattern.dot_radius_mm &&
-                                             pattern.ring_outer_mm >= pattern.ring_inner_mm &&
-                                             pattern.ground_radius_mm >= pattern.ring_outer_mm;
-  if (!(pattern.dot_radius_mm > 0) || !rises || !(pattern.ground_radius_mm < 1e4)) {
-    return Fail(fmt::format("a target's radii are {}, {}, {}, {} mm: they must rise",
-                            pattern.dot_radius_mm, pattern.ring_inner_mm, pattern.ring_outer_mm,
-                            pattern.ground_radius_mm));
-  }
-  if (pattern.bits == 0 || (pattern.bits >= 3 && pattern.bits <= 31)) return {};
-  return Fail(
-      fmt::format("a target's ring has {} segments: must be 3 … 31, or 0 for none", pattern.bits));
-}
-
 }  // namespace
 
 SpindleLight RetroLight() {
@@ -339,46 +319,7 @@ SpindleClutter ShopClutter() {
   return clutter;
 }
 
-Result<void> Validate(const SpindlePicture& picture) {
-  constexpr double kMost = 10000;  // things of one kind
-  const SpindleEye& eye = picture.eye;
-  const SpindleLight& light = picture.light;
-  const SpindleClutter& clutter = picture.clutter;
-  const Result<void> checks[] = {
-      Validate(picture.lens),
-      Check("blur_px", eye.blur_px, 0, 20),
-      Check("motion_px", eye.motion_px, 0, 50),
-      Check("motion_rad", eye.motion_rad, -10, 10),
-      Check("read_noise", eye.read_noise, 0, 50),
-      Check("shot_noise", eye.shot_noise, 0, 10),
-      Check("white", light.white, 0, 1000),
-      Check("dark", light.dark, 0, 1000),
-      Check("surface", light.surface, 0, 255),
-      Check("hidden", light.hidden, 0, 1000),
-      Check("vignetting", light.vignetting, 0, 0.9),
-      Check("gradient", light.gradient, -1, 1),
-      Check("gradient_rad", light.gradient_rad, -10, 10),
-      Check("grain", clutter.grain, 0, 0.5),
-      Check("edges", clutter.edges, 0, kMost),
-      Check("scratches", clutter.scratches, 0, kMost),
-      Check("chips", clutter.chips, 0, kMost),
-      Check("holes", clutter.holes, 0, kMost),
-      Check("words", clutter.words, 0, kMost),
-  };
-  for (const Result<void>& result : checks) {
-    if (!result) return result;
-  }
-  for (const PlacedTarget& target : picture.targets) {
-    TRY(CheckPattern(target.pattern));
-    for (const HiddenWedge& wedge : target.hidden) {
-      TRY(Check("a wedge's extent_rad", wedge.extent_rad, 1e-6, 3.14));
-    }
-  }
-  return {};
-}
-
 Result<Page> TakePicture(const SpindlePicture& picture, const Random& random) {
-  TRY(Validate(picture));
   Random surface = random.Fork(1);
   Random litter = random.Fork(2);
   Random noise = random.Fork(3);

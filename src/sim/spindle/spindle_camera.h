@@ -103,10 +103,6 @@ struct SpindlePicture {
   SpindleEye eye;
 };
 
-/// Errors (kInput): the lens's; a field out of its range; a pattern whose radii do not rise, with
-/// more than 31 segments or fewer than 3 but not 0; a wedge that is none.
-[[nodiscard]] Result<void> Validate(const SpindlePicture& picture);
-
 /// 8-bit grey. Every pixel's line of sight meets the target's plane (no approximation by an
 /// ellipse), edges are averaged over the pixel's area, then light, blur, noise and rounding.
 /// A target behind the camera or seen from its back is not drawn.

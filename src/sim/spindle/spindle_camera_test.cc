@@ -1,11 +1,9 @@
 #include "sim/spindle/spindle_camera.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "base/statistics.h"
@@ -109,61 +107,6 @@ TEST(SpindleCamera, TiltMovesTheEllipseFromTheImageOfTheCentre) {
   }
 }
 
-TEST(SpindleCamera, BlurAndMotionMoveNoCentre) {
-  SpindlePicture picture = PlainPicture();
-  picture.targets = {TargetAt(3.21, 4.56, 0.2)};
-  picture.eye.blur_px = 1.7;
-  picture.eye.motion_px = 5.3;
-  picture.eye.motion_rad = 0.7;
-  const PixelPlace seen = MiddleOfLight(Taken(picture));
-  const PixelPlace meant = MiddleOfOutline(picture.lens, picture.targets[0]);
-  EXPECT_NEAR(seen[0], meant[0], 2 * kCentre_px);
-  EXPECT_NEAR(seen[1], meant[1], 2 * kCentre_px);
-}
-
-// The pattern by its definition, at a point of its plane.
-bool WhiteAt(const RingPattern& pattern, double x, double y) {
-  const double r = std::hypot(x, y);
-  if (r < pattern.dot_radius_mm) return true;
-  if (pattern.bits == 0 || r < pattern.ring_inner_mm || r > pattern.ring_outer_mm) return false;
-  double angle = (pattern.clockwise ? -1 : 1) * std::atan2(y, x) - pattern.first_rad;
-  angle -= 2 * std::numbers::pi * std::floor(angle / (2 * std::numbers::pi));
-  const int bit = static_cast<int>(angle / (2 * std::numbers::pi) * pattern.bits);
-  return (pattern.word >> std::min(bit, pattern.bits - 1) & 1U) != 0;
-}
-
-TEST(SpindleRing, CoversWhatASquareOf200By200PointsCounts) {
-  // Straight edges in a sixteenth of a pixel: 1e-3 off the corners of segments, where two edges
-  // meet in one piece; 200 points a side count an edge to 1 / 200 / sqrt(200).
-  constexpr double kEdge = 2e-3;
-  constexpr double kCorner = 2e-2;
-  Random random(kSeed);
-  for (int i = 0; i < 400; ++i) {
-    RingPattern pattern;
-    pattern.bits = random.Uniform() < 0.5 ? 14 : 0;
-    pattern.word = static_cast<std::uint32_t>(random.Below(1U << 14U));
-    pattern.clockwise = random.Uniform() < 0.5;
-    pattern.first_rad = random.Uniform(-4, 4);
-    const double px = random.Uniform(0.1, 0.45);  // dot: 4.4 … 20 px
-    const double r =
-        random.Uniform() < 0.5 ? 2 + random.Uniform(-1, 1) * px : random.Uniform(3.5, 6.5);
-    const double at = random.Uniform(-4, 4);
-    PixelOnTarget pixel = {{r * std::cos(at), r * std::sin(at)},
-                           {{{px, 0.2 * px}, {-0.1 * px, 0.8 * px}}}};
-    int white = 0;
-    for (int j = 0; j < 40000; ++j) {
-      const double right = (j % 200 + 0.5) / 200 - 0.5;
-      const double down = (j / 200 + 0.5) / 200 - 0.5;
-      white += WhiteAt(pattern,
-                       pixel.at_mm[0] + pixel.by_pixel[0][0] * right + pixel.by_pixel[0][1] * down,
-                       pixel.at_mm[1] + pixel.by_pixel[1][0] * right + pixel.by_pixel[1][1] * down);
-    }
-    EXPECT_NEAR(CoverOf(pattern, {}, pixel).white, white / 40000.0,
-                pattern.bits == 0 ? kEdge : kCorner)
-        << "seed " << kSeed << " number " << i;
-  }
-}
-
 // Reads the ring at the middle of its segments, clockwise in the picture, from its first segment.
 std::uint32_t WordInPicture(const Page& page, const SpindleLens& lens, const PlacedTarget& target) {
   const RingPattern& pattern = target.pattern;
@@ -194,22 +137,6 @@ TEST(SpindleCamera, ShowsTheWordClockwiseToARealCameraAndMirroredToTable1) {
   EXPECT_EQ(WordInPicture(Taken(picture), picture.lens, picture.targets[0]), mirrored);
 }
 
-TEST(SpindleCamera, WedgeHidesAQuarterOfTheRingAndLeavesTheDot) {
-  SpindlePicture picture = PlainPicture();
-  PlacedTarget target = TargetAt(0, 0, 0);
-  target.pattern.bits = 12;
-  target.pattern.word = 0b111111111111;
-  target.hidden = {{-std::numbers::pi / 4, std::numbers::pi / 2, 2.5}};  // to the right
-  picture.targets = {target};
-  picture.light.hidden = 20;
-  EXPECT_EQ(WordInPicture(Taken(picture), picture.lens, target), 0b001111111100U << 0U)
-      << "the segments within 45 degrees of the x axis";
-  const PixelPlace middle = SeenAt(picture.lens, {0, 0, 300}).value();
-  const auto x = static_cast<int>(std::lround(middle[0]));
-  const auto y = static_cast<int>(std::lround(middle[1]));
-  EXPECT_EQ(Taken(picture).samples[static_cast<std::size_t>(y * 640 + x)], 220);
-}
-
 TEST(SpindleCamera, NoiseGrowsWithTheLightAsShotNoiseDoes) {
   SpindlePicture picture = PlainPicture();
   picture.eye.read_noise = 2;
@@ -223,59 +150,6 @@ TEST(SpindleCamera, NoiseGrowsWithTheLightAsShotNoiseDoes) {
     EXPECT_NEAR(StandardDeviation(grey), expected, 0.006 * expected);
     EXPECT_NEAR(Mean(grey), surface, 0.05);
   }
-}
-
-TEST(SpindleCamera, LightFallsOffToTheCornersAndAcross) {
-  SpindlePicture picture = PlainPicture();
-  picture.light.surface = 200;
-  picture.light.vignetting = 0.5;
-  const Page round = Taken(picture);
-  EXPECT_NEAR(round.samples.front(), 100, 1);
-  EXPECT_NEAR(round.samples[240 * 640 + 320], 200, 1);
-  picture.light.vignetting = 0;
-  picture.light.gradient = 0.4;
-  const Page across = Taken(picture);
-  EXPECT_NEAR(across.samples[240 * 640], 160, 1);
-  EXPECT_NEAR(across.samples[240 * 640 + 639], 240, 1);
-}
-
-TEST(SpindleCamera, DrawsNoTargetFromItsBackNorBehindTheCamera) {
-  SpindlePicture picture = PlainPicture();
-  PlacedTarget back = TargetAt(0, 0, 0);
-  back.camera_from_target.turn = TurnZ(0.1);  // its z points away from the camera
-  PlacedTarget behind = TargetAt(0, 0, 0);
-  behind.camera_from_target.origin_mm[2] = -300;
-  picture.targets = {back, behind};
-  const Page page = Taken(picture);
-  EXPECT_EQ(*std::max_element(page.samples.begin(), page.samples.end()), 20);
-}
-
-TEST(SpindleCamera, OneSeedIsOnePicture) {
-  SpindlePicture picture = PlainPicture();
-  picture.targets = {TargetAt(2, 3, 0.1)};
-  picture.clutter = ShopClutter();
-  picture.clutter.over_targets = true;
-  picture.eye = {};
-  EXPECT_EQ(TakePicture(picture, Random(1))->samples, TakePicture(picture, Random(1))->samples);
-  EXPECT_NE(TakePicture(picture, Random(1))->samples, TakePicture(picture, Random(2))->samples);
-}
-
-TEST(SpindleCamera, RefusesByName) {
-  using ::testing::HasSubstr;
-  const auto why = [](const SpindlePicture& picture) {
-    const auto page = TakePicture(picture, Random(1));
-    return page ? std::string() : page.error().message;
-  };
-  SpindlePicture picture = PlainPicture();
-  picture.eye.blur_px = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(why(picture), HasSubstr("blur_px is nan"));
-  picture = PlainPicture();
-  picture.targets = {TargetAt(0, 0, 0)};
-  picture.targets[0].pattern.bits = 40;
-  EXPECT_THAT(why(picture), HasSubstr("40 segments"));
-  picture.targets[0].pattern.bits = 12;
-  picture.targets[0].pattern.ring_inner_mm = 1;
-  EXPECT_THAT(why(picture), HasSubstr("must rise"));
 }
 
 }  // namespace

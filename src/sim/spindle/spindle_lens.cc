@@ -1,7 +1,5 @@
 #include "sim/spindle/spindle_lens.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numbers>
 
@@ -120,27 +118,6 @@ SpindleLens AsRealCamera(const SpindleLens& lens) {
   real.angles_rad[0] = std::remainder(lens.angles_rad[0] + std::numbers::pi, 2 * std::numbers::pi);
   real.along_plus_z = true;
   return real;
-}
-
-Result<void> Validate(const SpindleLens& lens) {
-  const auto check = [](const char* name, double value, double lo, double hi) -> Result<void> {
-    if (value >= lo && value <= hi) return {};
-    return Fail(fmt::format("the camera's {} is {}: must be within {} … {}", name, value, lo, hi));
-  };
-  const Result<void> checks[] = {
-      check("width_px", lens.width_px, 16, 20000),
-      check("height_px", lens.height_px, 16, 20000),
-      check("pixel_pitch_mm", lens.pixel_pitch_mm, 1e-4, 0.1),
-      check("focal_length_mm", lens.focal_length_mm, 0.5, 1000),
-      check("k1", lens.k1, -1e-6, 1e-6),
-      check("k2", lens.k2, -1e-12, 1e-12),
-      check("p1", lens.p1, -1e-5, 1e-5),
-      check("p2", lens.p2, -1e-5, 1e-5),
-  };
-  for (const Result<void>& result : checks) {
-    if (!result) return result;
-  }
-  return {};
 }
 
 double FocalPx(const SpindleLens& lens) { return lens.focal_length_mm / lens.pixel_pitch_mm; }

@@ -4,8 +4,6 @@
 #include <array>
 #include <optional>
 
-#include "base/result.h"
-
 namespace trammel::sim {
 
 /// A point or a direction; mm, rad or a bare number, as its name says.
@@ -74,9 +72,6 @@ struct SpindleLens {
 /// The same camera in the same place, its frame turned half about its own x: looks along its +z and
 /// its pictures are upright, as those of every real sensor.
 [[nodiscard]] SpindleLens AsRealCamera(const SpindleLens& lens);
-
-/// Error (kInput): names the field, the value and the bound.
-[[nodiscard]] Result<void> Validate(const SpindleLens& lens);
 
 /// Focal length in px.
 [[nodiscard]] double FocalPx(const SpindleLens& lens);

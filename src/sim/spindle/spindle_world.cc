@@ -53,7 +53,9 @@ SpindleClamping Clamp(const ClampingSpread& spread, Random random) {
   return clamping;
 }
 
-Result<void> CheckStops(const SpindleSetup& setup) {
+}  // namespace
+
+Result<void> Validate(const SpindleSetup& setup) {
   for (std::size_t i = 0; i < setup.stops.size(); ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double at = setup.stops[i].stated_mm[axis];
@@ -63,42 +65,6 @@ Result<void> CheckStops(const SpindleSetup& setup) {
       return Fail(fmt::format("stop {} has {} {} mm: the machine travels {} … {}", i + 1,
                               "XYZ"[axis], at, lo, hi));
     }
-  }
-  return {};
-}
-
-}  // namespace
-
-Result<void> Validate(const SpindleSetup& setup) {
-  const auto check = [](const char* name, double value, double lo, double hi) -> Result<void> {
-    if (value >= lo && value <= hi) return {};
-    return Fail(fmt::format("{} is {}: must be within {} … {}", name, value, lo, hi));
-  };
-  const SpindleMachine& machine = setup.machine;
-  const Result<void> checks[] = {
-      Validate(setup.lens),
-      Validate(setup.stated_lens),
-      check("sigma_px", setup.sigma_px, 0, 10),
-      check("the machine's repeatability_mm", machine.repeatability_mm, 0, 1),
-      check("the machine's scale of X", machine.scale[0], -0.01, 0.01),
-      check("the machine's scale of Y", machine.scale[1], -0.01, 0.01),
-      check("the machine's scale of Z", machine.scale[2], -0.01, 0.01),
-      check("the machine's square_xy_rad", machine.square_xy_rad, -0.01, 0.01),
-      check("the machine's square_xz_rad", machine.square_xz_rad, -0.01, 0.01),
-      check("the machine's square_yz_rad", machine.square_yz_rad, -0.01, 0.01),
-      check("the clamping's angle_rad", setup.spread.angle_rad, 0, 0.5),
-      check("the clamping's eccentricity_mm", setup.spread.eccentricity_mm, 0, 5),
-      check("the clamping's tilt_rad", setup.spread.tilt_rad, 0, 0.1),
-      check("the part's misplaced_mm", setup.part.misplaced_mm, 0, 100),
-      check("the part's misplaced_rad", setup.part.misplaced_rad, 0, 0.5),
-      check("the part's temperature_c", setup.part.temperature_c, -50, 150),
-      check("the part's expansion_per_k", setup.part.expansion_per_k, 0, 1e-4),
-      check("the part's out_of_machine_mm", setup.part.out_of_machine_mm, 0, 10),
-      check("the part's out_of_machine_scale", setup.part.out_of_machine_scale, -0.01, 0.01),
-      CheckStops(setup),
-  };
-  for (const Result<void>& result : checks) {
-    if (!result) return result;
   }
   return {};
 }

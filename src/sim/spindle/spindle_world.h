@@ -74,7 +74,7 @@ struct SpindleSetup {
   double sigma_px = 0.03;  ///< noise of a centre per axis, 1 sigma, 0 … 10
 };
 
-/// Error (kInput): names the field, the value and the bound; a stop outside the travel.
+/// Error (kInput): a stop outside the travel.
 [[nodiscard]] Result<void> Validate(const SpindleSetup& setup);
 
 /// A seed names part and machine, `clamping` what one clamping and its pictures add.
