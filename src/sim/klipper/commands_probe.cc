@@ -242,28 +242,20 @@ bool IsLiteral(const std::string& text) {
   return text.size() >= 2 && (quote == '\'' || quote == '"') && text.back() == quote;
 }
 
-bool IsOffset(const std::string& name) {
-  for (const char* offset : kToolOffsetNames) {
-    if (name == offset) return true;
-  }
-  return false;
-}
-
 Result<Outcome> SetParameter(VirtualKlipper& machine, const Command& line) {
   const auto tool = TRY(ToolOf(machine, line));
   const auto name = TRY(RequiredText(line, "PARAMETER"));
   const auto value = TRY(RequiredText(line, "VALUE"));
-  if (!IsLiteral(value) || (IsOffset(name) && !ToNumber(value))) {
-    return InternalError(machine, line);
-  }
+  const auto offset = std::find(kToolOffsetNames.begin(), kToolOffsetNames.end(), name);
+  const bool is_offset = offset != kToolOffsetNames.end();
+  if (!IsLiteral(value) || (is_offset && !ToNumber(value))) return InternalError(machine, line);
   if (machine.faults().deaf_tools) return Outcome{};
   ToolState& state = machine.tools[tool];
   state.parameters[name] = value;
-  for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
-    if (name != kToolOffsetNames[axis]) continue;
-    state.offset_mm[axis] = ToNumber(value).value_or(0);
-    machine.Record(fmt::format("tool{}_{}", tool, name), state.offset_mm[axis]);
-  }
+  if (!is_offset) return Outcome{};
+  const auto axis = static_cast<std::size_t>(offset - kToolOffsetNames.begin());
+  state.offset_mm[axis] = ToNumber(value).value_or(0);
+  machine.Record(fmt::format("tool{}_{}", tool, name), state.offset_mm[axis]);
   return Outcome{};
 }
 
@@ -285,10 +277,8 @@ Result<Outcome> SaveParameter(VirtualKlipper& machine, const Command& line) {
 Result<Outcome> Select(VirtualKlipper& machine, int number) {
   const ToolConfig* tool = ConfigOf(machine, number);
   if (tool == nullptr) return Fail(fmt::format("Select tool: T{} not found", number));
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!machine.homed[axis]) {
-      return Fail("Cannot perform toolchange, axis not homed. Required: xyz");
-    }
+  if (machine.homed != std::array{true, true, true}) {
+    return Fail("Cannot perform toolchange, axis not homed. Required: xyz");
   }
   if (machine.active_tool == number) {
     machine.Inform(fmt::format("Tool {} already selected", tool->name));
