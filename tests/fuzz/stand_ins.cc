@@ -237,7 +237,6 @@ Heard ChildProcess::Receive(ChildMessage& message, double, const std::stop_token
   return Heard::kMessage;
 }
 
-void ChildProcess::LetEnd() {}
 std::string ChildProcess::End() { return "it has not said all"; }
 
 }  // namespace trammel::machine

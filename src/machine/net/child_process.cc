@@ -156,10 +156,6 @@ bool ChildProcess::WaitForEnd() {
   }
 }
 
-void ChildProcess::LetEnd() {
-  if (process_ > 0) static_cast<void>(WaitForEnd());
-}
-
 std::string ChildProcess::End() {
   if (process_ > 0) kill(process_, SIGTERM);
   if (process_ > 0 && !WaitForEnd()) {

@@ -60,9 +60,6 @@ class ChildProcess {
   /// Waits for a message. What is not one (a child may write anything) counts as its end.
   [[nodiscard]] Heard Receive(ChildMessage& message, double silence_s, const std::stop_token& stop);
 
-  /// Gives a child that has said all time to end by itself.
-  void LetEnd();
-
   /// How it ended, "signal 11, Segmentation fault" or "exit code 1". Waits like the destructor.
   [[nodiscard]] std::string End();
 
