@@ -103,13 +103,6 @@ Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) 
   return budget;
 }
 
-Result<Vector3d> PointUncertainty(const BudgetScene& scene, const Vector3d& point_mm) {
-  const auto terms = TRY(TermsOf(scene));
-  const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(point_mm);
-  return Vector3d(
-      geometry::PropagateCovariance(by_motion, terms.motion_covariance).diagonal().cwiseSqrt());
-}
-
 Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, double constant_mm,
                                   double per_mm) {
   if (lengths.empty()) return Fail("no lengths to judge");

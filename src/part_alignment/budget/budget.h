@@ -66,10 +66,6 @@ struct Budget {
 /// Accuracy: simulation and linear sum agree to the simulation's own scatter (budget_test).
 [[nodiscard]] Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random);
 
-/// u_ip of one point by itself, linear.
-[[nodiscard]] Result<Eigen::Vector3d> PointUncertainty(const BudgetScene& scene,
-                                                       const Eigen::Vector3d& point_mm);
-
 /// A length measured out of the machine against its calibrated value.
 struct MeasuredLength {
   double calibrated_mm = 0;

@@ -39,18 +39,20 @@ TEST(Budget, TermsAreWhatTheirFormulasSay) {
 
 // A rectangle's fit splits: translation sigma/2, turns about its own axes by sums of squares.
 TEST(Budget, ThePosesShareIsTheClosedFormOfARectangle) {
-  const BudgetScene scene = Laboratory();
-  const Vector3d middle_mm(750, 500, 0);
-  const auto middle = PointUncertainty(scene, middle_mm);
-  ASSERT_TRUE(middle);
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR((*middle)[i], scene.target_sigma_mm[i] / 2, 1e-12);
+  BudgetScene scene = Laboratory();
+  const auto u_ip_mm = [&scene](const Vector3d& at_mm) {
+    scene.low_mm = scene.high_mm = at_mm;
+    Random random(80);
+    return MakeBudget(scene, 0, random).value().axes;
+  };
+  const auto middle = u_ip_mm({750, 500, 0});
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(middle[i].u_ip_mm, scene.target_sigma_mm[i] / 2, 1e-12);
   // 400 mm above the middle the turns about x and y, from z alone, join: z / (2 · half edge).
-  const auto above = PointUncertainty(scene, middle_mm + Vector3d(0, 0, 400));
-  ASSERT_TRUE(above);
+  const auto above = u_ip_mm({750, 500, 400});
   const double by_beta = 400 * 0.0155 / (2 * 750);
   const double by_alpha = 400 * 0.0155 / (2 * 500);
-  EXPECT_NEAR((*above)[0], std::hypot(0.0035 / 2, by_beta), 1e-12);
-  EXPECT_NEAR((*above)[1], std::hypot(0.0143 / 2, by_alpha), 1e-12);
+  EXPECT_NEAR(above[0].u_ip_mm, std::hypot(0.0035 / 2, by_beta), 1e-12);
+  EXPECT_NEAR(above[1].u_ip_mm, std::hypot(0.0143 / 2, by_alpha), 1e-12);
 }
 
 TEST(Budget, SimulationAndLinearSumAgree) {

@@ -260,7 +260,6 @@ void CheckObservations(const Network& network, const BundleNormal& normal, const
       auto& check = precision.observations[i];
       check.redundancy = 0.5 * left.trace();
       precision.observation_redundancy += left.trace();
-      precision.observation_chi_square += row.residual.squaredNorm();
       const double least =
           check.redundancy - std::hypot(0.5 * (left(0, 0) - left(1, 1)), left(0, 1));
       if (least > kUnchecked) {

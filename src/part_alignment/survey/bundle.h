@@ -85,7 +85,6 @@ struct NetworkPrecision {
     Eigen::Matrix<double, 6 + kLensParameters, 6 + kLensParameters> covariance;
   };
   std::vector<StationPrecision> stations;
-  double observation_chi_square = 0;
   double observation_redundancy = 0;  ///< sum over all coordinates
 };
 

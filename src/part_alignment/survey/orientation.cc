@@ -248,7 +248,6 @@ std::vector<RelativeOrientation> OrientPair(std::span<const Vector3d> first,
         std::max_element(four.begin(), four.end(), [&](const auto& a, const auto& b) {
           return InFront(a, first, second) < InFront(b, first, second);
         });
-    front->median_error = error;
     const bool known = std::any_of(best.begin(), best.end(),
                                    [&](const auto& other) { return Alike(other, *front); });
     if (!known) best.push_back(*front);

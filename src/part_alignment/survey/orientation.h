@@ -17,7 +17,6 @@ namespace trammel::part_alignment {
 struct RelativeOrientation {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d place = Eigen::Vector3d::UnitX();  ///< of the second camera, first's frame
-  double median_error = 0;                           ///< of all lines' coplanarity, about rad
 };
 
 /// Essential matrices that make five pairs of unit lines coplanar: at most ten (Nister 2004, by the

@@ -304,11 +304,10 @@ class Search {
       Reject(RejectReason::kDamaged, rough, number);
       return;
     }
-    found_.targets.push_back(Describe(*fit, ring, number));
+    found_.targets.push_back(Describe(*fit, number));
   }
 
-  static FoundTarget Describe(const DiscFit& fit, const RingReading& ring,
-                              std::optional<int> number) {
+  static FoundTarget Describe(const DiscFit& fit, std::optional<int> number) {
     const DiscModel& m = fit.model;
     FoundTarget target;
     target.number = number;
@@ -322,7 +321,6 @@ class Search {
     target.contrast = m.contrast;
     target.noise = fit.noise;
     target.blur_px = m.blur_px;
-    target.ring_start_rad = ring.start_rad;
     target.saturated_share = static_cast<double>(fit.saturated) / fit.samples;
     return target;
   }

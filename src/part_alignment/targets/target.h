@@ -47,7 +47,6 @@ struct FoundTarget {
   double contrast = 0;         ///< grey levels, disc less surroundings: negative for dark discs
   double noise = 0;            ///< scatter of the pixels about the model, grey levels
   double blur_px = 0;          ///< standard deviation of the edge's profile
-  double ring_start_rad = 0;   ///< where bit 0 of the word begins, in the ellipse's own angle
   double saturated_share = 0;  ///< of the samples, 0 … 1
 };
 
