@@ -96,16 +96,10 @@ Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes) {
     if (!outline && (!marker || *marker == kEndOfImage || *marker == kStartOfScan)) {
       return tl::unexpected(NoSize());
     }
-    if (!marker || *marker == kEndOfImage) {
-      outline->ends_early = !marker;
-      return *outline;
-    }
+    if (!marker || *marker == kEndOfImage) return *outline;
     const auto segment = markers.Segment();
     if (!segment && !outline) return tl::unexpected(NoSize());
-    if (!segment) {
-      outline->ends_early = true;
-      return *outline;
-    }
+    if (!segment) return *outline;
     if (IsStartOfFrame(*marker)) {
       if (outline) return Fail("it states its size twice; save it again");
       auto frame = TRY(FrameOf(*marker, *segment));

@@ -11,13 +11,12 @@ namespace trammel::image {
 
 /// What its markers say of the first picture in the bytes.
 struct JpegOutline {
-  int width_px = 0;         ///< >= 1
-  int height_px = 0;        ///< >= 1
-  int components = 0;       ///< >= 1
-  bool whole = false;       ///< coefficients are kept for all of the picture (progressive, or one
-                            ///< component after the other): two bytes each
-  std::int64_t scans = 0;   ///< passes over the picture; one where it is not progressive
-  bool ends_early = false;  ///< the marker of the picture's end is missing
+  int width_px = 0;        ///< >= 1
+  int height_px = 0;       ///< >= 1
+  int components = 0;      ///< >= 1
+  bool whole = false;      ///< coefficients are kept for all of the picture (progressive, or one
+                           ///< component after the other): two bytes each
+  std::int64_t scans = 0;  ///< passes over the picture; one where it is not progressive
 };
 
 /// Walks the markers as decoders do, without decoding. Errors (kInput): no header that states a

@@ -110,12 +110,9 @@ class Beyond {
   std::vector<double> half_;  // between plate and filament, per zone
 };
 
-struct Bar {
-  double begin_px = 0, end_px = 0;  // distances from the outer line
-};
-
-// Plate all along from beside the line on, then filament all along, then plate.
-std::optional<Bar> FindBar(const Beyond& beyond, double pitch_px, double bead_px) {
+// Plate all along from beside the line on, then filament all along, then plate: how far from the
+// line it ends, px.
+std::optional<double> EndOfBar(const Beyond& beyond, double pitch_px, double bead_px) {
   constexpr double kFirst = 0.6, kFarthest = 3.2;  // pitches
   constexpr double kBarEnds = 0.6;                 // glare may whiten a part of the plate beyond
   const double from = beyond.left_px() + 0.5 * bead_px, to = beyond.right_px() - 0.5 * bead_px;
@@ -132,7 +129,7 @@ std::optional<Bar> FindBar(const Beyond& beyond, double pitch_px, double bead_px
     if (begin && *share <= kBarEnds) {
       const double thick_px = d - *begin;
       if (thick_px < 0.4 * bead_px || thick_px > 2.5 * bead_px) return std::nullopt;
-      return Bar{*begin, d};
+      return d;
     }
   }
   return std::nullopt;
@@ -146,18 +143,18 @@ bool FrameCloses(const GrayImage& contrast, const GrayImage& seen, const LinePat
   const double bead_px = pattern.bead_px;
   const Beyond beyond(contrast, seen, pattern, beyond_last);
   if (!(beyond.right_px() - beyond.left_px() > 4 * bead_px)) return false;
-  const auto bar = FindBar(beyond, pattern.pitch_px, bead_px);
-  if (!bar) return false;
+  const auto bar_end_px = EndOfBar(beyond, pattern.pitch_px, bead_px);
+  if (!bar_end_px) return false;
   bool ends = false;  // either rail; under glare the other may seem to go on, as
                       // the plate does
   for (const bool left : {true, false}) {
     const double inner = left ? beyond.left_px() : beyond.right_px();
     const double a = inner + (left ? -0.7 : 0.2) * bead_px;
     const double b = inner + (left ? -0.2 : 0.7) * bead_px;
-    for (double d = 0.5 * pattern.pitch_px; d < bar->end_px - 0.5 * bead_px; d += 0.5 * bead_px) {
+    for (double d = 0.5 * pattern.pitch_px; d < *bar_end_px - 0.5 * bead_px; d += 0.5 * bead_px) {
       if (beyond.Filament(a, b, d, d + 0.5 * bead_px).value_or(0) < kFilament) return false;
     }
-    const double from = bar->end_px + 0.1 * bead_px, to = bar->end_px + 0.35 * bead_px;
+    const double from = *bar_end_px + 0.1 * bead_px, to = bar->end_px + 0.35 * bead_px;
     const auto on_rail = beyond.Filament(a, b, from, to);
     const double inwards = (left ? 1.5 : -1.5) * bead_px;
     const auto inside = beyond.Filament(a + inwards, b + inwards, from, to);

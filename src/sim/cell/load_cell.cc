@@ -279,15 +279,11 @@ void LoadCell::NoteTruth(const Fine& now, double bed_g) {
                              : last_.depth_mm / (last_.depth_mm - now.depth_mm);
     press_.contact_time_s = std::lerp(last_.time_s, now.time_s, share);
     press_.contact_z_mm = std::lerp(last_.drive_z_mm, now.drive_z_mm, share);
-    press_.snap_time_s = press_.contact_time_s;
     press_.snap_z_mm = press_.contact_z_mm;
   }
   press_.peak_force_g = std::max(press_.peak_force_g, bed_g);
   if (now.depth_mm > 0 || stuck_) return;
-  if (traits_.press.stick_g > 0) {
-    press_.snap_time_s = now.time_s;
-    press_.snap_z_mm = now.drive_z_mm;
-  }
+  if (traits_.press.stick_g > 0) press_.snap_z_mm = now.drive_z_mm;
   touching_ = false;
   presses_.push_back(press_);
 }

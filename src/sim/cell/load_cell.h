@@ -95,8 +95,7 @@ struct PressTruth {
   double touch_z_mm = 0;      ///< below the height of letting go by what the drive has of play
   double contact_time_s = 0;  ///< the bed's force on it came to 0: it let go
   double contact_z_mm = 0;
-  double snap_time_s = 0;  ///< where it stuck: it came free; else the same as contact
-  double snap_z_mm = 0;
+  double snap_z_mm = 0;  ///< where it stuck: it came free; else the same as contact
   double peak_force_g = 0;
 };
 
