@@ -26,18 +26,6 @@ void ExpectIdentity(const Eigen::MatrixXd& matrix) {
   EXPECT_LT((matrix - Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols())).norm(), kRounding);
 }
 
-TEST(Decompositions, SingularValuesMakeUpTheMatrixInEveryShape) {
-  for (const auto& [rows, columns] : {std::pair{5, 3}, {3, 5}, {4, 4}, {1, 3}}) {
-    const Eigen::MatrixXd matrix = Numbers(rows, columns);
-    const SingularValues of = DecomposeSingular(matrix);
-    ASSERT_EQ(of.values.size(), std::min(rows, columns));
-    EXPECT_LT((of.u * of.values.asDiagonal() * of.v.transpose() - matrix).norm(), kRounding);
-    ExpectIdentity(of.u.transpose() * of.u);
-    ExpectIdentity(of.v.transpose() * of.v);
-    for (int i = 1; i < of.values.size(); ++i) EXPECT_GE(of.values[i - 1], of.values[i]);
-  }
-}
-
 TEST(Decompositions, OrthogonalTimesTriangularIsTheMatrixInEveryShape) {
   for (const auto& [rows, columns] : {std::pair{5, 3}, {4, 4}, {3, 5}, {1, 3}}) {
     const Eigen::MatrixXd matrix = Numbers(rows, columns);
@@ -72,17 +60,6 @@ TEST(LinearSystems, APositiveMatrixIsSolvedAndOneThatIsNotIsSaid) {
   EXPECT_FALSE(SolvePositive(matrix, right, 1e9));
 }
 
-TEST(Decompositions, EigenvectorsOfASymmetricMatrixMakeItUpFromTheSmallestOn) {
-  const Eigen::MatrixXd numbers = Numbers(6, 6);
-  const Eigen::MatrixXd matrix = numbers + numbers.transpose();
-  const SymmetricEigen of = DecomposeSymmetric(matrix);
-  EXPECT_LT((of.vectors * of.values.asDiagonal() * of.vectors.transpose() - matrix).norm(),
-            10 * kRounding);
-  ExpectIdentity(of.vectors.transpose() * of.vectors);
-  EXPECT_LT((SymmetricEigenvalues(matrix) - of.values).norm(), 10 * kRounding);
-  for (int i = 1; i < of.values.size(); ++i) EXPECT_LE(of.values[i - 1], of.values[i]);
-}
-
 TEST(Decompositions, ACovariancesRootGivesItBackWhateverItsUnits) {
   const Eigen::MatrixXd numbers = Numbers(4, 4);
   const Eigen::Vector4d units(1e-9, 1, 1e6, 1);
@@ -106,57 +83,12 @@ TEST(Decompositions, ACovariancesRootLeavesOutWhatIsBelowZeroByChance) {
             kRounding * 10);
 }
 
-TEST(Decompositions, EigenvectorsOfAnyMatrixAreTurnedIntoTheirMultiples) {
-  const Eigen::MatrixXd matrix = Numbers(5, 5);
-  const GeneralEigen of = DecomposeGeneral(matrix);
-  EXPECT_LT((matrix * of.vectors - of.vectors * of.values.asDiagonal()).norm(), 10 * kRounding);
-  EXPECT_LT(std::abs(of.values.sum() - matrix.trace()), 10 * kRounding);
-}
-
-TEST(Decompositions, SolutionsMeetTheirRightSides) {
-  const Eigen::MatrixXd numbers = Numbers(5, 5) + Eigen::MatrixXd::Identity(5, 5);
-  const Eigen::MatrixXd positive = numbers * numbers.transpose();
-  const Eigen::MatrixXd right = Numbers(5, 2);
-  constexpr double kConditioned = 1e-9;  // rounding times the condition of `positive`
-  EXPECT_LT((positive * SolveSymmetric(positive, right) - right).norm(), kConditioned);
-  EXPECT_LT((numbers * SolveSquare(numbers, right) - right).norm(), kConditioned);
-  EXPECT_LT((numbers * Inverse(numbers) - Eigen::MatrixXd::Identity(5, 5)).norm(), kConditioned);
-  const Eigen::MatrixXd root = CholeskyRoot(positive);
-  EXPECT_LT((root * root.transpose() - positive).norm(), 10 * kRounding);
-  EXPECT_EQ(root(0, 4), 0);
-  EXPECT_LT((root * SolveLower(root, right) - right).norm(), kConditioned);
-  EXPECT_LT((root.transpose() * SolveUpper(root.transpose(), right) - right).norm(), kConditioned);
-}
-
 TEST(Decompositions, AnErrorIsCountedInTheSigmasOfItsDirection) {
   const Eigen::Matrix3d turn = RotationFromVector({0.3, -0.8, 0.5});
   const Eigen::Vector3d sigmas(1e-3, 2, 50);
   const Eigen::MatrixXd covariance = turn * sigmas.cwiseAbs2().asDiagonal() * turn.transpose();
   const Eigen::VectorXd error = turn * Eigen::Vector3d(3e-3, 2, 100);
   EXPECT_NEAR(SquaredMahalanobisDistance(covariance, error), 9 + 1 + 4, 1e-5);
-}
-
-TEST(Decompositions, OneTriangleOfASymmetricMatrixIsEnough) {
-  const Eigen::MatrixXd numbers = Numbers(4, 4) + Eigen::MatrixXd::Identity(4, 4);
-  const Eigen::MatrixXd positive = numbers * numbers.transpose();
-  const Eigen::MatrixXd right = Numbers(4, 1);
-  Eigen::MatrixXd half = positive;
-  half.triangularView<Eigen::StrictlyUpper>().setConstant(7);
-  EXPECT_EQ(SolveSymmetric(half, right), SolveSymmetric(positive, right));
-  Eigen::MatrixXd lower = CholeskyRoot(positive);
-  const Eigen::MatrixXd solved = SolveLower(lower, right);
-  lower.triangularView<Eigen::StrictlyUpper>().setConstant(7);
-  EXPECT_EQ(SolveLower(lower, right), solved);
-}
-
-TEST(Decompositions, LeastSquaresLeaveWhatIsAcrossAndTakeTheShortest) {
-  Eigen::MatrixXd matrix = Numbers(7, 3) + Eigen::MatrixXd::Identity(7, 3);
-  const Eigen::MatrixXd right = Numbers(7, 1);
-  const Eigen::MatrixXd best = SolveLeastSquares(matrix, right);
-  EXPECT_LT((matrix.transpose() * (right - matrix * best)).norm(), 100 * kRounding);
-  matrix.col(2) = matrix.col(1);  // which of the two is not told: half each
-  const Eigen::MatrixXd shortest = SolveLeastSquares(matrix, right);
-  EXPECT_NEAR(shortest(1, 0), shortest(2, 0), 100 * kRounding);
 }
 
 TEST(Decompositions, ACompletionIsOrthogonalToTheColumns) {

@@ -27,50 +27,14 @@ double MedianResidual(std::span<const double> x, std::span<const double> y, cons
   return *middle;
 }
 
-constexpr std::size_t kBlock = 16;
-
-/// How many of kBlock points are no nearer to a line than `bound`. Not inlined: by itself g++ 12
-/// makes vectors of it.
-[[gnu::noinline]] double CountBeyond(double bound, const double* x, const double* y, double offset,
-                                     double slope) {
-  std::array<double, 2> beyond{};
-  for (std::size_t i = 0; i < kBlock; i += 2) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      beyond[k] += std::abs(y[i + k] - (offset + slope * x[i + k])) < bound ? 0.0 : 1.0;
-    }
+/// Whether MedianResidual() would be below `bound`, without ordering the residuals.
+bool HasMedianBelow(double bound, std::span<const double> x, std::span<const double> y,
+                    const RobustLine& line) {
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    near += std::abs(y[i] - line.at(x[i])) < bound ? 1 : 0;
   }
-  return beyond[0] + beyond[1];
-}
-
-/// The points that candidates are tried on, filled up to whole blocks with points that no line is
-/// near to.
-struct Judges {
-  std::span<double> x;
-  std::span<double> y;
-  std::size_t count = 0;
-};
-
-/// Tells whether MedianResidual() would be below `bound`, without ordering the residuals: most
-/// candidates are given up after little more than half of the points.
-bool HasMedianBelow(double bound, const Judges& judges, const RobustLine& line) {
-  auto left = static_cast<double>(judges.x.size() - judges.count / 2);
-  for (std::size_t i = 0; i < judges.x.size() && left > 0; i += kBlock) {
-    left -= CountBeyond(bound, &judges.x[i], &judges.y[i], line.offset, line.slope);
-  }
-  return left > 0;
-}
-
-/// Takes them evenly from all points.
-Judges TakeJudges(std::span<const double> x, std::span<const double> y, std::span<double> room) {
-  Judges judges{room.first(room.size() / 2), room.last(room.size() / 2),
-                std::min(kJudges, x.size())};
-  std::fill(judges.x.begin(), judges.x.end(), 0.0);
-  std::fill(judges.y.begin(), judges.y.end(), std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < judges.count; ++i) {
-    judges.x[i] = x[i * x.size() / judges.count];
-    judges.y[i] = y[i * x.size() / judges.count];
-  }
-  return judges;
+  return near > x.size() / 2;
 }
 
 }  // namespace
@@ -79,10 +43,16 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
                          std::vector<double>& scratch) {
   TRAMMEL_CHECK(x.size() == y.size() && x.size() >= 2, "{} and {} points", x.size(), y.size());
   const std::size_t anchors = std::min(kAnchors, x.size());
-  const std::size_t blocks = (std::min(kJudges, x.size()) + kBlock - 1) / kBlock;
-  scratch.resize(2 * blocks * kBlock + x.size());
-  const Judges judges = TakeJudges(x, y, std::span(scratch).first(2 * blocks * kBlock));
+  // Evenly chosen points that candidates are tried on.
+  const std::size_t judges = std::min(kJudges, x.size());
+  scratch.resize(2 * judges + x.size());
+  const std::span judge_x = std::span(scratch).first(judges);
+  const std::span judge_y = std::span(scratch).subspan(judges, judges);
   const std::span residuals = std::span(scratch).last(x.size());
+  for (std::size_t i = 0; i < judges; ++i) {
+    judge_x[i] = x[i * x.size() / judges];
+    judge_y[i] = y[i * x.size() / judges];
+  }
   RobustLine best;
   best.median_residual = std::numeric_limits<double>::max();
   std::array<double, kAnchors> anchor_x;
@@ -98,8 +68,7 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
     return line;
   };
   const auto median = [&](const RobustLine& line) {
-    return MedianResidual(judges.x.first(judges.count), judges.y.first(judges.count), line,
-                          residuals);
+    return MedianResidual(judge_x, judge_y, line, residuals);
   };
   // A few candidates that are likely good: the best is no worse than they are.
   double bound = std::numeric_limits<double>::max();
@@ -112,7 +81,7 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
     for (std::size_t b = a + 1; b < anchors; ++b) {
       if (anchor_x[a] == anchor_x[b]) continue;
       RobustLine line = candidate(a, b);
-      if (!HasMedianBelow(bound, judges, line)) continue;
+      if (!HasMedianBelow(bound, judge_x, judge_y, line)) continue;
       bound = line.median_residual = median(line);
       best = line;
     }

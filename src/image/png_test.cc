@@ -124,17 +124,6 @@ TEST(PngReader, DecodesEveryKindExactlyAsOpenCvDoes) {
   }
 }
 
-TEST(PngReader, SaysWhatIsStored) {
-  const Bytes bytes = Write({PNG_COLOR_TYPE_RGB_ALPHA, 16, true});
-  const auto reader = PngReader::Open(bytes, PngPixels::kAsStored);
-  ASSERT_TRUE(reader);
-  EXPECT_EQ(reader->header().samples, 4);
-  EXPECT_EQ(reader->header().bits, 16);
-  EXPECT_TRUE(reader->header().interlaced);
-  EXPECT_EQ(reader->passes(), 1);
-  EXPECT_EQ(reader->row_bytes(), std::size_t{8} * kWidth);
-}
-
 TEST(PngReader, FindsTheOrientationBeforeAndBehindThePixels) {
   for (const bool at_the_end : {false, true}) {
     Kind kind;

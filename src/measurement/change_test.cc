@@ -180,11 +180,7 @@ using ::testing::ElementsAre;
 constexpr const char* kNow = "2026-06-01T12:00:00Z";
 constexpr double kAge_days = 90;
 
-Series MeasuredAt(const char* utc) {
-  Series series;
-  series.last_good_utc = utc;
-  return series;
-}
+Series MeasuredAt(const char* utc) { return {.last_good_utc = utc}; }
 
 TEST(Due, IsAnAnswerOfThatAge) {
   EXPECT_THAT(ReasonsToMeasure(MeasuredAt("2026-05-22T12:00:01Z"), kNow, 10), IsEmpty());
@@ -194,27 +190,20 @@ TEST(Due, IsAnAnswerOfThatAge) {
               ElementsAre(HasSubstr("1 days old")));
 }
 
-TEST(Due, IsWhatChangedUnlessTheNewValueIsInForce) {
-  Series series = MeasuredAt("2026-05-31T00:00:00Z");
-  EXPECT_THAT(ReasonsToMeasure(series, kNow, kAge_days), IsEmpty());
-  series.changed = true;
-  EXPECT_THAT(ReasonsToMeasure(series, kNow, kAge_days), ElementsAre(HasSubstr("differs")));
-  series.applied = true;
-  EXPECT_THAT(ReasonsToMeasure(series, kNow, kAge_days), IsEmpty());
-}
-
-TEST(Due, IsWhatWasMeasuredWithTheNozzleBefore) {
-  Series series = MeasuredAt("2026-05-31T00:00:00Z");
-  series.nozzle_utc = "1970-01-01T00:00:10Z";  // whatever the clock made of it
-  series.last_reason = "the line was torn";
-  EXPECT_THAT(ReasonsToMeasure(series, kNow, kAge_days),
+TEST(Due, IsWhatChangedUnlessItIsInForceAndWhatHadNoAnswerOrAnotherNozzle) {
+  constexpr const char* kFresh = "2026-05-31T00:00:00Z";
+  const auto reasons = [](const Series& series) {
+    return ReasonsToMeasure(series, kNow, kAge_days);
+  };
+  EXPECT_THAT(reasons(MeasuredAt(kFresh)), IsEmpty());
+  EXPECT_THAT(reasons({.last_good_utc = kFresh, .changed = true}),
+              ElementsAre(HasSubstr("differs")));
+  EXPECT_THAT(reasons({.last_good_utc = kFresh, .changed = true, .applied = true}), IsEmpty());
+  EXPECT_THAT(reasons({.last_good_utc = kFresh,
+                       .last_reason = "the line was torn",
+                       .nozzle_utc = "1970-01-01T00:00:10Z"}),  // whatever the clock made of it
               ElementsAre(HasSubstr("nozzle was changed"), HasSubstr("the line was torn")));
-}
-
-TEST(Due, IsWhatNeverHadAnAnswer) {
-  Series series;
-  series.last_reason = "too dark";
-  EXPECT_THAT(ReasonsToMeasure(series, kNow, kAge_days), ElementsAre("no answer yet: too dark"));
+  EXPECT_THAT(reasons({.last_reason = "too dark"}), ElementsAre("no answer yet: too dark"));
 }
 
 TEST(Due, TrustsNoClockThatIsWrong) {

@@ -132,19 +132,6 @@ TEST(ZeroCrossing, AWiderPriorOfTheBendLeavesMoreOpen) {
             std::hypot(narrow->zero_sigma, narrow->bend_shift));
 }
 
-TEST(ZeroCrossing, MovesWithItsAxes) {
-  Random random(5);
-  const std::vector<double> x = Range(0, 0.1, 21);
-  std::vector<double> y;
-  for (const double p : x) y.push_back(Response(p, 0.033, 1, 0) + 0.003 * random.Normal());
-  const std::vector<double> none(21, 0.0);
-  const double zero = FitZeroCrossing(x, y, none, {})->zero;
-  std::vector<double> moved;
-  for (const double p : x) moved.push_back(3 * p + 0.2);
-  constexpr double kRounding = 1e-6;
-  EXPECT_NEAR(FitZeroCrossing(moved, y, none, {})->zero, 3 * zero + 0.2, kRounding);
-}
-
 TEST(ZeroCrossing, NeedsThreeDifferentAbscissae) {
   const std::vector<double> x = {0.01, 0.01, 0.02, 0.02};
   const std::vector<double> y = {1, 1, -1, -1};

@@ -40,18 +40,6 @@ TEST(Homography, TakesEachCornerToItsOwn) {
   }
 }
 
-TEST(Homography, ThereAndBackIsWhereItBegan) {
-  Random random(12);
-  const Quad tilted = Tilted(random);
-  const auto there = TargetFromSource(tilted, kSquare);
-  const auto back = TargetFromSource(kSquare, tilted);
-  ASSERT_TRUE(there && back);
-  for (int trial = 0; trial < 100; ++trial) {
-    const PointPx point{random.Uniform(0, 100), random.Uniform(0, 100)};
-    EXPECT_LT(Distance_px((*back)((*there)(point)), point), kRounding_px) << "trial " << trial;
-  }
-}
-
 // What no affine map does: the diagonals' crossing goes to the diagonals' crossing.
 TEST(Homography, KeepsStraightLinesStraight) {
   Random random(13);
