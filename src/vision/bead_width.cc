@@ -10,7 +10,9 @@
 namespace trammel::vision {
 namespace {
 
-constexpr int kZones = 24;  // along a line, for the levels of filament and plate
+constexpr std::size_t kPlaces = 200;    // per line
+constexpr double kLeastContrast = 2.0;  // filament above plate, over the plate's grain in a cell
+constexpr int kZones = 24;              // along a line, for the levels of filament and plate
 
 double Sample(const GrayImage& image, double x, double y) {
   x = std::clamp(x, 0.0, image.width - 1.0);
@@ -189,14 +191,14 @@ Span BeadSpan(const Strip& strip, std::size_t place, const Level& level, double 
 }
 
 BeadReading Read(const Strip& strip, std::size_t place, const Level& level, double bead,
-                 double track_y, const BeadWidthOptions& options) {
+                 double track_y) {
   BeadReading reading;
   reading.x_px = strip.x_px[place];
   reading.centre_px = track_y;
   reading.seen = strip.seen[place];
   if (!reading.seen || !level.seen) return reading;
   const double contrast = std::abs(level.filament);
-  if (contrast < options.least_contrast * level.grain || contrast == 0) return reading;
+  if (contrast < kLeastContrast * level.grain || contrast == 0) return reading;
   const int skirt = std::max(2, static_cast<int>(std::lround(0.2 * bead)));
   const Span span = BeadSpan(strip, place, level, bead, skirt);
   double sum = 0;
@@ -257,15 +259,13 @@ void RaiseSigmaToScatter(std::vector<BeadReading>& line) {
 
 }  // namespace
 
-BeadWidths MeasureBeadWidths(const GrayImage& contrast, const LinePattern& line_pattern,
-                             const BeadWidthOptions& options) {
-  TRAMMEL_CHECK(
-      line_pattern.problem.empty() && line_pattern.rungs.size() >= 2 && options.places >= 10,
-      "{} rungs, {} places, {}", line_pattern.rungs.size(), options.places, line_pattern.problem);
+BeadWidths MeasureBeadWidths(const GrayImage& contrast, const LinePattern& line_pattern) {
+  TRAMMEL_CHECK(line_pattern.problem.empty() && line_pattern.rungs.size() >= 2, "{} rungs, {}",
+                line_pattern.rungs.size(), line_pattern.problem);
   std::vector<Strip> strips;
   std::vector<std::vector<Level>> levels;
   for (std::size_t rung = 0; rung < line_pattern.rungs.size(); ++rung) {
-    strips.push_back(Straighten(contrast, line_pattern, rung, options.places));
+    strips.push_back(Straighten(contrast, line_pattern, rung, kPlaces));
     levels.push_back(ZoneLevels(strips.back(), line_pattern.pitch_px, line_pattern.bead_px));
   }
   ShareFilamentLevels(levels);
@@ -277,8 +277,7 @@ BeadWidths MeasureBeadWidths(const GrayImage& contrast, const LinePattern& line_
     std::vector<BeadReading> line;
     for (std::size_t place = 0; place < strip.places; ++place) {
       line.push_back(Read(strip, place, LevelAt(levels[rung], place, strip.places),
-                          line_pattern.bead_px, line_pattern.rungs[rung](strip.x_px[place]),
-                          options));
+                          line_pattern.bead_px, line_pattern.rungs[rung](strip.x_px[place])));
     }
     RaiseSigmaToScatter(line);
     widths.lines.push_back(std::move(line));

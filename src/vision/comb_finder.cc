@@ -20,6 +20,10 @@
 namespace trammel::vision {
 namespace {
 
+constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is searched
+constexpr std::size_t kFewestStrokes = 5;
+constexpr std::size_t kMostFound = 8;
+
 // What one look at the picture depends on.
 struct Look {
   double smooth_px = 1;  // sigma before comparing with the surroundings
@@ -252,12 +256,11 @@ std::optional<Family> Describe(const std::vector<Stroke>& strokes, const Places&
   return family;
 }
 
-std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, int fewest,
-                           const cv::Mat& seen) {
+std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, const cv::Mat& seen) {
   std::optional<LinePencil> pencil;
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
-    if (places.size() < static_cast<std::size_t>(fewest)) return std::nullopt;
+    if (places.size() < kFewestStrokes) return std::nullopt;
     pencil = FitPencil(PointsOf(strokes, places));
     if (!pencil) return std::nullopt;
     places = OnPencil(strokes, *pencil);
@@ -265,15 +268,14 @@ std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, in
   if (places.empty()) return std::nullopt;
   std::optional<Family> family = Describe(strokes, places, *pencil, seen);
   constexpr double kMostIrregular = 0.7 * kNoiseIrregularity;
-  if (!family || family->strength.size() < static_cast<std::size_t>(fewest) ||
+  if (!family || family->strength.size() < kFewestStrokes ||
       family->irregularity > kMostIrregular) {
     return std::nullopt;
   }
   return family;
 }
 
-std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, const cv::Mat& seen,
-                                    int fewest) {
+std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, const cv::Mat& seen) {
   std::optional<Family> best;
   for (const double share : {0.5, 0.35, 0.65, 0.25, 0.75}) {
     const auto crossing = Crossing(strokes, share * seen.cols);
@@ -283,7 +285,7 @@ std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, const cv
       if (!most || places.size() > most->size()) most = std::move(places);
     }
     if (!most) continue;
-    std::optional<Family> family = Grow(strokes, *most, fewest, seen);
+    std::optional<Family> family = Grow(strokes, *most, seen);
     if (family && (!best || family->weight > best->weight)) best = std::move(family);
   }
   return best;
@@ -313,17 +315,14 @@ std::optional<PointPx> OnSide(const Family& family, double x_side, double place)
   return point;
 }
 
-std::optional<FoundComb> ToComb(const Family& family, const TurnedGrid& turned,
-                                const CombFinderOptions& options) {
+std::optional<FoundComb> ToComb(const Family& family, const TurnedGrid& turned) {
   const int first = family.strength.begin()->first, last = family.strength.rbegin()->first;
-  const double reach = options.beside * (family.right_px - family.left_px);
+  const double reach = kBesideComb * (family.right_px - family.left_px);
   const double left = family.left_px - reach, right = family.right_px + reach;
-  const double top = first - options.around, bottom = last + options.around;
+  const double top = first - kAroundComb, bottom = last + kAroundComb;
   if (!family.pencil.Sees(top, bottom, left, right)) return std::nullopt;
   FoundComb comb;
   comb.places = last - first + 1;
-  comb.around = options.around;
-  comb.beside = options.beside;
   comb.weight = family.weight;
   const std::array<std::pair<double, double>, 4> sides{
       {{left, top}, {right, top}, {right, bottom}, {left, bottom}}};
@@ -347,10 +346,10 @@ double Apart_px(const Quad& a, const Quad& b) {
 }
 
 // Adds a comb unless it was found before and clearer; the clearest first.
-void KeepBest(std::vector<FoundComb>& found, FoundComb comb, std::size_t most) {
+void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
   constexpr double kSame = 0.25;  // of a place
   const double place_px =
-      Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * comb.around);
+      Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * kAroundComb);
   for (FoundComb& other : found) {
     if (other.places != comb.places) continue;
     if (Apart_px(other.corners, comb.corners) > kSame * place_px * comb.places) continue;
@@ -367,15 +366,15 @@ void KeepBest(std::vector<FoundComb>& found, FoundComb comb, std::size_t most) {
   if (comb.places > 0) found.push_back(comb);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
-  if (found.size() > most) found.resize(most);
+  if (found.size() > kMostFound) found.resize(kMostFound);
 }
 
 }  // namespace
 
-std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& options) {
+std::vector<FoundComb> FindCombs(const BgrView& photo) {
   TRAMMEL_CHECK(photo.width >= 16 && photo.height >= 16, "{} x {}", photo.width, photo.height);
   double scale = 1;
-  Frame small = ShrinkToFit(photo, options.longest_side_px, 1e18, scale);
+  Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
   const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
   const int longest = std::max(small.width, small.height);
   std::vector<FoundComb> found;
@@ -394,12 +393,12 @@ std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& 
         const Strips strips = AverageStrips(turned, grid.seen);
         for (const bool lighter : {true, false}) {
           const std::vector<Stroke> strokes = TraceStrokes(strips, lighter);
-          const auto family = LargestFamily(strokes, grid.seen, options.fewest_strokes);
+          const auto family = LargestFamily(strokes, grid.seen);
           if (!family) continue;
-          std::optional<FoundComb> comb = ToComb(*family, grid, options);
+          std::optional<FoundComb> comb = ToComb(*family, grid);
           if (!comb) continue;
-          if (found.size() == options.most_found && comb->weight < found.back().weight) continue;
-          KeepBest(found, *comb, options.most_found);
+          if (found.size() == kMostFound && comb->weight < found.back().weight) continue;
+          KeepBest(found, *comb);
         }
       }
     }

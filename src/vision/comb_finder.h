@@ -8,34 +8,27 @@
 
 namespace trammel::vision {
 
-struct CombFinderOptions {
-  int longest_side_px = 1000;  ///< the search runs on a picture shrunk to this, [200, 4000]
-  int fewest_strokes = 5;      ///< [4, 1000]
-  double around = 3;           ///< places of plane beyond the outer strokes, [0.5, 10]: the two in
-                               ///< which TraceComb looks for a line, and the plate beside it
-  double beside = 0.15;        ///< of the strokes' length beyond their ends, [0, 1]
-  std::size_t most_found = 8;  ///< best candidates returned
-};
+/// Places of plane beyond the outer strokes that are looked at: the two in which TraceComb looks
+/// for a line, and the plate beside it.
+inline constexpr double kAroundComb = 3;
+/// Of the strokes' length beyond their ends.
+inline constexpr double kBesideComb = 0.15;
 
 /// Strokes on the lines of a pencil, and the piece of the plane that holds them.
 struct FoundComb {
   /// Corners of that piece in px of the photo, parts of which may lie outside: the outer two
-  /// sides along the strokes lie `around` places beyond the first and the last stroke. First to
+  /// sides along the strokes lie kAroundComb places beyond the first and the last stroke. First to
   /// second corner and fourth to third run along the strokes; clockwise as seen.
   Quad corners;
   int places = 0;     ///< strokes and the empty places between them
-  double around = 0;  ///< places between a stroke and the side next to it
   double weight = 0;  ///< length of the strokes times their contrast, less where irregular
-  double beside = 0;  ///< between the strokes' ends and the sides next to them, of the
-                      ///< strokes' length
 };
 
 /// Turns the picture along the directions in which most edges run, traces strokes in several colour
 /// channels, lighter and darker than their surroundings, and keeps those that one pencil of lines
 /// explains. Ends of the strokes, bars across them and the picture's border do not matter.
 /// @param photo  8-bit BGR. REQUIRES at least 16 px each way.
-/// @returns the clearest first, empty where there is none.
-[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo,
-                                               const CombFinderOptions& options = {});
+/// @returns the eight clearest, the clearest first; empty where there is none.
+[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo);
 
 }  // namespace trammel::vision

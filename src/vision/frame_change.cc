@@ -12,6 +12,9 @@
 namespace trammel::vision {
 namespace {
 
+constexpr int kBlock_px = 4;
+constexpr double kStrongest = 0.05;  // share of the blocks
+
 /// after = gain · before + offset, by least squares over all blocks.
 struct Exposure {
   double gain = 1;
@@ -45,22 +48,21 @@ Exposure FitExposure(const std::vector<float>& before, const std::vector<float>&
 
 }  // namespace
 
-void SketchFrame(const BgrView& frame, const FrameChangeOptions& options, FrameSketch& sketch) {
-  const int block = options.block_px;
-  TRAMMEL_CHECK(block >= 1 && block <= 64 && frame.width >= block && frame.height >= block,
-                "blocks of {} px in {}x{} px", block, frame.width, frame.height);
-  sketch.width = frame.width / block;
-  sketch.height = frame.height / block;
+void SketchFrame(const BgrView& frame, FrameSketch& sketch) {
+  TRAMMEL_CHECK(frame.width >= kBlock_px && frame.height >= kBlock_px, "{}x{} px", frame.width,
+                frame.height);
+  sketch.width = frame.width / kBlock_px;
+  sketch.height = frame.height / kBlock_px;
   sketch.brightness.resize(static_cast<std::size_t>(sketch.width) *
                            static_cast<std::size_t>(sketch.height));
   std::vector<std::uint32_t> sums(static_cast<std::size_t>(sketch.width));
-  const float scale = 1.0F / (3.0F * static_cast<float>(block * block));
+  const float scale = 1.0F / (3.0F * static_cast<float>(kBlock_px * kBlock_px));
   for (int y = 0; y < sketch.height; ++y) {
     std::fill(sums.begin(), sums.end(), 0U);
-    for (int row = 0; row < block; ++row) {
-      const std::uint8_t* pixel = frame.row(y * block + row);
+    for (int row = 0; row < kBlock_px; ++row) {
+      const std::uint8_t* pixel = frame.row(y * kBlock_px + row);
       for (std::uint32_t& sum : sums) {
-        for (int i = 0; i < 3 * block; ++i) sum += *pixel++;
+        for (int i = 0; i < 3 * kBlock_px; ++i) sum += *pixel++;
       }
     }
     float* out = sketch.brightness.data() +
@@ -70,12 +72,10 @@ void SketchFrame(const BgrView& frame, const FrameChangeOptions& options, FrameS
 }
 
 double FrameChange(const FrameSketch& before, const FrameSketch& after,
-                   const FrameChangeOptions& options, std::vector<float>& scratch) {
+                   std::vector<float>& scratch) {
   TRAMMEL_CHECK(
       before.width == after.width && before.height == after.height && !before.brightness.empty(),
       "{}x{} against {}x{} blocks", before.width, before.height, after.width, after.height);
-  TRAMMEL_CHECK(options.strongest_fraction > 0 && options.strongest_fraction <= 1,
-                "strongest_fraction = {}", options.strongest_fraction);
   const Exposure exposure = FitExposure(before.brightness, after.brightness);
   const std::size_t count = before.brightness.size();
   scratch.resize(count);
@@ -85,8 +85,7 @@ double FrameChange(const FrameSketch& before, const FrameSketch& after,
     scratch[i] = static_cast<float>(difference * difference);
   }
   const auto strongest = std::clamp<std::size_t>(
-      static_cast<std::size_t>(std::ceil(options.strongest_fraction * static_cast<double>(count))),
-      1, count);
+      static_cast<std::size_t>(std::ceil(kStrongest * static_cast<double>(count))), 1, count);
   const auto end = scratch.begin() + static_cast<std::ptrdiff_t>(strongest);
   std::nth_element(scratch.begin(), end - 1, scratch.end(), std::greater<>());
   double sum = 0;

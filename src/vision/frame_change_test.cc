@@ -42,13 +42,12 @@ Frame LaserPicture(double place, double noise, double gain, Random& random) {
 }
 
 double Change(const Frame& a, const Frame& b) {
-  const FrameChangeOptions options;
   FrameSketch before;
   FrameSketch after;
   std::vector<float> scratch;
-  SketchFrame(a.view(), options, before);
-  SketchFrame(b.view(), options, after);
-  return FrameChange(before, after, options, scratch);
+  SketchFrame(a.view(), before);
+  SketchFrame(b.view(), after);
+  return FrameChange(before, after, scratch);
 }
 
 TEST(FrameChange, IsZeroForTheSamePicture) {

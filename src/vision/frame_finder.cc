@@ -1,9 +1,11 @@
 #include "vision/frame_finder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <utility>
 
 #include "base/statistics.h"
@@ -12,6 +14,11 @@
 
 namespace trammel::vision {
 namespace {
+
+constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is searched
+constexpr double kSmallestArea = 0.02;     // of the picture that a frame encloses
+constexpr double kLeastClosed = 0.7;       // share of each side that must be seen as filament
+constexpr std::size_t kMostFound = 10;
 
 std::optional<PointPx> Intersection(const PointPx& a, const PointPx& b, const PointPx& c,
                                     const PointPx& d) {
@@ -109,8 +116,9 @@ LineFit FitLine(const std::vector<Hit>& hits) {
   return fit;
 }
 
-}  // namespace
-
+// The quadrilateral round a convex polygon in order of at least four corners, found by dropping the
+// side whose neighbours close over it with the least extra area until four are left. Clockwise as
+// seen; nothing where the polygon has too few sides that can be dropped.
 std::optional<Quad> QuadAround(std::vector<PointPx> polygon) {
   while (polygon.size() > 4) {
     const std::size_t n = polygon.size();
@@ -150,6 +158,13 @@ std::optional<Quad> QuadAround(std::vector<PointPx> polygon) {
   return quad;
 }
 
+struct RefinedQuad {
+  Quad quad;
+  double closed = 0;  // share of the worst side with an outline within tolerance
+};
+
+// Moves each side of a quadrilateral onto the outline of a mask: the places where, coming from
+// outside, the mask begins, fitted by a straight line that ignores outliers.
 std::optional<RefinedQuad> RefineQuad(const GrayImage& mask, const Quad& start) {
   constexpr int kPlaces = 120;
   constexpr int kFewestHits = 30;
@@ -191,8 +206,6 @@ std::optional<RefinedQuad> RefineQuad(const GrayImage& mask, const Quad& start) 
   return refined;
 }
 
-namespace {
-
 // What one look at the picture depends on.
 struct Look {
   double smooth_px = 1;  // sigma before comparing with the surroundings
@@ -224,13 +237,13 @@ bool InsidePicture(const Quad& quad, int width, int height) {
 
 // A convex outline as a frame, where the mask begins along all of its sides.
 void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
-                const FrameFinderOptions& options, std::vector<FoundFrame>& found) {
+                std::vector<FoundFrame>& found) {
   const std::vector<PointPx> outline = ConvexOutline(points);
   const std::optional<Quad> around = QuadAround(outline);
   if (!around) return;
   const std::optional<RefinedQuad> refined = RefineQuad(mask, *around);
-  if (!refined || refined->closed < options.least_closed ||
-      Area_px2(refined->quad) < options.smallest_area * mask.width * mask.height ||
+  if (!refined || refined->closed < kLeastClosed ||
+      Area_px2(refined->quad) < kSmallestArea * mask.width * mask.height ||
       !InsidePicture(refined->quad, mask.width, mask.height)) {
     return;
   }
@@ -239,8 +252,7 @@ void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
 
 // Frames among the connected pieces of one mask: by their own outline, and by the outline of the
 // plate that they enclose, since glare, strings and other things may touch a frame from outside.
-void CollectFrames(const cv::Mat& mask, const FrameFinderOptions& options,
-                   std::vector<FoundFrame>& found) {
+void CollectFrames(const cv::Mat& mask, std::vector<FoundFrame>& found) {
   std::vector<std::vector<cv::Point>> contours;
   std::vector<cv::Vec4i> family;  // next, previous, first child, parent
   cv::findContours(mask, contours, family, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
@@ -248,19 +260,18 @@ void CollectFrames(const cv::Mat& mask, const FrameFinderOptions& options,
   constexpr double kLargeHole = 0.02;  // of the frame's smallest area: the rest are speckles
   GrayImage gray;
   for (std::size_t i = 0; i < contours.size(); ++i) {
-    if (family[i][3] >= 0 ||
-        cv::boundingRect(contours[i]).area() < options.smallest_area * picture) {
+    if (family[i][3] >= 0 || cv::boundingRect(contours[i]).area() < kSmallestArea * picture) {
       continue;
     }
     if (gray.value.empty()) gray = ToGray(mask);
-    TryOutline(contours[i], gray, options, found);
+    TryOutline(contours[i], gray, found);
     std::vector<cv::Point> enclosed;
     for (int hole = family[i][2]; hole >= 0; hole = family[static_cast<std::size_t>(hole)][0]) {
       const std::vector<cv::Point>& edge = contours[static_cast<std::size_t>(hole)];
-      if (cv::boundingRect(edge).area() < kLargeHole * options.smallest_area * picture) continue;
+      if (cv::boundingRect(edge).area() < kLargeHole * kSmallestArea * picture) continue;
       enclosed.insert(enclosed.end(), edge.begin(), edge.end());
     }
-    if (!enclosed.empty()) TryOutline(enclosed, gray, options, found);
+    if (!enclosed.empty()) TryOutline(enclosed, gray, found);
   }
 }
 
@@ -280,12 +291,12 @@ double Rank(const FoundFrame& frame) {
 }
 
 // The best of each, best first.
-std::vector<FoundFrame> Distinct(std::vector<FoundFrame> found, std::size_t most) {
+std::vector<FoundFrame> Distinct(std::vector<FoundFrame> found) {
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundFrame& a, const FoundFrame& b) { return Rank(a) > Rank(b); });
   std::vector<FoundFrame> distinct;
   for (FoundFrame& frame : found) {
-    if (distinct.size() == most) break;
+    if (distinct.size() == kMostFound) break;
     if (std::none_of(distinct.begin(), distinct.end(),
                      [&](const FoundFrame& other) { return Same(other.outer, frame.outer); })) {
       distinct.push_back(std::move(frame));
@@ -296,10 +307,10 @@ std::vector<FoundFrame> Distinct(std::vector<FoundFrame> found, std::size_t most
 
 }  // namespace
 
-std::vector<FoundFrame> FindPrintedFrames(const BgrView& photo, const FrameFinderOptions& options) {
+std::vector<FoundFrame> FindPrintedFrames(const BgrView& photo) {
   TRAMMEL_CHECK(photo.width >= 16 && photo.height >= 16, "{} x {}", photo.width, photo.height);
   double scale = 1;
-  Frame small = ShrinkToFit(photo, options.longest_side_px, 1e18, scale);
+  Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
   const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
   const int longest = std::max(small.width, small.height);
   const std::vector<cv::Mat> channels = ColourChannels(bgr);
@@ -317,8 +328,8 @@ std::vector<FoundFrame> FindPrintedFrames(const BgrView& photo, const FrameFinde
               mask, mask, cv::MORPH_OPEN,
               cv::getStructuringElement(cv::MORPH_ELLIPSE, {look.open_px, look.open_px}));
         }
-        CollectFrames(mask, options, found);
-        found = Distinct(std::move(found), options.most_found);
+        CollectFrames(mask, found);
+        found = Distinct(std::move(found));
       }
     }
   }

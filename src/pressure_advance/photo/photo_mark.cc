@@ -264,14 +264,13 @@ vision::GrayImage SeenPart(const BgrView& photo, const vision::Homography& photo
 
 // 1 on the lines' cores, 0 in the middle of the spaces between them, one half where it may be
 // either: where the lines lie is known, and what is brighter or darker there need not be filament.
-vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::CombPlaces& places,
-                                 double beside) {
+vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::CombPlaces& places) {
   constexpr double kCore = 0.15, kSpace = 0.38;  // pitches from the nearest place
   vision::GrayImage mask(seen.width, seen.height);
   std::fill(mask.value.begin(), mask.value.end(), 0.5F);
-  const double lines_px = seen.width / (1 + 2 * beside);
-  const int from = static_cast<int>(beside * lines_px),
-            to = static_cast<int>((1 + beside) * lines_px);
+  const double lines_px = seen.width / (1 + 2 * vision::kBesideComb);
+  const int from = static_cast<int>(vision::kBesideComb * lines_px),
+            to = static_cast<int>((1 + vision::kBesideComb) * lines_px);
   for (int y = 0; y < seen.height; ++y) {
     const double place = (y - places.first_y_px) / places.pitch_px;
     if (place < -0.5 || place > places.count - 0.5) continue;
@@ -308,11 +307,11 @@ std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb
   const vision::GrayImage seen = SeenPart(photo, *photo_from_view, w, h);
   vision::CombPlaces places;
   places.count = comb.places;
-  places.pitch_px = (h - 1) / (comb.places - 1 + 2 * comb.around);
-  places.first_y_px = comb.around * places.pitch_px;
+  places.pitch_px = (h - 1) / (comb.places - 1 + 2 * vision::kAroundComb);
+  places.first_y_px = vision::kAroundComb * places.pitch_px;
   const int surroundings = std::max(5, static_cast<int>(2 * places.pitch_px)) | 1;
-  const auto weights = vision::FindContrast(
-      view.picture.view(), LinesAndSpaces(seen, places, comb.beside), surroundings);
+  const auto weights =
+      vision::FindContrast(view.picture.view(), LinesAndSpaces(seen, places), surroundings);
   if (!weights) return std::nullopt;
   view.contrast = vision::Mix(view.picture.view(), *weights);
   view.line_pattern = vision::TraceComb(view.contrast, seen, places);
