@@ -315,14 +315,6 @@ TEST(PrinterNeighbourhood, APrintIsRefusedByTheFactsNameOrRight) {
       {[](auto& p, auto&) { p.motors["extruder"].smooth_time_s = 0.1; }, "smooth_time"},
       {[](auto& p, auto&) { p.motors["extruder"].queue = "extruder1"; }, "extruder1"},
       {[](auto& p, auto&) { p.motors["extruder_stepper belted"] = {"extruder"}; }, ""},
-      {[](auto& p, auto&) {
-         p.maximum_mm = {60, 60, 240};
-       },
-       "bed_size"},
-      {[](auto& p, auto&) {
-         p.origin_mm = {200, 0, 0};
-       },
-       "offset"},
       {[](auto& p, auto&) { p.speed_factor = 0.5; }, ""},
       {[](auto& p, auto&) { p.extrude_factor = 1.2; }, ""},
       {[](auto& p, auto&) { p.absolute_coordinates = p.absolute_extrude = false; }, ""},
