@@ -198,7 +198,10 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
   const double depth_mm = press.z0_mm + press.shape.t * press.span_mm - motion.halt_z_mm;
   const Fit fit(clean, motion, press, range, prior_s, play_mm);
   State state{1, prior_s, play_mm};
-  double variance = press.noise_g * press.noise_g;
+  // Less than this of the press would leave the priors to rounding.
+  constexpr double kLeastNoise = 1e-5;
+  const double noise_g = std::max(press.noise_g, kLeastNoise * press.shape.At(0));
+  double variance = noise_g * noise_g;
   double deviation_s = prior_s;
   double apart_mm = kOffset_mm;
   const double samples = static_cast<double>(range.size());
@@ -223,7 +226,7 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
         std::hypot(state.offset_mm, std::sqrt(offset_variance), (state.scale - 1) * depth_mm);
     // What the fit leaves is its noise, where it is more than the pull-back's.
     const double left = m[kUnknowns][kUnknowns] * variance / std::max(1.0, samples - 1);
-    variance = std::max(press.noise_g * press.noise_g, left);
+    variance = std::max(noise_g * noise_g, left);
     if (std::abs(latency) < 0.05 * deviation_s && step > 0) {
       break;
     }
