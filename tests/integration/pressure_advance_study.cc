@@ -1,8 +1,8 @@
 // Pressure advance over many virtual printers: coverage, bias and refusals, row by row.
 //
 // Scans: patterns printed by src/sim under the paper's twelve conditions, and with faults of the
-// laser line. Laws: profiles of extruders by another author (extruder_world.h), whose laws the
-// response fit was not built on.
+// laser line. Laws and Melt: profiles of extruders by two other authors (extruder_world.h,
+// melt_world.h), whose laws the response fit was not built on.
 // TRAMMEL_STUDY_PRESET: whose pattern and scan (quick, paper); left out: the default's.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -19,6 +19,7 @@
 
 #include "base/statistics.h"
 #include "extruder_world.h"
+#include "melt_rows.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -392,6 +393,55 @@ TEST(PressureAdvanceStudy, NothingBeyondTheTestedRangeIsAnswered) {
       tally.Print(row.name, kMs);
       EXPECT_EQ(tally.answered, 0) << row.name;
     }
+  }
+}
+
+// Melts by another author.
+
+// Where the melt remembers longer than a line takes, no one value is right for long and for short
+// stretches: the truth is what lies between.
+StudyAnswer PrintAndFit(MeltWorld world, std::uint64_t seed) {
+  Random random(seed);
+  world.pressure_advance_s = Values(kTested_s, 10);
+  world.physics.lag_s = std::lerp(kTested_s.lo, kTested_s.hi, random.Uniform(0.25, 0.75));
+  const auto [lo_s, hi_s] = std::minmax({SteadyPressureAdvance(world), LinePressureAdvance(world)});
+  const auto profiles = PrintMeltPattern(world, random);
+  return {pa::FitResponse(profiles, world.Motion()).response.pressure_advance, {lo_s, hi_s}};
+}
+
+TEST(PressureAdvanceStudy, MeltsByAnotherAuthorLieInTheInterval) {
+  constexpr double kInEachRow = 0.5;
+  const StudySeeds seeds = SeedsOfStudy(10);
+  PrintStudyHead("ms");
+  StudyTally all;
+  for (const MeltRow& row : MeltRows(MeltWorldOf(Preset()))) {
+    if (!RowIsWanted(row.name)) continue;
+    const StudyTally tally =
+        TallyOf(RunSeeds(seeds, [&](std::uint64_t seed) { return PrintAndFit(row.world, seed); }));
+    tally.Print(row.name, kMs);
+    EXPECT_GE(tally.held, kInEachRow * tally.answered) << row.name;
+    all.Add(tally);
+  }
+  all.Print("all rows", kMs);
+  EXPECT_GE(all.held, 0.92 * all.answered);
+}
+
+TEST(MeltWorld, ConservesFilamentInEachRow) {
+  for (const MeltRow& row : MeltRows(MeltWorldOf(Preset()))) {
+    const MeltPrint print = PrintLines(row.world, {0.01, 0.05}, {0.9, 1.1});
+    EXPECT_NEAR(print.driven_mm,
+                print.laid_mm + print.oozed_mm + print.slipped_mm + print.stored_mm, 1e-9)
+        << row.name;
+    EXPECT_GT(print.laid_mm, 0.9 * 4 * row.world.line.length_mm) << row.name;  // two fill it
+  }
+}
+
+TEST(MeltWorld, HasTheLagForItsTruthWhereTheExtruderIsLinear) {
+  for (const double lag_s : {0.02, 0.04}) {
+    MeltWorld world = MeltWorldOf(Preset());
+    world.physics.lag_s = lag_s;
+    EXPECT_NEAR(SteadyPressureAdvance(world), lag_s, 1e-6);
+    EXPECT_NEAR(LinePressureAdvance(world), lag_s, 3e-4);
   }
 }
 

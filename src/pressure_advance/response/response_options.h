@@ -73,8 +73,8 @@ struct LawOptions {
   double shift_sigma = 0.4;       ///< of what the law moves the crossings' answer by, 1 sigma
   /// Largest LawFit::shared_misfit at which the law counts in full. The paper's twelve conditions
   /// have -0.1 to 0.1, extruder_world's laws 0.2. These were set on virtual prints of both preset
-  /// patterns by extruder_world and by melts that yield and creep, seeds below 1000, and widened
-  /// once by the draws of 190000 and 197000, which no figure is of.
+  /// patterns by extruder_world and melt_world, seeds below 1000, and widened once by the draws of
+  /// 190000 and 197000, which no figure is of.
   double trusted_misfit = 0.25;
   double refuted_misfit = 0.6;   ///< from here on the crossings alone count
   double lag_form_sigma = 0.05;  ///< of what they leave open of the lag at one speed, over that lag
