@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -100,19 +101,31 @@ std::vector<Mode> BeforeAnyWord() {
 
 std::vector<Mode> Texts() {
   const MakeBytes nested_arrays = [] { return Nested("[", "]", kLevels); };
+  const MakeBytes nested_objects = [] { return Nested("{\"\":", "}", kLevels); };
   std::vector<Mode> modes;
   modes.push_back({"NestedAnswer", {}, BytesAt("server.info", nested_arrays)});
   modes.push_back({"NestedMessage", {}, BytesBefore(nested_arrays)});
   modes.push_back({"NestedNotification", {}, BytesBefore([nested_arrays] {
                      return R"({"method":"notify_status_update","params":)" + nested_arrays() + "}";
                    })});
+  modes.push_back({"NestedObjects", {}, BytesBefore(nested_objects)});
+  modes.push_back({"NestedAndCut", {}, BytesBefore([nested_arrays] {
+                     return nested_arrays().substr(0, kLevels);
+                   })});
   modes.push_back({"NoJson", {}, BytesBefore("\x80\xff{\"a\"")});
+  modes.push_back({"Empty", {}, BytesBefore("")});
+  modes.push_back({"BareNumber", {}, BytesBefore("1e999")});
   modes.push_back(
       {"LongText", {}, BytesBefore([] { return "\"" + std::string(30'000'000, 'x') + "\""; })});
   modes.push_back(
       {"Storm",
        {},
        BytesBefore([] { return GcodeResponse("// " + std::string(500, 's')).dump(); }, 20'000)});
+  modes.push_back({"AnswersNobodyAskedFor", {}, BytesBefore(R"({"id":987654321,"result":"ok"})")});
+  modes.push_back({"IdsOfEveryKind",
+                   {},
+                   BytesBefore(R"({"id":{"a":[]},"result":1})"
+                               "\n")});
   modes.push_back({"RequestsOfTheirOwn",
                    {},
                    BytesBefore(R"({"jsonrpc":"2.0","method":"trammel.status","id":5})")});

@@ -1,22 +1,28 @@
-// What trammel prints on the printers that people have, and on those at the ends of what its
-// settings assume. Klipper's own rules decide (klipper_model.h): a print is refused by the name of
-// the fact that does not fit, or it is right.
+// Prints the pattern on printers around and past the ends of what its settings assume: every fact
+// that a printer reports, over every value that a user's printer may have.
+//
+// Each draw takes a usual printer, changes one to three facts, sets up to two settings, and asks
+// trammel for a print. What Klipper would make of the file decides (klipper_model.h): a print is
+// refused by the name of a changed fact, or it is right. Prints the tally of each fact.
+//
+// TRAMMEL_STUDY_SEEDS: draws; TRAMMEL_STUDY_FIRST_SEED: the first (support/study.h).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/stated_settings.h"
-#include "klipper_model.h"
 #include "machine/moonraker/client/status.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "pressure_advance/procedure/scan_checks.h"
+#include "printer_draws.h"
 #include "session/fake_printer.h"
+#include "support/study.h"
 
 namespace trammel::test {
 namespace {
@@ -24,138 +30,37 @@ namespace {
 using files::Config;
 using nlohmann::json;
 
-ModelPrinter Usual(const std::string& name, const std::string& kinematics, double size_mm) {
-  ModelPrinter printer;
-  printer.name = name;
-  printer.kinematics = kinematics;
-  printer.maximum_mm = {size_mm, size_mm, size_mm};
-  return printer;
-}
-
-json SettingsOf(const ModelPrinter& printer) {
-  json settings = {{"printer",
-                    {{"kinematics", printer.kinematics},
-                     {"max_velocity", printer.configured_max_velocity_mm_s},
-                     {"max_accel", printer.configured_max_accel_mm_s2},
-                     {"max_z_velocity", printer.max_z_velocity_mm_s},
-                     {"square_corner_velocity", printer.square_corner_velocity_mm_s}}}};
-  if (printer.max_angular_velocity_rad_s) {
-    settings["printer"]["max_angular_velocity"] = *printer.max_angular_velocity_rad_s;
+Config Configured(const std::vector<std::string>& settings) {
+  Config config = files::DefaultConfig();
+  EXPECT_TRUE(files::OverrideConfig("material=pla", config));
+  for (const std::string& setting : settings) {
+    const auto set = files::OverrideConfig(setting, config);
+    EXPECT_TRUE(set) << setting << ": " << set.error().message;
   }
-  for (const auto& [name, extruder] : printer.extruders) {
-    json section = {{"nozzle_diameter", extruder.nozzle_diameter_mm},
-                    {"filament_diameter", extruder.filament_diameter_mm},
-                    {"min_temp", extruder.min_temp_c},
-                    {"max_temp", extruder.max_temp_c},
-                    {"min_extrude_temp", extruder.min_extrude_temp_c},
-                    {"max_extrude_only_distance", extruder.max_extrude_only_distance_mm},
-                    {"instantaneous_corner_velocity", extruder.instantaneous_corner_velocity_mm_s}};
-    const double usual_mm2 = 4 * extruder.nozzle_diameter_mm * extruder.nozzle_diameter_mm;
-    section["max_extrude_cross_section"] =
-        extruder.max_extrude_cross_section_mm2.value_or(usual_mm2);
-    const double ratio = usual_mm2 / (std::numbers::pi / 4 * extruder.filament_diameter_mm *
-                                      extruder.filament_diameter_mm);
-    section["max_extrude_only_velocity"] = extruder.max_extrude_only_velocity_mm_s.value_or(
-        printer.configured_max_velocity_mm_s * ratio);
-    section["max_extrude_only_accel"] =
-        extruder.max_extrude_only_accel_mm_s2.value_or(printer.configured_max_accel_mm_s2 * ratio);
-    if (!extruder.pressure_advance_model.empty()) {
-      section["pressure_advance_model"] = extruder.pressure_advance_model;
-    }
-    settings[name] = section;
-  }
-  if (printer.bed_max_temp_c) settings["heater_bed"] = {{"max_temp", *printer.bed_max_temp_c}};
-  for (const std::string& section : printer.other_sections) settings[section] = json::object();
-  return settings;
-}
-
-std::vector<ModelPrinter> UsualPrinters() {
-  ModelPrinter corexy = Usual("corexy 250", "corexy", 250);
-  ModelPrinter large = Usual("corexy 350, negative ends", "corexy", 355);
-  large.minimum_mm = {-3, -8, -2};
-  ModelPrinter slinger = Usual("bed slinger 235", "cartesian", 235);
-  slinger.minimum_mm = {-5, -5, -2};
-  slinger.max_accel_mm_s2 = slinger.configured_max_accel_mm_s2 = 3000;
-  slinger.before_2024 = true;
-  ModelPrinter small = Usual("small 120, unheated bed", "cartesian", 120);
-  small.bed_max_temp_c.reset();
-  ModelPrinter delta = Usual("delta 240", "delta", 120);
-  delta.minimum_mm = {-120, -120, -5};
-  ModelPrinter centred = Usual("corexy, origin in the middle", "corexy", 175);
-  centred.minimum_mm = {-175, -175, -5};
-  ModelPrinter idex = Usual("two carriages", "hybrid_corexy", 300);
-  idex.minimum_mm = {-60, 0, -3};
-  idex.extruders["extruder1"] = {};
-  idex.motors["extruder1"] = {"extruder1"};
-  idex.other_sections = {"dual_carriage"};
-  ModelPrinter changer = Usual("tool changer", "generic_cartesian", 320);
-  changer.extruders["extruder1"] = {};
-  changer.extruders["extruder1"].nozzle_diameter_mm = 0.6;
-  changer.motors["extruder1"] = {"extruder1"};
-  ModelPrinter polar = Usual("polar", "polar", 150);
-  polar.minimum_mm = {-150, -150, 0};
-  ModelPrinter thick = Usual("2.85 mm, 0.8 mm nozzle", "cartesian", 400);
-  thick.extruders["extruder"].filament_diameter_mm = 2.85;
-  thick.extruders["extruder"].nozzle_diameter_mm = 0.8;
-  return {corexy, large, slinger, small, delta, centred, idex, changer, polar, thick};
-}
-
-json ToldBy(const ModelPrinter& printer) {
-  json told = {
-      {"webhooks", {{"state", "ready"}}},
-      {"print_stats", {{"state", "standby"}}},
-      {"idle_timeout", {{"state", "Idle"}}},
-      {"configfile", {{"settings", SettingsOf(printer)}}},
-      {"toolhead",
-       {{"axis_minimum", printer.minimum_mm},
-        {"axis_maximum", printer.maximum_mm},
-        {"max_velocity", printer.max_velocity_mm_s},
-        {"max_accel", printer.max_accel_mm_s2},
-        {"square_corner_velocity", printer.square_corner_velocity_mm_s},
-        {"extruder", printer.active},
-        {"homed_axes", "xyz"}}},
-      {"gcode_move",
-       {{"speed_factor", printer.speed_factor},
-        {"extrude_factor", printer.extrude_factor},
-        {"absolute_coordinates", printer.absolute_coordinates},
-        {"absolute_extrude", printer.absolute_extrude},
-        {"homing_origin", {printer.origin_mm[0], printer.origin_mm[1], printer.origin_mm[2], 0}}}}};
-  if (printer.before_2024) {
-    told["toolhead"]["max_accel_to_decel"] =
-        printer.max_accel_mm_s2 * (1 - printer.minimum_cruise_ratio);
-  } else {
-    told["toolhead"]["minimum_cruise_ratio"] = printer.minimum_cruise_ratio;
-  }
-  for (const auto& [name, extruder] : printer.extruders) {
-    told[name] = {{"temperature", 25}, {"target", 0}, {"can_extrude", false}};
-  }
-  if (printer.bed_max_temp_c) told["heater_bed"] = {{"temperature", 25}, {"target", 0}};
-  for (const auto& [section, motor] : printer.motors) {
-    told[section]["pressure_advance"] = motor.pressure_advance_s;
-    told[section]["smooth_time"] = motor.smooth_time_s;
-    const bool never = section == motor.queue && !motor.synchronised;
-    told[section]["motion_queue"] = never || motor.queue.empty() ? json() : json(motor.queue);
-  }
-  return told;
+  return config;
 }
 
 /// What `pa print --photo` does before anything moves.
 struct Asked {
   std::string refusal;  ///< empty: it prints
+  bool adapted = false;
   Config config;
 };
 
-Asked AskForPrint(const json& told, const std::string& setting = {}) {
+Asked AskForPrint(const json& told, const std::vector<std::string>& settings) {
   Asked asked;
-  asked.config = files::DefaultConfig();
-  EXPECT_TRUE(files::OverrideConfig("material=pla", asked.config));
-  if (!setting.empty()) EXPECT_TRUE(files::OverrideConfig(setting, asked.config)) << setting;
+  asked.config = Configured(settings);
   procedure::testing::FakePrinter printer;
-  printer.state = machine::ReadStatus(told, &asked.refusal);
-  if (!asked.refusal.empty()) return asked;
+  std::string fault;
+  printer.state = machine::ReadStatus(told, 0, &fault);
+  if (!fault.empty()) {
+    asked.refusal = fault;
+    return asked;
+  }
   printer.told = told;
-  const procedure::Session session{printer, {}, {}};
-  if (const auto fitted = app::FitPattern(session, asked.config); !fitted) {
+  const procedure::Session session{printer, {}, [&asked](const auto&) { asked.adapted = true; }};
+  const auto fitted = app::FitPattern(session, asked.config);
+  if (!fitted) {
     asked.refusal = fitted.error().message;
     return asked;
   }
@@ -275,64 +180,142 @@ std::string FindWrong(const ModelPrinter& printer, const Config& config) {
   return "";
 }
 
+// ---- The study ----
+
+struct Row {
+  int drawn = 0, refused = 0, adapted = 0, right = 0, wrong = 0, unnamed = 0, refused_fine = 0;
+};
+
+bool Names(const std::string& refusal, const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return refusal.find(word) != std::string::npos;
+  });
+}
+
+/// Refusals of printers on which the model prints right, judged one by one: Klipper would print, by
+/// luck of rounding or without limits of its own, or the file would name another stepper.
+bool IsJudged(const std::string& refusal, const ModelPrinter& printer) {
+  return Names(refusal, {"instantaneous_corner_velocity", "max_angular_velocity",
+                         "has no stepper of its own", "no kinematics of [printer]",
+                         "bed_shape is \"rectangle\"", "mm in a circle"}) ||
+         printer.kinematics == "none" || printer.kinematics == "winch";
+}
+
+class Study {
+ public:
+  void Run(Random& random, std::uint64_t seed) {
+    const ModelPrinter base = OneOf(random, printers_);
+    Draw draw;
+    draw.printer = base;
+    // What a user sets against the printer as it is, is no fact's affair.
+    for (int tries = 0; tries < 20; ++tries) {
+      draw.settings = DrawSettings(random);
+      const Asked usual = AskForPrint(ToldBy(base), draw.settings);
+      if (usual.refusal.empty() && FindWrong(base, usual.config).empty()) break;
+      draw.settings.clear();
+    }
+    std::vector<const Fact*> changed;
+    std::string words;
+    const int count = 1 + static_cast<int>(random.Below(3));
+    for (int i = 0; i < count; ++i) {
+      const Fact& fact = OneOf(random, facts_);
+      if (std::find(changed.begin(), changed.end(), &fact) != changed.end()) continue;
+      if (std::ranges::any_of(changed, [&](const Fact* other) {
+            return Hides(fact.name, other->name) || Hides(other->name, fact.name);
+          })) {
+        continue;
+      }
+      changed.push_back(&fact);
+      words += (words.empty() ? "" : "; ") + fact.change(random, draw);
+    }
+    for (const std::string& setting : draw.settings) words += " [" + setting + "]";
+    Judge(draw, changed, fmt::format("seed {}, {}: {}", seed, base.name, words));
+  }
+
+  void Print() const {
+    fmt::print("\n{:<30} drawn refused adapted right | wrong unnamed refused though right\n", "");
+    for (const auto& [name, row] : rows_) {
+      fmt::print("{:<30} {:>5} {:>7} {:>7} {:>5} | {:>5} {:>7} {:>7}\n", name, row.drawn,
+                 row.refused, row.adapted, row.right, row.wrong, row.unnamed, row.refused_fine);
+    }
+    for (const auto& [reason, examples] : fine_) {
+      fmt::print("refused though right, {} times, as in:\n  {}\n", examples.size(), examples[0]);
+    }
+  }
+
+  [[nodiscard]] const std::vector<std::string>& wrong() const { return wrong_; }
+  [[nodiscard]] const std::vector<std::string>& unnamed() const { return unnamed_; }
+  /// Refused, where all is told and nothing is wrong.
+  [[nodiscard]] const std::vector<std::string>& unreasonable() const { return unreasonable_; }
+
+ private:
+  void Judge(const Draw& draw, const std::vector<const Fact*>& changed, const std::string& words) {
+    const Asked asked = AskForPrint(draw.Told(), draw.settings);
+    const auto count = [&](int Row::*counted) {
+      for (const Fact* fact : changed) ++(rows_[fact->name].*counted);
+      ++(rows_["all"].*counted);
+    };
+    count(&Row::drawn);
+    const bool laid = Validate(asked.config.pattern).has_value();
+    const std::string fault = laid ? FindWrong(draw.printer, asked.config) : "not laid";
+    if (!asked.refusal.empty()) {
+      count(&Row::refused);
+      const bool named = std::any_of(changed.begin(), changed.end(), [&](const Fact* fact) {
+        return Names(asked.refusal, fact->words);
+      });
+      if (!named) {
+        count(&Row::unnamed);
+        unnamed_.push_back(words + " -> " + asked.refusal);
+      }
+      if (fault.empty()) {
+        count(&Row::refused_fine);
+        fine_[asked.refusal.substr(0, 28)].push_back(words + " -> " + asked.refusal);
+        if (draw.instead.empty() && !IsJudged(asked.refusal, draw.printer)) {
+          unreasonable_.push_back(words + " -> " + asked.refusal);
+        }
+      }
+    } else if (!fault.empty()) {
+      count(&Row::wrong);
+      wrong_.push_back(words + " -> " + fault);
+    } else {
+      count(asked.adapted ? &Row::adapted : &Row::right);
+    }
+  }
+
+  std::vector<ModelPrinter> printers_ = UsualPrinters();
+  std::vector<Fact> facts_ = AllFacts();
+  std::map<std::string, Row> rows_;
+  std::vector<std::string> wrong_, unnamed_, unreasonable_;
+  std::map<std::string, std::vector<std::string>> fine_;
+};
+
 TEST(PrinterNeighbourhood, AUsualPrinterPrintsThePatternAsItIsPlanned) {
   for (const ModelPrinter& printer : UsualPrinters()) {
-    const Asked asked = AskForPrint(ToldBy(printer));
+    const Asked asked = AskForPrint(ToldBy(printer), {});
     EXPECT_EQ(asked.refusal, "") << printer.name;
     EXPECT_EQ(FindWrong(printer, asked.config), "") << printer.name;
   }
 }
 
 TEST(PrinterNeighbourhood, APrintIsRefusedByTheFactsNameOrRight) {
-  struct Row {
-    void (*change)(ModelPrinter& printer, ModelExtruder& extruder);
-    const char* word;  ///< of the refusal; empty: it prints
-    const char* setting = "";
-  };
-  const Row rows[] = {
-      {[](auto& p, auto&) { p.max_velocity_mm_s = 40; }, "max_velocity"},
-      {[](auto& p, auto&) { p.max_velocity_mm_s = p.configured_max_velocity_mm_s = 1e4; }, ""},
-      {[](auto& p, auto&) { p.max_accel_mm_s2 = 500; }, "max_accel"},
-      {[](auto& p, auto&) { p.max_accel_mm_s2 = p.configured_max_accel_mm_s2 = 1e5; }, ""},
-      {[](auto& p, auto&) { p.minimum_cruise_ratio = 0.95; }, ""},
-      {[](auto& p, auto&) { p.before_2024 = true; }, ""},
-      {[](auto& p, auto&) { p.square_corner_velocity_mm_s = 0.1; }, ""},
-      {[](auto& p, auto&) { p.max_z_velocity_mm_s = 0.5; }, ""},
-      {[](auto&, auto& e) { e.filament_diameter_mm = 2.85; }, ""},
-      {[](auto&, auto& e) { e.filament_diameter_mm = 2.85; }, "filament_diameter",
-       "filament_diameter=1.75"},
-      {[](auto&, auto& e) { e.nozzle_diameter_mm = 0.6; }, ""},
-      {[](auto&, auto& e) { e.nozzle_diameter_mm = 0.6; }, "nozzle_diameter",
-       "nozzle_diameter=0.4"},
-      {[](auto&, auto& e) { e.max_extrude_cross_section_mm2 = 0.05; }, "max_extrude_cross_section"},
-      {[](auto&, auto& e) { e.max_extrude_only_distance_mm = 0.1; }, "max_extrude_only_distance"},
-      {[](auto&, auto& e) { e.max_extrude_only_velocity_mm_s = 0.1; }, "max_extrude_only_velocity"},
-      {[](auto&, auto& e) { e.max_extrude_only_accel_mm_s2 = 0.1; }, "max_extrude_only_accel"},
-      {[](auto&, auto& e) { e.max_temp_c = 200; }, "max_temp"},
-      {[](auto&, auto& e) { e.min_extrude_temp_c = 240; }, "min_extrude_temp"},
-      {[](auto& p, auto&) { p.bed_max_temp_c = 50; }, "max_temp of the bed"},
-      {[](auto&, auto& e) { e.pressure_advance_model = "recipr"; }, "pressure_advance_model"},
-      {[](auto& p, auto&) { p.motors["extruder"].smooth_time_s = 0.1; }, "smooth_time"},
-      {[](auto& p, auto&) { p.motors["extruder"].queue = "extruder1"; }, "extruder1"},
-      {[](auto& p, auto&) { p.motors["extruder_stepper belted"] = {"extruder"}; }, ""},
-      {[](auto& p, auto&) { p.speed_factor = 0.5; }, ""},
-      {[](auto& p, auto&) { p.extrude_factor = 1.2; }, ""},
-      {[](auto& p, auto&) { p.absolute_coordinates = p.absolute_extrude = false; }, ""},
-  };
-  for (std::size_t i = 0; i < std::size(rows); ++i) {
-    SCOPED_TRACE(i);
-    ModelPrinter printer = UsualPrinters().front();
-    rows[i].change(printer, printer.extruders.at("extruder"));
-    const Asked asked = AskForPrint(ToldBy(printer), rows[i].setting);
-    if (*rows[i].word == 0) {
-      EXPECT_EQ(asked.refusal, "");
-      EXPECT_EQ(FindWrong(printer, asked.config), "");
-    } else {
-      EXPECT_NE(asked.refusal.find(rows[i].word), std::string::npos)
-          << rows[i].word << ": " << asked.refusal;
-    }
+  const StudySeeds seeds = SeedsOfStudy(2000);
+  Study study;
+  for (int i = 0; i < seeds.count; ++i) {
+    const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(i);
+    Random random(seed);
+    study.Run(random, seed);
   }
+  study.Print();
+  const auto expect_none = [](const char* what, const std::vector<std::string>& list) {
+    constexpr std::size_t kShown = 20;
+    EXPECT_EQ(list.size(), 0U) << what;
+    for (std::size_t i = 0; i < std::min(kShown, list.size()); ++i) {
+      fmt::print("{}: {}\n", what, list[i]);
+    }
+  };
+  expect_none("printed, and wrong", study.wrong());
+  expect_none("refused without the name of a changed fact", study.unnamed());
+  expect_none("refused without need", study.unreasonable());
 }
-
 }  // namespace
 }  // namespace trammel::test

@@ -111,7 +111,10 @@ std::optional<DigestChallenge> Answerable(const Challenge& challenge) {
   if (challenge.scheme != "digest") return std::nullopt;
   DigestChallenge digest{challenge.Value("realm"), challenge.Value("nonce"),
                          challenge.Value("opaque"), challenge.Value("algorithm")};
-  const std::string algorithm = LowerCase(digest.algorithm);
+  std::string algorithm = LowerCase(digest.algorithm);
+  constexpr std::string_view kSession = "-sess";
+  digest.session = algorithm.ends_with(kSession);
+  if (digest.session) algorithm.resize(algorithm.size() - kSession.size());
   digest.sha256 = algorithm == "sha-256";
   const bool known = digest.sha256 || algorithm == "md5" || digest.algorithm.empty();
   const std::string qop = challenge.Value("qop");
@@ -146,7 +149,10 @@ std::string DigestAnswer(const DigestChallenge& challenge, const std::string& us
                          const std::string& password, const std::string& target,
                          const std::string& client_nonce) {
   constexpr const char* kFirst = "00000001";  // each challenge is answered once
-  const std::string secret = Hash(challenge, user + ":" + challenge.realm + ":" + password);
+  std::string secret = Hash(challenge, user + ":" + challenge.realm + ":" + password);
+  if (challenge.session) {
+    secret = Hash(challenge, secret + ":" + challenge.nonce + ":" + client_nonce);
+  }
   const std::string request = Hash(challenge, "GET:" + target);
   const std::string middle =
       challenge.qop_auth ? fmt::format("{}:{}:{}:auth", challenge.nonce, kFirst, client_nonce)
@@ -156,11 +162,13 @@ std::string DigestAnswer(const DigestChallenge& challenge, const std::string& us
                   Quoted(challenge.realm), Quoted(challenge.nonce), Quoted(target),
                   Hash(challenge, secret + ":" + middle + ":" + request));
   if (!challenge.algorithm.empty()) {
-    answer += fmt::format(", algorithm={}", challenge.sha256 ? "SHA-256" : "MD5");
+    answer += fmt::format(", algorithm={}{}", challenge.sha256 ? "SHA-256" : "MD5",
+                          challenge.session ? "-sess" : "");
   }
-  if (challenge.qop_auth) {
-    answer += fmt::format(", cnonce={}, qop=auth, nc={}", Quoted(client_nonce), kFirst);
+  if (challenge.qop_auth || challenge.session) {
+    answer += fmt::format(", cnonce={}", Quoted(client_nonce));
   }
+  if (challenge.qop_auth) answer += fmt::format(", qop=auth, nc={}", kFirst);
   if (!challenge.opaque.empty()) answer += ", opaque=" + Quoted(challenge.opaque);
   return answer;
 }

@@ -12,8 +12,9 @@ struct DigestChallenge {
   std::string realm;
   std::string nonce;
   std::string opaque;
-  std::string algorithm;  ///< as the server wrote it: MD5, SHA-256 or ""
+  std::string algorithm;  ///< as the server wrote it: MD5, SHA-256, each also with -sess; may be ""
   bool sha256 = false;
+  bool session = false;  ///< -sess
   bool qop_auth = false;
 };
 

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <string>
 
+#include "machine/camera/camera.h"
 #include "support/little_memory.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
@@ -295,6 +296,34 @@ TEST_F(PageFile, ReadsJpegs) {
   }
 }
 
+// Whatever a camera that looks straight down wrote: both readers of measured pictures have the
+// sensor's pixels.
+TEST_F(PageFile, AgreesWithACamerasFramesOnEveryOrientation) {
+  const std::string jpeg = JpegBytes();
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    SCOPED_TRACE(orientation);
+    std::string exif(
+        "\xFF\xE1\x00\x22"
+        "Exif\0\0MM\0\x2A\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0?\0\0\0\0\0\0",
+        36);
+    exif[exif.find('?')] = static_cast<char>(orientation);
+    const std::string turned = jpeg.substr(0, 2) + exif + jpeg.substr(2);
+    const Page page = Only(Written("turned.jpg", turned));
+    CapturedFrame captured;
+    captured.image.assign(turned.begin(), turned.end());
+    const auto frame = DecodeFrame(captured);
+    ASSERT_TRUE(frame) << frame.error().message;
+    ASSERT_EQ(frame->width, kWidth);
+    ASSERT_EQ(frame->height, kHeight);
+    ASSERT_EQ(page.channels, 1);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(page.view().row(y)[x], frame->view().row(y)[3 * x]) << x << ", " << y;
+      }
+    }
+  }
+}
+
 TEST_F(PageFile, TakesThePictureOfAPdfAsItWasStored) {
   const Page raw = Only(Pdf(kGrey, GreyRows()));
   ExpectPicture(raw, 1);
@@ -410,11 +439,22 @@ TEST_F(PageFile, FilesThatEndEarlyAreNamed) {
   }
 }
 
+TEST_F(PageFile, LimitsAreKeptBeforeAnythingIsDecoded) {
+  EXPECT_THAT(Complaint(Tiff({}, PHOTOMETRIC_MINISBLACK), {.most_pixels = 100}),
+              AllOf(HasSubstr("37 x 23 px"), HasSubstr("at most 0 megapixels")));
+  EXPECT_THAT(Complaint(Png({}, PNG_COLOR_TYPE_GRAY), {.most_pixels = 100}),
+              HasSubstr("37 x 23 px"));
+  EXPECT_THAT(Complaint(Written("page.jpg", JpegBytes()), {.most_pixels = 100}),
+              HasSubstr("37 x 23 px"));
+}
+
 TEST_F(PageFile, WhatIsNoPageIsNamed) {
   EXPECT_THAT(Complaint(Written("text.txt", "hello world")), HasSubstr("no TIFF, PNG, JPEG"));
   EXPECT_THAT(Complaint(Written("empty.tiff", "")), HasSubstr("it is empty"));
   EXPECT_THAT(Complaint(Path("missing.png")), HasSubstr("missing.png"));
 }
+
+using ::testing::AnyOf;
 
 std::string BigEndian(std::uint32_t value) {
   return {static_cast<char>(value >> 24U), static_cast<char>(value >> 16U),
@@ -534,6 +574,29 @@ TEST_F(PageBombs, APdfMayNotUnpackWithoutEnd) {
                           ">>\nstream\n{}\nendstream\nendobj\nstartxref\n9\n%%EOF\n",
                           stream.size(), stream)),
       HasSubstr("unpacking it takes more than 256 MB"));
+}
+
+TEST_F(PageBombs, TheRealOnesAreRefusedInLittleMemoryAndTime) {
+  if (test::kSanitized) GTEST_SKIP() << "decoders get no bound on addresses here";
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  const std::filesystem::path bombs =
+      std::filesystem::path(data != nullptr ? data : "") / "hostile" / "bombs";
+  if (data == nullptr || !std::filesystem::is_directory(bombs)) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with hostile/bombs/";
+  }
+  int seen = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(bombs)) {
+    if (entry.path().extension() == ".gcode") continue;
+    const std::string said = RefusalOf(entry.path());
+    EXPECT_THAT(said, AllOf(HasSubstr("said: page "), HasSubstr(entry.path().filename().string())));
+    if (entry.path().extension() == ".pdf") {
+      // One of them draws nothing, so that its picture is not looked at.
+      EXPECT_THAT(said, AnyOf(HasSubstr("unpacking it takes more"), HasSubstr("no picture")));
+    }
+    ++seen;
+    RecordProperty(entry.path().filename().string(), said);
+  }
+  EXPECT_GE(seen, 8);
 }
 
 }  // namespace
