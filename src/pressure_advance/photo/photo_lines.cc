@@ -287,6 +287,8 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
     result.problem = fmt::format("the photo has {} x {} px", photo.width, photo.height);
     return result;
   }
+  const bool grey = vision::IsGrey(measured.view());
+  if (grey) measured = vision::WithTexture(measured.view());
   result = LinesInFrame(measured, wanted);
   if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
     PhotoLines comb = LinesOfComb(measured, wanted);
@@ -297,6 +299,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
       result = std::move(comb);
     }
   }
+  if (grey) vision::DropTexture(result.picture);
   for (vision::PointPx& p : result.corners) {
     p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
   }
