@@ -45,9 +45,12 @@ struct LinePattern {
   Curve right_inner;       ///< x_px over y_px: where the right rail begins
   bool left_seen =
       true;  ///< the rail; where it is not, `left_inner` is where lines leave the photo
-  bool right_seen = true;  ///< likewise
-  bool first_cut = false;  ///< the photo ends before the place above the first rung
-  bool last_cut = false;   ///< likewise below the last rung
+  bool right_seen = true;     ///< likewise
+  bool first_cut = false;     ///< the photo ends before the place above the first rung
+  bool last_cut = false;      ///< likewise below the last rung
+  bool first_closed = false;  ///< the frame is seen to close above the first rung: no other line
+                              ///< lies there; known where lines were found without the whole frame
+  bool last_closed = false;   ///< likewise below the last rung
   int doubtful = 0;  ///< outer stripes left out though they may be lines: the photo does not show
                      ///< whether they are bars of the frame
   std::vector<Columns> seen;  ///< per rung, what the photo shows of it; empty: all of every rung

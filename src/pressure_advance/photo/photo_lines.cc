@@ -332,6 +332,22 @@ std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t w
       "{}: give the list of the lines in the photo, or take a photo that shows all of them", found);
 }
 
+// The place of the first rung from the first value's side, where the photo shows the frame close
+// beyond one outer line and ends before the other: lines are then counted from the closed side, as
+// long as most are there.
+std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, std::size_t wanted,
+                                      bool first_at_bottom) {
+  const vision::LinePattern& p = line_pattern;
+  const std::size_t places = PlacesOf(p);
+  constexpr double kLeastShown = 2.0 / 3;
+  if (places >= wanted || p.rungs.size() != places) return std::nullopt;
+  if (static_cast<double>(places) < kLeastShown * static_cast<double>(wanted)) return std::nullopt;
+  const bool from_top = p.first_closed && !p.last_closed && p.last_cut;
+  const bool from_bottom = p.last_closed && !p.first_closed && p.first_cut;
+  if (!from_top && !from_bottom) return std::nullopt;
+  return from_bottom == first_at_bottom ? 0 : wanted - places;
+}
+
 // Whether the list jumps where rungs are missing, and only there.
 bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
   std::vector<double> unit;
@@ -372,6 +388,14 @@ LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<d
     }
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;
+  } else if (const auto first = FirstPlace(line_pattern, list.size(), first_at_bottom)) {
+    const auto begin = list.begin() + static_cast<std::ptrdiff_t>(*first);
+    names.pressure_advance_s.assign(begin, begin + static_cast<std::ptrdiff_t>(found));
+    names.notice = fmt::format(
+        "{} of {} lines lie outside of the photo; the others were counted from where the frame "
+        "closes beside the {} line, and are those from {} to {} s",
+        list.size() - found, list.size(), *first == 0 ? "first" : "last",
+        names.pressure_advance_s.front(), names.pressure_advance_s.back());
   } else {
     names.refusal = DescribeCount(line_pattern, list.size());
     if (found == list.size()) {
